@@ -1,0 +1,171 @@
+"""The command line. Commands import what they need when they run, so that help is quick."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hfc_design import __version__
+
+if TYPE_CHECKING:
+    from hfc_design.rulebase import Design
+    from hfc_design.scenarios import Scenario
+
+SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
+
+
+class Commands(click.Group):
+    """A group whose commands tell a user's mistake in one line."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; UserError becomes a line on stderr and its exit code."""
+        from hfc_design.records import UserError
+
+        try:
+            return super().invoke(ctx)
+        except UserError as error:
+            click.echo(f"hfc: {error}", err=True)
+            sys.exit(error.exit_code)
+        except BrokenPipeError:
+            sys.exit(1)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="hfc")
+def main() -> None:
+    """Design hierarchical fuzzy controllers for machine-tool drives by simulation."""
+
+
+@main.command()
+@click.argument("scenario", required=False)
+@click.option("--out", type=click.Path(path_type=Path), help="Run folder [default: runs/NAME-N].")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
+@click.option("--population", type=int, help="Individuals in a generation.")
+@click.option("--generations", type=int, help="Generations.")
+@click.option("--preset", help="Search strategy: race (default) or lin-lee-1999.")
+@click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
+@click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
+@click.option("--quiet", is_flag=True, help="No progress.")
+def design(
+    scenario: str | None,
+    out: Path | None,
+    changes: tuple[str, ...],
+    resume: bool,
+    quiet: bool,
+    **options: Any,
+) -> None:
+    """Search a controller for SCENARIO (a built-in name or a TOML file).
+
+    Without arguments: the no-load ramp of the C-axis.
+    """
+    from hfc_design import session
+
+    keys = {
+        "seed": "run.seed",
+        "population": "search.population",
+        "generations": "search.generations",
+        "preset": "search.preset",
+        "precision": "run.precision",
+    }
+    given = [f"{keys[name]}={value}" for name, value in options.items() if value is not None]
+    session.design(scenario, out, [*given, *changes], resume, quiet)
+
+
+@main.command()
+@click.argument("design")
+@click.option("--scenario", help="Scenario to run it on [default: the one it was made for].")
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def score(design: str, scenario: str | None, changes: tuple[str, ...], as_json: bool) -> None:
+    """Fitness and metrics of DESIGN (a built-in name, a design file or a run folder)."""
+    from hfc_design import session
+    from hfc_design.evaluate import evaluate
+
+    found, where = _loaded(design, scenario, changes)
+    evaluation = evaluate(found, where)
+    if as_json:
+        line = {
+            "design": found.name,
+            "scenario": where.name,
+            "fitness": evaluation.fitness,
+            "diverged": evaluation.diverged,
+            **evaluation.metrics,
+        }
+        click.echo(json.dumps(line))
+    else:
+        click.echo(f"scenario {where.name}")
+        session.show_table({found.name: evaluation})
+
+
+@main.command()
+@click.argument("design")
+@click.option("--scenario", help="Scenario to run it on [default: the one it was made for].")
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
+@click.option("--csv", "csv_file", type=click.Path(path_type=Path), help="Write the trajectory.")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw it (png, svg or pdf).")
+def simulate(
+    design: str,
+    scenario: str | None,
+    changes: tuple[str, ...],
+    csv_file: Path | None,
+    plot: Path | None,
+) -> None:
+    """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
+    from hfc_design.evaluate import evaluate, trajectory_csv
+
+    found, where = _loaded(design, scenario, changes)
+    evaluation = evaluate(found, where)
+    if plot is not None:
+        from hfc_design.plots import save_response
+
+        save_response(evaluation, f"{found.name} on {where.name}", plot)
+    if csv_file is not None:
+        from hfc_design.checkpoint import write_whole
+
+        write_whole(csv_file, trajectory_csv(evaluation).encode())
+    if csv_file is None and plot is None:
+        click.echo(trajectory_csv(evaluation), nl=False)
+
+
+@main.command()
+@click.argument("design")
+@click.option("--to", "target", required=True, help="Format; see hfc list formats.")
+@click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
+def export(design: str, target: str, out: Path | None) -> None:
+    """Write DESIGN for another program."""
+    from hfc_design.evaluate import load_design
+    from hfc_design.export import FORMATS
+    from hfc_design.records import UserError
+
+    if target not in FORMATS:
+        raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
+    found = load_design(design)
+    path = out or Path(f"{found.name}.{target}")
+    if path.exists():
+        raise UserError(f"--out {path}: exists already; name another path")
+    FORMATS[target][1](found, path)
+    click.echo(path)
+
+
+@main.command("list")
+@click.argument(
+    "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])
+)
+def list_(what: str) -> None:
+    """What is built in."""
+    from hfc_design import session
+
+    session.show_list(what)
+
+
+def _loaded(name: str, scenario: str | None, changes: tuple[str, ...]) -> "tuple[Design, Scenario]":
+    from hfc_design.evaluate import load_design, own_scenario
+    from hfc_design.scenarios import load_scenario
+
+    found = load_design(name)
+    if scenario is not None:
+        return found, load_scenario(scenario, changes)
+    return found, own_scenario(found, name, changes)

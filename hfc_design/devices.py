@@ -1,0 +1,44 @@
+"""How JAX is set up: all CPU cores as devices, float64 allowed, compiled programs kept.
+
+Import this before anything starts JAX; afterwards it still works, only slower.
+"""
+
+import os
+from functools import cache
+from pathlib import Path
+
+import jax
+
+# Loops below this many bytes are compiled into one function instead of one call an operation.
+# With it a step of 16 individuals costs as little per individual as one of 512.
+_WHOLE_LOOP = "xla_cpu_small_while_loop_byte_threshold=1000000000"
+
+
+@cache
+def configure() -> None:
+    """Set JAX up once; later calls do nothing."""
+    flags = os.environ.get("XLA_FLAGS", "")
+    if "xla_backend_extra_options" not in flags:
+        os.environ["XLA_FLAGS"] = f"{flags} --xla_backend_extra_options={_WHOLE_LOOP}".strip()
+    jax.config.update("jax_enable_x64", True)
+    if jax.config.read("jax_num_cpu_devices") == -1:  # neither the user nor an earlier call chose
+        jax.config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
+    if jax.config.read("jax_compilation_cache_dir") is None:
+        jax.config.update("jax_compilation_cache_dir", str(cache_directory()))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+
+
+def cache_directory() -> Path:
+    """Where compiled programs are kept: under the user's cache directory."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "hfc-design" / "xla"
+
+
+def count() -> int:
+    """Number of devices that a population is spread over."""
+    return len(jax.devices())
+
+
+def compiler_options() -> dict[str, int]:
+    """Options of every compiled loop: 512-bit vectors, where the processor has them."""
+    return {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else {}

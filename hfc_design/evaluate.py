@@ -1,0 +1,147 @@
+"""One design on one scenario, in float64: its score, its metrics, its whole motion."""
+
+from collections.abc import Iterable
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hfc_design import controllers, fitness
+from hfc_design.records import UserError, checked
+from hfc_design.rulebase import Design, parse_design, read_design
+from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
+from hfc_design.simulate import Trajectory, closed_loop, trajectory
+
+
+class Evaluation(NamedTuple):
+    """What a design does on a scenario."""
+
+    fitness: float  # 0 where it diverged
+    diverged: bool
+    metrics: dict[str, float | None]
+    time: np.ndarray  # (steps,) [s]
+    reference: np.ndarray  # (steps,) [rad]
+    load: np.ndarray  # (steps,) [N m]
+    motion: Trajectory  # leaves (steps,)
+    readings: dict[str, np.ndarray]  # the plant's signals, each (steps,)
+
+
+def evaluate(design: Design, scenario: Scenario) -> Evaluation:
+    """Simulate ``design`` on ``scenario``.
+
+    The plant is the design's, with the parameters that the scenario sets laid over it.
+
+    Raises:
+        UserError: the two are made for different plants or sample times.
+    """
+    plant = _plant(design, scenario)
+    controller, gains = controllers.from_design(design.controller)
+    loop = closed_loop(scenario, controller)
+    samples = scenario.samples()
+    scores, motions = trajectory(loop, plant.values(), samples, gains)
+    motion = Trajectory(*(_first(part) for part in motions))
+    time = scenario.simulation.time
+    found = fitness.metrics(
+        motion,
+        getattr(motion.state, plant.plant.velocity),
+        samples.reference_rate,
+        time,
+        scenario.fitness.settled_after_s,
+    )
+    diverged = found["rms_error_rad"] is None
+    score = 0.0 if diverged else float(scores[0])
+    readings = plant.plant.signals(plant.plant.coefficients(plant.values()), motion.state)
+    return Evaluation(
+        score,
+        diverged,
+        found,
+        time,
+        samples.reference,
+        samples.loads[0],
+        motion,
+        {name: np.asarray(value) for name, value in readings.items()},
+    )
+
+
+def builtin_designs() -> list[str]:
+    """Names of the designs that come with the package."""
+    found = (files("hfc_design") / "builtin_designs").iterdir()
+    return sorted(entry.name.removesuffix(".json") for entry in found if entry.name[0] != "_")
+
+
+def load_design(name: str) -> Design:
+    """The design with a built-in name or at a path.
+
+    Raises:
+        UserError: there is no such design, or the file is not one that can run.
+    """
+    if name in builtin_designs():
+        text = (files("hfc_design") / "builtin_designs" / f"{name}.json").read_text()
+        return parse_design(text, name)
+    if not Path(name).exists():
+        known = ", ".join(builtin_designs())
+        raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
+    return read_design(Path(name) / "design.json" if Path(name).is_dir() else name)
+
+
+def own_scenario(design: Design, name: str, changes: Iterable[str] = ()) -> Scenario:
+    """The scenario that ``design`` was made for, as its provenance tells; the ramp if it is silent.
+
+    Raises:
+        UserError: the provenance holds a scenario that is not valid.
+    """
+    data = design.provenance.get("scenario", "c-axis-ramp")
+    if isinstance(data, str):
+        return load_scenario(data, changes)
+    source = f"{name}: provenance.scenario"
+    if not isinstance(data, dict):
+        raise UserError(f"{source}: has to be a name or a scenario")
+    path = Path(name)
+    folder = path if path.is_dir() else path.parent
+    return checked(Scenario, changed(data, changes), source, folder)
+
+
+def _plant(design: Design, scenario: Scenario) -> PlantSettings:
+    if design.plant.name != scenario.plant.name:
+        raise UserError(
+            f"design {design.name} is for the plant {design.plant.name}, "
+            f"scenario {scenario.name} has {scenario.plant.name}"
+        )
+    sample_time = scenario.simulation.sample_time_s
+    if design.controller.sample_time_s != sample_time:
+        raise UserError(
+            f"design {design.name} runs every {design.controller.sample_time_s} s, "
+            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
+        )
+    both = {
+        "name": design.plant.name,
+        "parameters": design.plant.parameters | scenario.plant.parameters,
+    }
+    return checked(PlantSettings, both, f"design {design.name}: plant", Path())
+
+
+def _first(part: Any) -> Any:
+    """A part of a population's trajectory without its axis of individuals."""
+    if isinstance(part, tuple):
+        return type(part)(*(_first(item) for item in part))
+    return part[:, 0]
+
+
+def trajectory_csv(evaluation: Evaluation) -> str:
+    """The motion as CSV with units in the header, one row a control sample."""
+    state = evaluation.motion.state
+    columns = {
+        "time_s": evaluation.time,
+        "reference_rad": evaluation.reference,
+        "spindle_angle_rad": state.spindle_angle,
+        "error_rad": evaluation.motion.error,
+        "spindle_velocity_rad_s": state.spindle_velocity,
+        "deflection_rad": evaluation.readings["deflection"],
+        "voltage_V": evaluation.motion.command,
+        "load_torque_Nm": evaluation.load,
+    }
+    lines = [",".join(columns)]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    lines += [",".join(map(repr, row)) for row in rows]
+    return "\n".join(lines) + "\n"

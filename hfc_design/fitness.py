@@ -1,0 +1,97 @@
+"""What a good closed loop is: the score that is searched and the metrics that are read.
+
+A score is accumulated sample by sample inside the loop, so that its memory does not grow with
+the number of samples; the metrics look at a whole recorded trajectory.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Fitness(NamedTuple):
+    """A score as pure functions of scalars.
+
+    ``initial(zero)`` gives empty sums, ``update(sums, error, error_rate, command)`` adds one
+    sample, ``score(sums)`` is the number that the search maximises.
+    """
+
+    initial: Callable[[Any], Any]
+    update: Callable[[Any, Any, Any, Any], Any]
+    score: Callable[[Any], Any]
+
+
+@cache
+def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitness:
+    """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over the control samples."""
+
+    def score(sums: tuple[Any, Any]) -> Any:
+        error, error_rate = sums
+        return 1000.0 * (error_weight / error + error_rate_weight / error_rate)
+
+    return Fitness(
+        initial=lambda zero: (zero, zero),
+        update=lambda sums, error, error_rate, command: (
+            sums[0] + jnp.abs(error),
+            sums[1] + jnp.abs(error_rate),
+        ),
+        score=score,
+    )
+
+
+#: Below this share of the commanded speed the spindle counts as stuck.
+STUCK = 0.1
+#: The loop has settled once its error stays below this share of its maximum.
+SETTLED = 0.1
+
+#: Unit and meaning of each metric, in the order of every table.
+METRICS = {
+    "rms_error_rad": "root mean square of the tracking error [rad]",
+    "max_error_rad": "largest tracking error [rad]",
+    "final_error_rad": "tracking error at the last sample [rad]",
+    "settling_time_s": "from then on the error stays below a tenth of its maximum [s]",
+    "velocity_ripple_rad_s": "rms of the velocity error once settled [rad/s]",
+    "stick_share": "share of the time, once settled, below a tenth of the commanded speed [1]",
+    "stick_events": "how often the spindle stuck, once settled [1]",
+    "peak_voltage_V": "largest voltage [V]",
+    "control_effort_V2s": "integral of the squared voltage [V2 s]",
+}
+
+
+def metrics(
+    motion: Any, speed: Floats, commanded: Floats, time: Floats, settled_after: float
+) -> dict[str, float | None]:
+    """``METRICS`` of one recorded motion; all None where it diverged.
+
+    ``motion`` has ``error``, ``error_rate`` and ``command``, each (steps,); ``speed`` and
+    ``commanded`` [rad/s] are what the axis does and what it should do. "Once settled" means
+    after ``settled_after`` [s], the same for every design; a loop that ends earlier is looked at
+    as a whole. A loop that never settles has no settling time.
+    """
+    if not all(np.isfinite(part).all() for part in (motion.error, speed, motion.command)):
+        return dict.fromkeys(METRICS)
+    error = np.abs(motion.error)
+    late = time >= settled_after if time[-1] > settled_after else np.ones(len(time), bool)
+    stuck = (np.abs(speed) < STUCK * np.abs(commanded))[late]
+    large = np.flatnonzero(error > SETTLED * error.max())
+    settled = 0 if len(large) == 0 else large[-1] + 1
+    sample_time = time[1] - time[0] if len(time) > 1 else 0.0
+    found = (
+        np.sqrt(np.mean(error**2)),
+        error.max(),
+        motion.error[-1],
+        time[settled] if settled < len(time) else None,
+        np.sqrt(np.mean(motion.error_rate[late] ** 2)),
+        stuck.mean(),
+        np.count_nonzero(stuck & ~np.concatenate([[False], stuck[:-1]])),
+        np.abs(motion.command).max(),
+        np.sum(motion.command**2) * sample_time,
+    )
+    values = (None if value is None else float(value) for value in found)
+    return dict(zip(METRICS, values, strict=True))

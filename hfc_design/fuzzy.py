@@ -1,0 +1,73 @@
+"""One fuzzy unit: linguistic terms, singleton rule table, centre-average defuzzification.
+
+Everything here is written for scalars and unrolled: inside the closed loop an array of seven
+memberships would cost a factor of five.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from plants.scalar import decay, ratio
+
+
+class Term(NamedTuple):
+    """A linguistic term on the normalised universe: a Gaussian with a flat top.
+
+    Lin & Lee 1999, eq. 3. It is MATLAB's ``gauss2mf`` and fuzzylite's ``GaussianProduct`` with
+    shoulders at ``centre -/+ half_width`` and sigma = 1/sqrt(2 rate).
+    """
+
+    label: str
+    centre: float
+    half_width: float
+    rate: float
+
+
+#: The seven terms of every input in Lin & Lee 1999 (eq. 3a-3g).
+LIN_LEE_TERMS: tuple[Term, ...] = (
+    Term("f1", -1.0, 0.1, 4.0),
+    Term("f2", -0.6, 0.05, 8.0),
+    Term("f3", -0.2, 0.0, 32.0),
+    Term("f4", 0.0, 0.0, 32.0),
+    Term("f5", 0.2, 0.0, 32.0),
+    Term("f6", 0.6, 0.05, 8.0),
+    Term("f7", 1.0, 0.1, 4.0),
+)
+
+
+def membership(term: Term, u: Any) -> Any:
+    """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
+    distance = u - term.centre
+    if term.half_width:
+        outside = jnp.abs(distance) - term.half_width
+        distance = jnp.where(outside > 0.0, outside, 0.0)
+    return decay((-term.rate * distance) * distance)
+
+
+def infer(terms: Sequence[Term], consequents: Any, column: Any, row: Any) -> Any:
+    """Output of one unit for scalar inputs ``column`` and ``row`` (LL eq. 4).
+
+    ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
+    Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
+    the universe that every membership underflows) the output is 0.
+    """
+    in_column = [membership(term, column) for term in terms]
+    in_row = [membership(term, row) for term in terms]
+    weighted = 0.0
+    for degree, singletons in zip(in_row, consequents, strict=True):
+        inner = total(d * s for d, s in zip(in_column, singletons, strict=True))
+        weighted = weighted + degree * inner
+    firing = total(in_column) * total(in_row)
+    # The division comes last: what ends in a division the compiler computes once, what ends in
+    # a selection it would repeat in everything that uses it.
+    return ratio(weighted, jnp.where(firing > 0.0, firing, 1.0))
+
+
+def total(values: Any) -> Any:
+    """Sum of scalars, left to right, without starting from an integer zero."""
+    first, *others = values
+    for value in others:
+        first = first + value
+    return first

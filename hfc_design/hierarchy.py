@@ -1,0 +1,156 @@
+"""Hierarchies of two-input fuzzy units: trees, the genes that encode them, their evaluation.
+
+A hierarchy of i inputs is a full binary tree with i leaves and i - 1 units. It is held as data,
+so that one compiled program serves all of them: a ``Tree`` lists its units in evaluation order,
+each with the source of its column and of its row input. Source s < i is external input s;
+source i + k is the output of the k-th unit of the list.
+"""
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_INPUTS = 6
+
+
+class Unit(NamedTuple):
+    """One unit of a tree: its place in the heap and where its two inputs come from."""
+
+    heap_id: int
+    column: int
+    row: int
+
+
+Tree = tuple[Unit, ...]
+
+# While a tree is being built: a leaf is the number of an input, a node is (column, row).
+Node = Any
+
+
+def unit_count(inputs: int) -> int:
+    """Units that the genes of ``inputs`` inputs can name: U = 2^(i-2) (LL section 3.2)."""
+    if not 2 <= inputs <= MAX_INPUTS:
+        raise ValueError(f"a hierarchy has 2 to {MAX_INPUTS} inputs, not {inputs}")
+    return int(2 ** (inputs - 2))
+
+
+@cache
+def trees(inputs: int) -> tuple[Tree, ...]:
+    """Every distinct hierarchy of ``inputs`` inputs, always in the same order.
+
+    There are (2i - 3)!! of them: 1, 3, 15, 105, 945 for 2 to 6 inputs.
+    """
+    unit_count(inputs)
+    return tuple(_flatten(node, inputs) for node in _nodes(tuple(range(inputs))))
+
+
+def _nodes(leaves: tuple[int, ...]) -> Iterator[Node]:
+    """All canonical nodes over ``leaves``; the first leaf always stays on the kept side."""
+    if len(leaves) == 1:
+        yield leaves[0]
+        return
+    first, others = leaves[0], leaves[1:]
+    for size in range(len(others)):
+        for chosen in combinations(others, size):
+            rest = tuple(leaf for leaf in others if leaf not in chosen)
+            for one in _nodes((first, *chosen)):
+                for other in _nodes(rest):
+                    yield _joined(one, other)
+
+
+def _joined(one: Node, other: Node) -> Node:
+    """A node with its inputs in canonical order: more leaves first, then the smaller leaf."""
+
+    def key(node: Node) -> tuple[int, int]:
+        leaves = _leaves(node)
+        return (-len(leaves), min(leaves))
+
+    return tuple(sorted((one, other), key=key))
+
+
+def _leaves(node: Node) -> list[int]:
+    return [node] if isinstance(node, int) else _leaves(node[0]) + _leaves(node[1])
+
+
+def _flatten(root: Node, inputs: int) -> Tree:
+    """The units of ``root``, deepest heap place first, so that inputs precede their use."""
+    placed: list[tuple[int, Node]] = []
+
+    def place(node: Node, heap_id: int) -> None:
+        if not isinstance(node, int):
+            placed.append((heap_id, node))
+            place(node[0], 2 * heap_id + 1)
+            place(node[1], 2 * heap_id + 2)
+
+    place(root, 0)
+    placed.sort(key=lambda item: -item[0])
+    order = {heap_id: inputs + k for k, (heap_id, _) in enumerate(placed)}
+
+    def source(child: Node, heap_id: int) -> int:
+        return child if isinstance(child, int) else order[heap_id]
+
+    return tuple(
+        Unit(n, source(node[0], 2 * n + 1), source(node[1], 2 * n + 2)) for n, node in placed
+    )
+
+
+def decode(gene: Sequence[int]) -> Tree | None:
+    """The hierarchy that ``gene`` stands for, or None where it is invalid.
+
+    ``gene[s]`` names the heap unit that input s enters. From the highest unit down, a unit
+    without inputs vanishes and one with a single input passes it on to its parent; afterwards
+    every unit has to have exactly two (LL section 3.2, steps 2(ii) and 2(iii)).
+    """
+    inputs = len(gene)
+    units = unit_count(inputs)
+    if not all(0 <= unit < units for unit in gene):
+        raise ValueError(f"a gene of {inputs} inputs names units 0 to {units - 1}, not {gene}")
+    entering: list[list[Node]] = [[] for _ in range(units)]
+    for leaf, unit in enumerate(gene):
+        entering[unit].append(leaf)
+    for unit in range(units - 1, -1, -1):
+        nodes = entering[unit]
+        if len(nodes) > 2:
+            return None
+        passed = _joined(*nodes) if len(nodes) == 2 else nodes[0] if nodes else None
+        if unit == 0:
+            return _flatten(passed, inputs)
+        if passed is not None:
+            entering[(unit - 1) // 2].append(passed)
+    raise AssertionError("unit 0 is always reached")
+
+
+def encode(tree: Tree) -> tuple[int, ...]:
+    """The gene that puts every input straight into its unit: ``decode(encode(t)) == t``."""
+    inputs = len(tree) + 1
+    place = {s: unit.heap_id for unit in tree for s in (unit.column, unit.row) if s < inputs}
+    return tuple(place[s] for s in range(inputs))
+
+
+def valid(genes: NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
+    """Which rows of ``genes`` (n, inputs) decode to a hierarchy, counted for all at once."""
+    inputs = genes.shape[1]
+    units = unit_count(inputs)
+    entering = np.stack([(genes == unit).sum(axis=1, dtype=np.int8) for unit in range(units)])
+    for unit in range(units - 1, 0, -1):
+        entering[(unit - 1) // 2] += entering[unit] > 0
+    fits: NDArray[np.bool_] = np.all(entering <= 2, axis=0)
+    return fits
+
+
+def sources(tree: Tree) -> NDArray[np.int32]:
+    """The tree as data for the closed loop: (units, 2) sources, column first."""
+    return np.array([(unit.column, unit.row) for unit in tree], dtype=np.int32)
+
+
+def picked(values: Sequence[Any], index: Any) -> Any:
+    """``values[index]`` for scalars and a traced index: a chain of selections, not a gather."""
+    result = values[0]
+    for k, value in enumerate(values[1:], start=1):
+        result = jnp.where(index == k, value, result)
+    return result

@@ -1,0 +1,79 @@
+"""Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
+
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
+
+
+class Record(BaseModel):
+    """An immutable record; unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class UserError(Exception):
+    """Something that the user wrote cannot be used: exit code 2."""
+
+    exit_code = 2
+
+
+class RunError(UserError):
+    """Something outside the program went wrong, a full disk for one: exit code 1."""
+
+    exit_code = 1
+
+
+Checked = TypeVar("Checked", bound=BaseModel)
+
+
+def checked(model: type[Checked], data: Any, source: str | Path, folder: Path) -> Checked:
+    """``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
+
+    Raises:
+        UserError: data is not what the model allows; one line with file, key, value and rule.
+    """
+    try:
+        return model.model_validate(data, context={"folder": folder})
+    except ValidationError as error:
+        raise UserError(f"{source}: {_explained(error, data)}") from None
+
+
+def _explained(error: ValidationError, data: Any) -> str:
+    first, *others = error.errors()
+    keys, value = _place(first["loc"], data)
+    message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "missing":
+        message = f"{keys}: is missing"
+    elif first["type"] == "value_error" and isinstance(value, dict):
+        message = f"{keys}.{message}" if keys else message  # the record names its own key
+    elif keys:
+        message = f"{keys} = {_short(value)}: {message}"
+    return f"{message} (and {len(others)} more)" if others else message
+
+
+def _place(location: tuple[int | str, ...], data: Any) -> tuple[str, Any]:
+    """The dotted key of a location and what stands there.
+
+    pydantic puts the branch of a union into the location too; no such key is in the file.
+    """
+    keys = []
+    for k, part in enumerate(location):
+        if isinstance(data, dict) and part not in data and k + 1 < len(location):
+            continue
+        keys.append(str(part))
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            data = None
+    return ".".join(keys), data
+
+
+def _short(value: Any, limit: int = 60) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[:limit] + "..."

@@ -1,0 +1,152 @@
+"""The design file: a controller as data that other programs read. Never imports JAX."""
+
+import json
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, JsonValue, model_validator
+
+from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
+
+TERMS = 7
+Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
+Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
+Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
+
+
+class PlantRecord(Record):
+    """The machine that the controller was designed for."""
+
+    name: Name
+    parameters: dict[str, Finite]
+
+
+class PdRecord(Record):
+    """Gains of LL eq. 6."""
+
+    kp: Finite  # [V/rad]
+    kd: Finite  # [V s/rad]
+
+
+class InputRecord(Record):
+    """One input of the hierarchy and its scale to the normalised universe."""
+
+    name: Label
+    scale: Positive
+
+
+class TermRecord(Record):
+    """One linguistic term: a Gaussian with a flat top (LL eq. 3)."""
+
+    label: Label
+    centre: Finite
+    half_width: NotNegative
+    rate: Positive
+
+
+class UnitRecord(Record):
+    """One unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
+
+    id: int = Field(ge=0, le=1000)
+    column_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
+    row_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
+    consequents: Table
+
+
+class PdDesign(Record):
+    """A controller of kind ``pd``."""
+
+    kind: Literal["pd"] = "pd"
+    sample_time_s: Positive
+    pd: PdRecord
+
+
+class HierarchicalDesign(Record):
+    """A controller of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
+
+    kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
+    sample_time_s: Positive
+    pd: PdRecord
+    inputs: Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=6)]
+    output_scale: Positive
+    terms: Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+    units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
+
+    @model_validator(mode="after")
+    def _is_a_tree(self) -> "HierarchicalDesign":
+        waiting = [item.name for item in self.inputs]
+        if len(set(waiting)) < len(waiting):
+            raise ValueError(f"inputs: a name stands there twice: {', '.join(waiting)}")
+        if len({term.label for term in self.terms}) < TERMS:
+            raise ValueError("terms: a label stands there twice")
+        for unit in self.units:
+            for source in (unit.column_input, unit.row_input):
+                if source not in waiting:
+                    raise ValueError(
+                        f"units: unit {unit.id} reads {source!r}, which is not an input or an "
+                        "earlier unit whose value is still free"
+                    )
+                waiting.remove(source)
+            waiting.append(f"unit-{unit.id}")
+        if waiting != [f"unit-{self.units[-1].id}"]:
+            raise ValueError(f"units: nothing reads {', '.join(waiting[:-1])}")
+        return self
+
+    def sources(self) -> list[tuple[int, int]]:
+        """Column and row source of each unit, as ``hierarchy.Unit`` numbers them."""
+        names = [item.name for item in self.inputs] + [f"unit-{unit.id}" for unit in self.units]
+        return [
+            (names.index(unit.column_input), names.index(unit.row_input)) for unit in self.units
+        ]
+
+
+class Design(Record):
+    """A design file as a whole."""
+
+    format: Literal["hfc-design"] = "hfc-design"
+    version: Literal[1] = 1
+    name: Name
+    plant: PlantRecord
+    controller: Annotated[PdDesign | HierarchicalDesign, Field(discriminator="kind")]
+    score: dict[str, JsonValue] = {}
+    provenance: dict[str, JsonValue] = {}
+
+
+def read_design(path: str | Path) -> Design:
+    """The design in a file.
+
+    Raises:
+        UserError: the file cannot be read, is no JSON, or is not a design that can run.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot be read: {error}") from None
+    return parse_design(text, path)
+
+
+def parse_design(text: str, source: str | Path) -> Design:
+    """The design in ``text``; ``source`` stands in the messages.
+
+    Raises:
+        UserError: text is no JSON, or is not a design that can run.
+    """
+    try:
+        data = json.loads(text, parse_constant=_refused)
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"{source}: is not a whole JSON file: {error}") from None
+    return checked(Design, data, source, Path(source).parent)
+
+
+def _refused(name: str) -> Any:
+    raise ValueError(f"{name} is no number that a design may hold")
+
+
+def design_json(design: Design) -> str:
+    """The design as JSON; every float reads back bit for bit, a row of numbers is a line."""
+    text = json.dumps(design.model_dump(mode="json"), indent=1, allow_nan=False)
+    rows = re.compile(r"\[[\s\d.,eE+-]+\]")
+    return rows.sub(
+        lambda row: re.sub(r"\s+", " ", row[0]).replace("[ ", "[").replace(" ]", "]"), text
+    )

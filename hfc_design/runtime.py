@@ -1,0 +1,79 @@
+"""Steps a design file in pure numpy, as a machine's control would. Never imports JAX.
+
+>>> controller = load("design.json")                                    # doctest: +SKIP
+>>> voltage = controller.step({"error": 1e-3, "error_rate": 0.0, ...})  # doctest: +SKIP
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from hfc_design.rulebase import Design, HierarchicalDesign, read_design
+
+PREVIOUS = "previous_"
+
+
+class Controller:
+    """A controller that remembers what it has to from one sample to the next."""
+
+    def __init__(self, design: Design):
+        self.design = design.controller
+        self._previous: dict[str, float] = {}
+        if isinstance(self.design, HierarchicalDesign):
+            terms = self.design.terms
+            self._centres = np.array([term.centre for term in terms])
+            self._half_widths = np.array([term.half_width for term in terms])
+            self._rates = np.array([term.rate for term in terms])
+            self._tables = [np.array(unit.consequents) for unit in self.design.units]
+            self._sources = self.design.sources()
+
+    def step(self, signals: dict[str, float]) -> float:
+        """The command [V] for this sample's ``signals``: error [rad], error_rate [rad/s], ...
+
+        Raises:
+            KeyError: a signal that the design reads is missing.
+        """
+        design = self.design
+        command = design.pd.kp * signals["error"] + design.pd.kd * signals["error_rate"]
+        if isinstance(design, HierarchicalDesign):
+            command += design.output_scale * self._hierarchy(design, signals)
+        return float(command)
+
+    def reset(self) -> None:
+        """Forget the past, as before the first sample."""
+        self._previous = {}
+
+    def _hierarchy(self, design: HierarchicalDesign, signals: dict[str, float]) -> float:
+        values = []
+        for item in design.inputs:
+            earlier = item.name.startswith(PREVIOUS)
+            name = item.name.removeprefix(PREVIOUS)
+            reading = self._previous.get(name, 0.0) if earlier else signals[name]
+            values.append(min(max(item.scale * reading, -1.0), 1.0))
+        for (column, row), table in zip(self._sources, self._tables, strict=True):
+            values.append(self._infer(table, values[column], values[row]))
+        for item in design.inputs:
+            if item.name.startswith(PREVIOUS):
+                name = item.name.removeprefix(PREVIOUS)
+                self._previous[name] = signals[name]
+        return values[-1]
+
+    def _infer(self, table: np.ndarray, column: float, row: float) -> float:
+        """Output of one unit (LL eq. 4); 0 where no rule fires."""
+        in_column, in_row = self._memberships(column), self._memberships(row)
+        firing = in_column.sum() * in_row.sum()
+        return float(in_row @ table @ in_column / firing) if firing > 0.0 else 0.0
+
+    def _memberships(self, u: float) -> np.ndarray:
+        """Degrees to which ``u`` belongs to the seven terms (LL eq. 3)."""
+        distance = np.maximum(np.abs(u - self._centres) - self._half_widths, 0.0)
+        return np.exp(-self._rates * distance * distance)
+
+
+def load(path: str | Path) -> Controller:
+    """The controller of a design file.
+
+    Raises:
+        UserError: the file is not a design that can run.
+    """
+    return Controller(read_design(path))

@@ -1,0 +1,240 @@
+"""A scenario: the plant, what it follows, what disturbs it, what counts as good, how to search.
+
+The records here are what a user writes as TOML; they are checked once, when they are read.
+"""
+
+import copy
+import tomllib
+from collections.abc import Iterable
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import tomli_w
+from pydantic import BeforeValidator, Field, model_validator
+
+from hfc_design.controllers import Layout
+from hfc_design.controllers.hierarchical import PREVIOUS
+from hfc_design.fuzzy import LIN_LEE_TERMS, Term
+from hfc_design.hierarchy import MAX_INPUTS
+from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
+from hfc_design.rulebase import TERMS, InputRecord, TermRecord
+from hfc_design.search.settings import RaceSettings, SearchSettings
+from hfc_design.signals import Load, Ramp, Reference, Samples, Simulation
+from plants import PLANTS, Plant
+
+MAX_STEPS = 10_000_000
+
+
+class PlantSettings(Record):
+    """Which plant, and the parameters that differ from its nominal machine."""
+
+    name: str = "c-axis"
+    parameters: dict[str, Finite] = {}
+
+    @model_validator(mode="after")
+    def _known(self) -> "PlantSettings":
+        if self.name not in PLANTS:
+            raise ValueError(f"name {self.name!r} is no plant; there is {', '.join(PLANTS)}")
+        fault = PLANTS[self.name].fault(self.parameters)
+        if fault:
+            raise ValueError(fault)
+        return self
+
+    @property
+    def plant(self) -> Plant:
+        """The plant's functions."""
+        return PLANTS[self.name]
+
+    def values(self) -> Any:
+        """The plant's parameter record."""
+        return self.plant.parameters(**self.parameters)
+
+
+class Limits(Record):
+    """Limits of the drive."""
+
+    voltage_V: Positive | None = None
+
+
+class SensorSettings(Record):
+    """What the controller sees of the machine; ideal where nothing is given."""
+
+    encoder_resolution_rad: NotNegative = 0.0
+    noise_rad: NotNegative = 0.0  # standard deviation of every encoder reading
+    seed: int = Field(0, ge=0)
+    velocity: Literal["tachometer", "encoder"] = "tachometer"
+
+
+class FitnessSettings(Record):
+    """Weights a and b of LL eq. 5, and from when on the metrics look at the settled motion."""
+
+    error: NotNegative = 3.0
+    error_rate: NotNegative = 0.1
+    settled_after_s: NotNegative = 1.0
+
+
+class RunSettings(Record):
+    """How to compute; the same seed on the same machine gives the same bits."""
+
+    seed: int = Field(0, ge=0)
+    precision: Literal["float32", "float64"] = "float32"
+
+
+def _default_inputs() -> tuple[InputRecord, ...]:
+    layout = Layout()
+    pairs = zip(layout.inputs, layout.scales, strict=True)
+    return tuple(InputRecord(name=name, scale=scale) for name, scale in pairs)
+
+
+class ControllerSettings(Record):
+    """Inputs, scales and terms of the hierarchical fuzzy controller."""
+
+    inputs: tuple[InputRecord, ...] = Field(
+        default_factory=_default_inputs, min_length=2, max_length=MAX_INPUTS
+    )
+    output_scale: Positive = 10.0
+    terms: tuple[TermRecord, ...] = Field(
+        tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS),
+        min_length=TERMS,
+        max_length=TERMS,
+    )
+
+    def layout(self) -> Layout:
+        """The same for the closed loop."""
+        return Layout(
+            tuple(item.name for item in self.inputs),
+            tuple(item.scale for item in self.inputs),
+            self.output_scale,
+            tuple(Term(**term.model_dump()) for term in self.terms),
+        )
+
+
+def _with_preset(search: Any) -> Any:
+    return {"preset": "race"} | search if isinstance(search, dict) else search
+
+
+class Scenario(Record):
+    """Everything that a design run needs, with the defaults of LL section 4."""
+
+    name: Name
+    description: str = ""
+    plant: PlantSettings = PlantSettings()
+    simulation: Simulation = Simulation()
+    reference: Reference = Ramp()
+    load: Load = Load()
+    limits: Limits = Limits()
+    sensors: SensorSettings = SensorSettings()
+    fitness: FitnessSettings = FitnessSettings()
+    controller: ControllerSettings = ControllerSettings()
+    search: Annotated[SearchSettings, BeforeValidator(_with_preset)] = RaceSettings()
+    run: RunSettings = RunSettings()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Scenario":
+        if not 1 <= self.simulation.steps <= MAX_STEPS:
+            raise ValueError(
+                f"simulation: {self.simulation.duration_s} s in samples of "
+                f"{self.simulation.sample_time_s} s are {self.simulation.steps} samples; "
+                f"allowed are 1 to {MAX_STEPS}"
+            )
+        if not self.fitness.error and not self.fitness.error_rate:
+            raise ValueError("fitness: one of the two weights has to be positive")
+        known = input_names(self.plant.plant)
+        names = [item.name for item in self.controller.inputs]
+        for name in names:
+            if name not in known:
+                raise ValueError(
+                    f"controller.inputs: {name!r} is no signal of the {self.plant.name}; "
+                    f"there is {', '.join(known)}"
+                )
+            if names.count(name) > 1:
+                raise ValueError(f"controller.inputs: {name!r} stands there twice")
+        return self
+
+    def samples(self) -> Samples:
+        """What happens to the loop, sampled, in float64."""
+        time = self.simulation.time
+        points = np.arange(2 * self.simulation.substeps + 1) / (2 * self.simulation.substeps)
+        plant = self.plant.plant
+        generator = np.random.default_rng(self.sensors.seed)
+        noise = generator.standard_normal((len(plant.encoders), len(time)))
+        return Samples(
+            self.reference.at(time),
+            self.reference.rate(time),
+            np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points]),
+            self.sensors.noise_rad * noise,
+            self.simulation.sample_time_s,
+        )
+
+
+def input_names(plant: Plant) -> list[str]:
+    """Every signal of ``plant`` that can be an input of the hierarchy."""
+    names = ["error", "error_rate", *plant.units]
+    return names + [f"{PREVIOUS}{name}" for name in names]
+
+
+def builtin_names() -> list[str]:
+    """Names of the scenarios that come with the package."""
+    found = (files("hfc_design") / "builtin_scenarios").iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in found if entry.name[0] != "_")
+
+
+def load_scenario(name: str, changes: Iterable[str] = ()) -> Scenario:
+    """The scenario with a built-in name or at a path, with ``changes`` like "key.sub=value".
+
+    Raises:
+        UserError: no such scenario, or its text, a value or a change is not allowed.
+    """
+    if name in builtin_names():
+        source, text = (
+            name,
+            (files("hfc_design") / "builtin_scenarios" / f"{name}.toml").read_text(),
+        )
+        folder = Path()
+    elif Path(name).is_file():
+        source, folder = name, Path(name).parent
+        try:
+            text = Path(name).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise UserError(f"{name}: cannot be read: {error}") from None
+    else:
+        known = ", ".join(builtin_names())
+        raise UserError(f"{name}: no such scenario; built in are {known}, or give a TOML file")
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{source}: is not valid TOML: {error}") from None
+    data = changed({"name": Path(source).stem} | data, changes)
+    return checked(Scenario, data, source, folder)
+
+
+def changed(data: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
+    """``data`` with values set by "dotted.key=value"; a value is TOML, or else a bare string.
+
+    Raises:
+        UserError: a change is not of that form, or its key runs through something else.
+    """
+    data = copy.deepcopy(data)
+    for change in changes:
+        key, equals, text = change.partition("=")
+        if not equals or not key.strip():
+            raise UserError(f"--set {change}: has to look like simulation.duration_s=5")
+        try:
+            value = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            value = text.strip()
+        *path, last = key.strip().split(".")
+        place = data
+        for part in path:
+            place = place.setdefault(part, {})
+            if not isinstance(place, dict):
+                raise UserError(f"--set {change}: {part} is not a table")
+        place[last] = value
+    return data
+
+
+def scenario_toml(scenario: Scenario) -> str:
+    """The scenario in full as TOML, every default spelled out."""
+    return tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))

@@ -1,0 +1,124 @@
+"""One loop for every strategy: ask, score, tell, remember the best of each structure."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from hfc_design import hierarchy
+from hfc_design.controllers import Layout
+from hfc_design.search.genome import Floats, Integers, Population, joined
+from hfc_design.search.lin_lee import LinLee
+from hfc_design.search.newton import Newton
+from hfc_design.search.race import Race
+from hfc_design.search.settings import LinLeeSettings, RaceSettings
+
+#: Scores of a population, nan where an individual diverged.
+Evaluate = Callable[[Population], Floats]
+
+
+class Strategy(Protocol):
+    """What a search strategy is: pure functions of its state and of a random generator."""
+
+    def start(self, rng: np.random.Generator) -> tuple[Any, Any]:
+        """State before the first generation, and its candidates."""
+
+    def ask(
+        self, state: Any, generation: int, newton: Newton, rng: np.random.Generator
+    ) -> tuple[Any, Any]:
+        """State and candidates of a later generation."""
+
+    def tell(self, state: Any, asked: Any, score: Floats) -> Any:
+        """State after the candidates have been scored."""
+
+
+def strategy(settings: RaceSettings | LinLeeSettings, layout: Layout) -> Strategy:
+    """The strategy that ``settings`` describes."""
+    if isinstance(settings, RaceSettings):
+        return Race(settings, layout)
+    return LinLee(settings, layout)
+
+
+class Archive(NamedTuple):
+    """The best individual ever seen of every tree; nothing that was found gets lost."""
+
+    population: Population  # (trees, ...), row t has tree t
+    score: Floats  # (trees,), -inf where a tree was never tried
+
+
+class History(NamedTuple):
+    """What became of each generation."""
+
+    best: Floats  # (generations,) best score so far
+    median: Floats  # median score of the generation
+    diverged: Integers  # individuals that diverged
+    structures: Integers  # distinct trees in the generation
+
+
+class Search(NamedTuple):
+    """Everything that a search has to remember; a checkpoint is this and nothing else."""
+
+    generation: int  # generations done
+    state: Any
+    archive: Archive
+    history: History
+
+
+def generations(
+    strategy: Strategy,
+    layout: Layout,
+    total: int,
+    seed: int,
+    evaluate: Evaluate,
+    newton: Newton,
+    search: Search | None = None,
+) -> Iterator[Search]:
+    """Run to ``total`` generations from the start or from ``search``; yields after each.
+
+    The random numbers of a generation depend on the seed and its number alone, so that a
+    continued search is the same search, bit for bit.
+    """
+    if search is None:
+        search = Search(0, None, _empty_archive(layout), _EMPTY_HISTORY)
+    for generation in range(search.generation, total):
+        rng = np.random.default_rng([seed, generation])
+        if generation == 0:
+            state, asked = strategy.start(rng)
+        else:
+            state, asked = strategy.ask(search.state, generation, newton, rng)
+        found = evaluate(asked.population)
+        score = np.where(np.isfinite(found), found, 0.0)
+        archive = _archived(search.archive, asked.population, score)
+        entry = (
+            archive.score.max(),
+            np.median(score),
+            np.count_nonzero(~np.isfinite(found)),
+            len(np.unique(asked.population.tree)),
+        )
+        history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
+        search = Search(generation + 1, strategy.tell(state, asked, score), archive, history)
+        yield search
+
+
+_EMPTY_HISTORY = History(np.empty(0), np.empty(0), np.empty(0, int), np.empty(0, int))
+
+
+def _empty_archive(layout: Layout) -> Archive:
+    inputs = len(layout.inputs)
+    trees = len(hierarchy.trees(inputs))
+    empty = Population(
+        np.arange(trees),
+        np.zeros((trees, 2)),
+        np.ones((trees, inputs)),
+        np.zeros((trees, inputs - 1, 7, 7)),
+    )
+    return Archive(empty, np.full(trees, -np.inf))
+
+
+def _archived(archive: Archive, population: Population, score: Floats) -> Archive:
+    """The best of every tree, among what the archive holds and this generation."""
+    both = joined(archive.population, population)
+    scores = np.concatenate([archive.score, score])
+    order = np.lexsort((-scores, both.tree))  # stable: on a tie the older one stays
+    best = order[np.unique(both.tree[order], return_index=True)[1]]
+    return Archive(both.take(best), scores[best])

@@ -1,0 +1,172 @@
+"""What the commands say to a person: progress, tables, lists."""
+
+import sys
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hfc_design import controllers, evaluate, fitness, scenarios
+from hfc_design import design as designs
+from hfc_design.evaluate import Evaluation
+from hfc_design.export import FORMATS
+from hfc_design.records import RunError, UserError
+from hfc_design.scenarios import Scenario
+from hfc_design.search.loop import Search
+from plants import PLANTS
+
+#: Shown beside every result.
+BASELINES = ("lin-lee-1999-table-1", "lin-lee-1999-table-2", "pd-only")
+
+
+def design(
+    name: str | None, out: Path | None, changes: list[str], resume: bool, quiet: bool
+) -> None:
+    """``hfc design``: start or resume a run, report it, print the table.
+
+    Raises:
+        UserError: the scenario, an option or the folder cannot be used.
+        RunError: the run failed or was interrupted.
+    """
+    if resume:
+        if out is None or name is not None or changes:
+            raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
+        scenario, folder = designs.opened_run(out), out
+    else:
+        scenario = scenarios.load_scenario(name or "c-axis-ramp", changes)
+        folder = out or _free_folder(scenario.name)
+        scenario = designs.new_run(scenario, folder)
+    watch = Quiet() if quiet else Watch(scenario)
+    try:
+        with watch:
+            result = designs.run(scenario, folder, watch.generation)
+    except KeyboardInterrupt:
+        raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
+    rivals = {name: rival for name in BASELINES if (rival := _rival(name, scenario))}
+    from hfc_design.report import write_report
+
+    write_report(scenario, result, rivals, folder)
+    show_table({"this design": result.evaluation, **rivals}, watch.summary())
+    Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
+
+
+class Quiet:
+    """Progress that says nothing."""
+
+    def __enter__(self) -> "Quiet":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def generation(self, search: Search) -> None:
+        """Nothing."""
+
+    def summary(self) -> str:
+        """Nothing."""
+        return ""
+
+
+class Watch(Quiet):
+    """Live progress on a terminal, a line now and then elsewhere; both on stderr."""
+
+    def __init__(self, scenario: Scenario):
+        self._console = Console(stderr=True)
+        self._total = scenario.search.generations
+        self._steps = scenario.search.population * scenario.simulation.steps
+        self._begun = self._said = time.monotonic()
+        self._first: tuple[int, float] | None = None
+        self._diverged = 0
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=20),
+            TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[line]}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=self._console,
+            disable=not self._console.is_terminal,
+        )
+        self._task = self._bar.add_task("compiling", total=self._total, line="")
+
+    def __enter__(self) -> "Watch":
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def generation(self, search: Search) -> None:
+        """Show one finished generation."""
+        now = time.monotonic()
+        done, history = search.generation, search.history
+        self._diverged = int(history.diverged.sum())
+        if self._first is None:
+            self._first = (done, now)  # the first one includes the compilation
+        begun, since = self._first
+        rate = (done - begun) * self._steps / (now - since) if now > since else 0.0
+        line = (
+            f"best {history.best[-1]:.1f}  median {history.median[-1]:.1f}  "
+            f"diverged {history.diverged[-1]}  structures {history.structures[-1]}  "
+            f"{rate:.2g} individual-steps/s"
+        )
+        self._bar.update(self._task, description="generation", completed=done, line=line)
+        if not self._console.is_terminal and (now - self._said > 5.0 or done == self._total):
+            left = (self._total - done) * (now - since) / max(done - begun, 1)
+            print(f"generation {done}/{self._total}  {line}  {left:.0f} s left", file=sys.stderr)
+            self._said = now
+
+    def summary(self) -> str:
+        """Time and divergence of the whole run."""
+        seconds = time.monotonic() - self._begun
+        return f"{seconds:.1f} s; {self._diverged} individuals diverged and scored 0"
+
+
+def show_table(rows: dict[str, Evaluation], caption: str = "") -> None:
+    """Fitness and metrics of some designs side by side, one column a design."""
+    table = Table(caption=caption or None, caption_justify="left")
+    table.add_column("metric")
+    for name in rows:
+        table.add_column(name, justify="right")
+    cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
+    table.add_row("fitness (LL eq. 5)", *cells)
+    for key in fitness.METRICS:
+        found = (row.metrics[key] for row in rows.values())
+        table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
+    Console().print(table)
+
+
+def show_list(what: str) -> None:
+    """Names of what is built in, with a line about each."""
+    if what == "scenarios":
+        names = scenarios.builtin_names()
+        lines = {name: scenarios.load_scenario(name).description for name in names}
+    elif what == "designs":
+        names = evaluate.builtin_designs()
+        lines = {name: str(evaluate.load_design(name).provenance["source"]) for name in names}
+    elif what == "plants":
+        lines = {name: ", ".join(plant.parameters._fields) for name, plant in PLANTS.items()}
+    elif what == "controllers":
+        lines = controllers.KINDS
+    else:
+        lines = {name: text for name, (text, _) in FORMATS.items()}
+    table = Table(box=None, show_header=False)
+    for name, text in lines.items():
+        table.add_row(name, text)
+    Console().print(table)
+
+
+def _rival(name: str, scenario: Scenario) -> Evaluation | None:
+    """A published design on this scenario; None where it does not fit the plant or sampling."""
+    try:
+        return evaluate.evaluate(evaluate.load_design(name), scenario)
+    except UserError:
+        return None
+
+
+def _free_folder(name: str) -> Path:
+    number = 1
+    while (folder := Path("runs") / f"{name}-{number}").exists():
+        number += 1
+    return folder

@@ -1,0 +1,198 @@
+"""What the world does to the closed loop: reference, load torque and sensor noise, sampled."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, ValidationInfo
+
+from hfc_design.records import Finite, NotNegative, Positive, Record
+
+Floats = NDArray[np.float64]
+
+
+class Samples(NamedTuple):
+    """Everything that happens to the loop, one column a control sample."""
+
+    reference: Any  # (steps,) [rad]
+    reference_rate: Any  # (steps,) [rad/s]
+    loads: Any  # (2 substeps + 1, steps) load where the integrator needs it [N m]
+    noise: Any  # (encoders, steps) added to the encoder angles [rad]
+    sample_time: Any  # scalar [s]
+
+
+def table_of(path: Path) -> tuple[Floats, Floats]:
+    """The two columns of a CSV file.
+
+    Raises:
+        ValueError: the file cannot be read, or is not two finite columns with rising time.
+    """
+    try:
+        data = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise ValueError(f"is no table of numbers: {error}") from None
+    if data.shape[1] != 2 or len(data) < 2:
+        raise ValueError(f"needs two columns and at least two rows, not {data.shape[::-1]}")
+    if not np.isfinite(data).all():
+        raise ValueError("has a number that is not finite")
+    if not (np.diff(data[:, 0]) > 0).all():
+        raise ValueError("needs a first column (time in s) that rises from row to row")
+    return data[:, 0], data[:, 1]
+
+
+def _readable(file: Path, info: ValidationInfo) -> Path:
+    """A relative path starts at the folder of the file that names it."""
+    path = Path((info.context or {}).get("folder", "")) / file
+    table_of(path)
+    return path
+
+
+CsvFile = Annotated[Path, AfterValidator(_readable)]
+
+
+class Table(Record):
+    """Two columns of a CSV file with a header, linear in between, constant at both ends."""
+
+    kind: Literal["csv"] = "csv"
+    file: CsvFile  # time [s], reference angle [rad]
+
+    def at(self, time: Floats) -> Floats:
+        """Reference angle [rad]."""
+        return np.interp(time, *table_of(self.file))
+
+    def rate(self, time: Floats) -> Floats:
+        """Reference velocity [rad/s]: the right-hand slope at a corner, 0 beyond the ends."""
+        times, values = table_of(self.file)
+        slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
+        return np.asarray(slopes[np.searchsorted(times, time, side="right")])
+
+
+class Ramp(Record):
+    """Constant velocity from rest at zero."""
+
+    kind: Literal["ramp"] = "ramp"
+    rate_rad_s: Finite = 0.02
+
+    def at(self, time: Floats) -> Floats:
+        """Reference angle [rad]."""
+        return self.rate_rad_s * time
+
+    def rate(self, time: Floats) -> Floats:
+        """Reference velocity [rad/s]."""
+        return np.full_like(time, self.rate_rad_s)
+
+
+class Sine(Record):
+    """``amplitude sin(frequency t)``."""
+
+    kind: Literal["sine"] = "sine"
+    amplitude_rad: Finite
+    frequency_rad_s: Positive
+
+    def at(self, time: Floats) -> Floats:
+        """Reference angle [rad]."""
+        return np.asarray(self.amplitude_rad * np.sin(self.frequency_rad_s * time))
+
+    def rate(self, time: Floats) -> Floats:
+        """Reference velocity [rad/s]."""
+        peak = self.amplitude_rad * self.frequency_rad_s
+        return np.asarray(peak * np.cos(self.frequency_rad_s * time))
+
+
+class Step(Record):
+    """A jump, then hold."""
+
+    kind: Literal["step"] = "step"
+    height_rad: Finite
+    time_s: NotNegative = 0.0
+
+    def at(self, time: Floats) -> Floats:
+        """Reference angle [rad]."""
+        return np.where(time >= self.time_s, self.height_rad, 0.0)
+
+    def rate(self, time: Floats) -> Floats:
+        """Reference velocity [rad/s]: zero, also at the jump."""
+        return np.zeros_like(time)
+
+
+class Trapezoidal(Record):
+    """A move from rest to rest with limited velocity and acceleration, then hold."""
+
+    kind: Literal["trapezoidal"] = "trapezoidal"
+    distance_rad: Finite
+    velocity_rad_s: Positive
+    acceleration_rad_s2: Positive
+
+    def _phases(self) -> tuple[float, float, float]:
+        """Peak velocity [rad/s], time of acceleration [s], time at constant velocity [s]."""
+        distance = abs(self.distance_rad)
+        peak = min(self.velocity_rad_s, np.sqrt(distance * self.acceleration_rad_s2))
+        rise = peak / self.acceleration_rad_s2
+        cruise = distance / peak - rise if peak > 0 else 0.0
+        return peak, rise, cruise
+
+    def at(self, time: Floats) -> Floats:
+        """Reference angle [rad]."""
+        peak, rise, cruise = self._phases()
+        up = np.clip(time, 0.0, rise)
+        even = np.clip(time - rise, 0.0, cruise)
+        down = np.clip(time - rise - cruise, 0.0, rise)
+        half = 0.5 * self.acceleration_rad_s2
+        path = half * up**2 + peak * even + peak * down - half * down**2
+        return np.asarray(np.sign(self.distance_rad) * path)
+
+    def rate(self, time: Floats) -> Floats:
+        """Reference velocity [rad/s]."""
+        peak, rise, cruise = self._phases()
+        falling = 2 * rise + cruise - time
+        slope = self.acceleration_rad_s2 * np.minimum(time, falling)
+        return np.asarray(np.sign(self.distance_rad) * np.clip(slope, 0.0, peak))
+
+
+Reference = Annotated[Ramp | Sine | Step | Trapezoidal | Table, Field(discriminator="kind")]
+
+
+class LoadSine(Record):
+    """``amplitude sin(frequency t + phase)``."""
+
+    amplitude_Nm: Finite
+    frequency_rad_s: Positive
+    phase_rad: Finite = 0.0
+
+
+class Load(Record):
+    """Load torque: a constant, any number of sines and a table, added up (LL eq. 7)."""
+
+    constant_Nm: Finite = 0.0
+    sines: tuple[LoadSine, ...] = ()
+    file: CsvFile | None = None  # time [s], load torque [N m]
+
+    def at(self, time: Floats) -> Floats:
+        """Load torque [N m]."""
+        total = np.full_like(time, self.constant_Nm)
+        for sine in self.sines:
+            total += sine.amplitude_Nm * np.sin(sine.frequency_rad_s * time + sine.phase_rad)
+        if self.file is not None:
+            total += np.interp(time, *table_of(self.file))
+        return total
+
+
+class Simulation(Record):
+    """Duration and step: LL prints neither; one RK4 step a millisecond is exact to 1e-8 rad."""
+
+    duration_s: Positive = 10.0
+    sample_time_s: Positive = 0.001
+    substeps: int = Field(1, ge=1, le=1000)
+
+    @property
+    def steps(self) -> int:
+        """Number of control samples."""
+        return round(self.duration_s / self.sample_time_s)
+
+    @property
+    def time(self) -> Floats:
+        """(steps,) time of each sample [s]."""
+        return np.arange(self.steps, dtype=np.float64) * self.sample_time_s

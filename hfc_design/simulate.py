@@ -1,0 +1,294 @@
+"""Plant + controller + scenario -> score or trajectory, for one or for a hundred thousand.
+
+Plant, controller and fitness are written for one machine in scalars. Here, and only here, they
+become a population: every leaf of the gains carries the individuals in its *trailing* axis, the
+scan over the samples runs outermost, and its body is ``vmap`` of the scalar step over rows that
+are sliced from the leaves inside the body. The compiler then emits one vector loop a sample.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jax.sharding import Mesh, PartitionSpec
+
+from hfc_design import devices
+from hfc_design.controllers import Controller
+from hfc_design.fitness import Fitness, lin_lee
+from hfc_design.scenarios import Scenario
+from hfc_design.signals import Samples
+from plants import Plant
+
+devices.configure()
+
+#: Individuals that step together on one CPU core: their state and tables stay in its cache.
+CHUNK = 64
+LANES = 16
+
+
+class Sensors(NamedTuple):
+    """What stands between the machine's state and the controller."""
+
+    encoder_resolution: float = 0.0  # [rad]; 0 means ideal
+    velocity_from_encoder: bool = False  # else an ideal tachometer
+
+
+class Loop(NamedTuple):
+    """The closed loop as code; everything else is data. One ``Loop`` compiles once a shape."""
+
+    plant: Plant
+    controller: Controller
+    fitness: Fitness
+    substeps: int = 1
+    command_limit: float | None = None
+    sensors: Sensors | None = None
+
+
+def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
+    """The loop of ``scenario`` with ``controller`` in it."""
+    wanted = scenario.sensors
+    sensors = Sensors(wanted.encoder_resolution_rad, wanted.velocity == "encoder")
+    ideal = sensors == Sensors() and not wanted.noise_rad
+    return Loop(
+        plant=scenario.plant.plant,
+        controller=controller,
+        fitness=lin_lee(scenario.fitness.error, scenario.fitness.error_rate),
+        substeps=scenario.simulation.substeps,
+        command_limit=scenario.limits.voltage_V,
+        sensors=None if ideal else sensors,
+    )
+
+
+class Trajectory(NamedTuple):
+    """Everything at the start of every sample; leaves are (steps, individuals)."""
+
+    error: Any
+    error_rate: Any
+    command: Any
+    state: Any
+
+
+def scores(
+    loop: Loop, plant: Any, samples: Samples, gains: Any, dtype: Any = np.float32
+) -> np.ndarray:
+    """Score of every individual, (individuals,) float64; a diverged one scores nan.
+
+    ``plant`` is the plant's parameter record, ``gains`` the controller's record with the
+    individuals in the trailing axis of every leaf. The work is spread over all devices.
+    """
+    count = jax.tree.leaves(gains)[0].shape[-1]
+    width = devices.count() * _chunk(count)
+    padding = -count % width
+    padded = jax.tree.map(
+        lambda leaf: np.pad(leaf, [(0, 0)] * (leaf.ndim - 1) + [(0, padding)], mode="edge"), gains
+    )
+    result = _scores(loop, _cast(plant, dtype), _cast(samples, dtype), _cast(padded, dtype))
+    found = np.asarray(result, np.float64)[:count]
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def trajectory(
+    loop: Loop, plant: Any, samples: Samples, gains: Any
+) -> tuple[np.ndarray, Trajectory]:
+    """Scores (individuals,) and the whole motion of every individual, in float64 as numpy."""
+    arguments = (_cast(item, np.float64) for item in (plant, samples, gains))
+    found: tuple[np.ndarray, Trajectory] = jax.tree.map(np.asarray, _trajectory(loop, *arguments))
+    return found
+
+
+def error_jacobian(
+    loop: Loop, plant: Any, samples: Samples, gains: Any, dtype: Any = np.float32
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tracking error (steps,) of one individual and its derivative (steps, parameters).
+
+    The parameters are the floating leaves of ``gains`` (trailing axis 1) one after the other.
+    Forward mode on a population of copies, one a parameter, is as fast as the population is.
+    """
+    arguments = (_cast(item, dtype) for item in (plant, samples, gains))
+    error, jacobian = _error_jacobian(loop, *arguments)
+    parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
+    return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
+
+
+def _chunk(count: int) -> int:
+    if jax.default_backend() != "cpu":
+        return -(-count // devices.count())
+    share = -(-count // (devices.count() * LANES)) * LANES
+    return min(CHUNK, share)
+
+
+def _cast(tree: Any, dtype: Any) -> Any:
+    def cast(leaf: Any) -> np.ndarray:
+        array = np.asarray(leaf)
+        return array if array.dtype.kind == "i" else array.astype(dtype)
+
+    return jax.tree.map(cast, tree)
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
+def _scores(loop: Loop, plant: Any, samples: Samples, gains: Any) -> jax.Array:
+    def on_device(plant: Any, samples: Samples, gains: Any) -> jax.Array:
+        count = jax.tree.leaves(gains)[0].shape[-1]
+        chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
+
+        def chunked(leaf: jax.Array) -> jax.Array:
+            return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
+
+        def one_chunk(gains: Any) -> jax.Array:
+            sums, _ = _run(loop, plant, samples, gains, record=False)
+            return loop.fitness.score(sums)
+
+        return lax.map(one_chunk, jax.tree.map(chunked, gains)).reshape(-1)
+
+    split = jax.tree.map(lambda leaf: PartitionSpec(*[None] * (leaf.ndim - 1), "population"), gains)
+    spread = jax.shard_map(
+        on_device,
+        mesh=Mesh(jax.devices(), ("population",)),
+        in_specs=(PartitionSpec(), PartitionSpec(), split),
+        out_specs=PartitionSpec("population"),
+        check_vma=False,
+    )
+    return spread(plant, samples, gains)
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
+def _trajectory(
+    loop: Loop, plant: Any, samples: Samples, gains: Any
+) -> tuple[jax.Array, Trajectory]:
+    sums, motion = _run(loop, plant, samples, gains, record=True)
+    return loop.fitness.score(sums), motion
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
+def _error_jacobian(
+    loop: Loop, plant: Any, samples: Samples, gains: Any
+) -> tuple[jax.Array, jax.Array]:
+    leaves, structure = jax.tree.flatten(gains)
+    sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
+    starts = np.cumsum([0, *sizes])
+    width = devices.count() * LANES
+
+    def on_device(lanes: jax.Array) -> tuple[jax.Array, jax.Array]:
+        copies = [jnp.broadcast_to(leaf, (*leaf.shape[:-1], lanes.size)) for leaf in leaves]
+        moving = [k for k, size in enumerate(sizes) if size]
+        directions = []
+        for k in moving:
+            own = starts[k] + np.arange(sizes[k])
+            directions.append(
+                (own[:, None] == lanes).astype(copies[k].dtype).reshape(copies[k].shape)
+            )
+
+        def errors(*changed: jax.Array) -> jax.Array:
+            full = list(copies)
+            for k, leaf in zip(moving, changed, strict=True):
+                full[k] = leaf
+            _, outputs = _run(
+                loop, plant, samples, jax.tree.unflatten(structure, full), record=True
+            )
+            error: jax.Array = outputs.error
+            return error
+
+        return jax.jvp(errors, [copies[k] for k in moving], directions)
+
+    spread = jax.shard_map(
+        on_device,
+        mesh=Mesh(jax.devices(), ("parameters",)),
+        in_specs=PartitionSpec("parameters"),
+        out_specs=PartitionSpec(None, "parameters"),
+        check_vma=False,
+    )
+    return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
+
+
+def _run(loop: Loop, plant: Any, samples: Samples, gains: Any, record: bool) -> tuple[Any, Any]:
+    """Scan over the samples; returns the fitness sums and, if asked for, the trajectory."""
+    leaves = jax.tree.leaves(gains)
+    zeros = jnp.zeros(leaves[0].shape[-1], samples.reference.dtype)
+    fixed = loop.plant.coefficients(plant)
+    step = jax.vmap(partial(_sample, loop), in_axes=(None, None, 0, 0, None))
+    start = _Carry(
+        loop.plant.initial_state(zeros),
+        loop.controller.initial_memory(zeros),
+        dict.fromkeys(loop.plant.encoders, zeros),
+        loop.fitness.initial(zeros),
+    )
+
+    def body(carry: _Carry, row: Any) -> tuple[_Carry, Any]:
+        # Slicing here and not outside keeps each leaf one operand of the compiled loop.
+        carry, outputs = step(fixed, samples.sample_time, jax.tree.map(_rows, gains), carry, row)
+        return carry, outputs if record else None
+
+    rows = (
+        samples.reference,
+        samples.reference_rate,
+        tuple(samples.loads),
+        tuple(samples.noise),
+    )
+    carry, outputs = lax.scan(body, start, rows)
+    return carry.sums, outputs
+
+
+class _Carry(NamedTuple):
+    state: Any
+    memory: Any
+    angles: dict[str, Any]  # what the encoders read at the previous sample [rad]
+    sums: Any
+
+
+def _rows(leaf: jax.Array) -> Any:
+    """A leaf (..., individuals) as nested tuples of its (individuals,) rows."""
+    if leaf.ndim == 1:
+        return leaf
+    flat = leaf.reshape(-1, leaf.shape[-1])
+    rows: list[Any] = [lax.index_in_dim(flat, k, keepdims=False) for k in range(flat.shape[0])]
+    for size in leaf.shape[-2:0:-1]:
+        rows = [tuple(rows[k : k + size]) for k in range(0, len(rows), size)]
+    return tuple(rows)
+
+
+def _sample(
+    loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: _Carry, row: Any
+) -> tuple[_Carry, Trajectory]:
+    """One control sample of one machine: measure, control, hold the command, move."""
+    reference, reference_rate, loads, noise = row
+    plant = loop.plant
+    state = carry.state
+    seen, angles = _measured(loop, state, carry.angles, noise, sample_time)
+    readings = plant.signals(fixed, seen)
+    readings["error"] = reference - getattr(seen, plant.position)
+    readings["error_rate"] = reference_rate - getattr(seen, plant.velocity)
+    command, memory = loop.controller.step(gains, carry.memory, readings)
+    if loop.command_limit is not None:
+        command = jnp.clip(command, -loop.command_limit, loop.command_limit)
+    error = reference - getattr(state, plant.position)
+    error_rate = reference_rate - getattr(state, plant.velocity)
+    moved = state
+    for k in range(loop.substeps):
+        dt = sample_time / loop.substeps
+        moved = plant.step(fixed, moved, command, loads[2 * k : 2 * k + 3], dt)
+    sums = loop.fitness.update(carry.sums, error, error_rate, command)
+    return _Carry(moved, memory, angles, sums), Trajectory(error, error_rate, command, state)
+
+
+def _measured(
+    loop: Loop, state: Any, previous: dict[str, Any], noise: Any, sample_time: Any
+) -> tuple[Any, dict[str, Any]]:
+    """The state as the controller sees it, and the angles its encoders read."""
+    sensors = loop.sensors
+    if sensors is None:
+        return state, previous
+    angles = {}
+    for (angle, _), disturbance in zip(loop.plant.encoders.items(), noise, strict=True):
+        value = getattr(state, angle) + disturbance
+        if sensors.encoder_resolution:
+            step = sensors.encoder_resolution
+            value = step * jnp.floor(value / step + 0.5)
+        angles[angle] = value
+    seen = dict(angles)
+    if sensors.velocity_from_encoder:
+        for angle, velocity in loop.plant.encoders.items():
+            seen[velocity] = (angles[angle] - previous[angle]) / sample_time
+    return state._replace(**seen), angles

@@ -1,0 +1,13 @@
+"""Drive models: what a controller is designed against.
+
+A plant is plain data and pure functions written for one machine in scalars;
+``hfc_design.simulate`` turns them into whole populations.
+"""
+
+from plants.c_axis import C_AXIS
+from plants.plant import Plant
+
+#: Every plant that a scenario can name.
+PLANTS: dict[str, Plant] = {plant.name: plant for plant in (C_AXIS,)}
+
+__all__ = ["C_AXIS", "PLANTS", "Plant"]

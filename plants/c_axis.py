@@ -1,0 +1,171 @@
+"""The C-axis of a CNC turning centre (Lin & Lee 1999, cited as LL, eq. 1-2).
+
+A vector-controlled induction motor turns the spindle through a flexible transmission against
+LuGre friction and the load torque of the cut. The command is the quadrature stator voltage.
+"""
+
+from typing import Any, NamedTuple
+
+from plants.friction import LuGre, bristle_rate, friction_torque
+from plants.integrate import rk4
+from plants.plant import Plant
+
+
+class CAxisParameters(NamedTuple):
+    """Physical parameters; the defaults are the machine of LL section 4.
+
+    The paper does not print the number of poles. With the published gains of its Table I the
+    linearised loop is stable for 2 poles only (pole pair -4.6 +/- 20.8j; +3.5 +/- 29.5j for 4).
+    """
+
+    poles: float = 2.0  # P [1]
+    rotor_flux: float = 0.6  # lambda_r [Wb]
+    stator_resistance: float = 1.12  # R_s [ohm]
+    rotor_resistance: float = 1.05  # R_r [ohm]
+    stator_inductance: float = 0.341  # L_s [H]
+    rotor_inductance: float = 0.306  # L_r [H]
+    mutual_inductance: float = 0.225  # L_m [H]
+    rotor_inertia: float = 0.11  # J_r [kg m2]
+    rotor_damping: float = 2.05  # b_r [N m s/rad]
+    spindle_inertia: float = 5.102  # J_c [kg m2]
+    gear_ratio: float = 1.0  # N [1]
+    stiffness: float = 200.0  # k [N m/rad]
+    bristle_stiffness: float = 17000.0  # sigma_0 [N m/rad]
+    bristle_damping: float = 126.5  # sigma_1 [N m s/rad]
+    viscous_friction: float = 0.4  # sigma_2 [N m s/rad]
+    coulomb_torque: float = 0.7  # T_c [N m]
+    static_torque: float = 1.2  # T_s [N m]
+    stribeck_velocity: float = 0.003  # omega_s [rad/s]
+
+
+class CAxisState(NamedTuple):
+    """State x of LL eq. 2; every field a scalar."""
+
+    current: Any  # i_qs [A]
+    rotor_angle: Any  # theta_r [rad]
+    rotor_velocity: Any  # omega_r [rad/s]
+    spindle_angle: Any  # theta_c [rad]
+    spindle_velocity: Any  # omega_c [rad/s]
+    bristle_deflection: Any  # z [rad]
+
+
+class CAxisCoefficients(NamedTuple):
+    """What a step needs of the parameters, computed once (LL eq. 1c, 1d)."""
+
+    current_decay: Any  # R_sigma / L_sigma [1/s]
+    back_emf: Any  # L_s lambda_r / (L_sigma L_m) [A/rad]
+    inverse_inductance: Any  # 1 / L_sigma [1/H]
+    torque_constant: Any  # K_t = (P/2) L_m lambda_r / L_r [N m/A]
+    inverse_rotor_inertia: Any
+    inverse_spindle_inertia: Any
+    rotor_damping: Any
+    stiffness: Any
+    gear_ratio: Any
+    friction: LuGre
+
+
+def coefficients(p: CAxisParameters) -> CAxisCoefficients:
+    """Coefficients of LL eq. 2 with L_sigma = L_s - L_m^2/L_r, R_sigma = R_s + R_r L_s/L_r."""
+    leakage = p.stator_inductance - p.mutual_inductance**2 / p.rotor_inductance
+    resistance = p.stator_resistance + p.rotor_resistance * p.stator_inductance / p.rotor_inductance
+    return CAxisCoefficients(
+        current_decay=resistance / leakage,
+        back_emf=p.stator_inductance * p.rotor_flux / (leakage * p.mutual_inductance),
+        inverse_inductance=1.0 / leakage,
+        torque_constant=0.5 * p.poles * p.mutual_inductance * p.rotor_flux / p.rotor_inductance,
+        inverse_rotor_inertia=1.0 / p.rotor_inertia,
+        inverse_spindle_inertia=1.0 / p.spindle_inertia,
+        rotor_damping=p.rotor_damping,
+        stiffness=p.stiffness,
+        gear_ratio=p.gear_ratio,
+        friction=LuGre(
+            p.bristle_stiffness,
+            p.bristle_damping,
+            p.viscous_friction,
+            p.coulomb_torque,
+            p.static_torque - p.coulomb_torque,
+            1.0 / p.stribeck_velocity,
+        ),
+    )
+
+
+def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Any, load: Any) -> CAxisState:
+    """Rates of the state (LL eq. 2) under ``voltage`` [V] and load torque ``load`` [N m]."""
+    spring = c.stiffness * (x.rotor_angle - c.gear_ratio * x.spindle_angle)
+    bristle = bristle_rate(c.friction, x.spindle_velocity, x.bristle_deflection)
+    friction = friction_torque(c.friction, x.spindle_velocity, x.bristle_deflection, bristle)
+    return CAxisState(
+        current=c.inverse_inductance * voltage
+        - c.current_decay * x.current
+        - c.back_emf * x.rotor_velocity,
+        rotor_angle=x.rotor_velocity,
+        rotor_velocity=c.inverse_rotor_inertia
+        * (c.torque_constant * x.current - spring - c.rotor_damping * x.rotor_velocity),
+        spindle_angle=x.spindle_velocity,
+        spindle_velocity=c.inverse_spindle_inertia * (c.gear_ratio * spring - friction - load),
+        bristle_deflection=bristle,
+    )
+
+
+def step(
+    c: CAxisCoefficients, x: CAxisState, voltage: Any, loads: tuple[Any, Any, Any], dt: Any
+) -> CAxisState:
+    """The state ``dt`` [s] later under a constant voltage (one RK4 step)."""
+    return rk4(lambda state, load: derivative(c, state, voltage, load), x, loads, dt)
+
+
+def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Any]:
+    """What the drive's sensors tell a controller, beside the tracking error."""
+    return {
+        "deflection": x.rotor_angle - c.gear_ratio * x.spindle_angle,  # delta [rad]
+        "deflection_rate": x.rotor_velocity - c.gear_ratio * x.spindle_velocity,  # [rad/s]
+        "spindle_velocity": x.spindle_velocity,  # omega_c [rad/s]
+        "rotor_velocity": x.rotor_velocity,  # omega_r [rad/s]
+        "current": x.current,  # i_qs [A]
+    }
+
+
+MAY_BE_ZERO = frozenset({"rotor_damping", "bristle_damping", "viscous_friction"})
+
+
+def fault(changes: dict[str, float]) -> str | None:
+    """What makes the nominal machine with ``changes`` impossible, or None."""
+    for name, value in changes.items():
+        if name not in CAxisParameters._fields:
+            return f"parameters.{name}: unknown; there is {', '.join(CAxisParameters._fields)}"
+        if value < 0 or (value == 0 and name not in MAY_BE_ZERO):
+            allowed = "zero or more" if name in MAY_BE_ZERO else "more than zero"
+            return f"parameters.{name} = {value}: has to be {allowed}"
+    p = CAxisParameters(**changes)
+    if p.stator_inductance * p.rotor_inductance <= p.mutual_inductance**2:
+        return (
+            f"parameters.mutual_inductance = {p.mutual_inductance}: its square has to be less "
+            "than stator_inductance * rotor_inductance"
+        )
+    if p.static_torque < p.coulomb_torque:
+        return (
+            f"parameters.static_torque = {p.static_torque}: has to be at least "
+            f"coulomb_torque = {p.coulomb_torque}"
+        )
+    return None
+
+
+C_AXIS = Plant(
+    name="c-axis",
+    parameters=CAxisParameters,
+    fault=fault,
+    units={
+        "deflection": "rad",
+        "deflection_rate": "rad/s",
+        "spindle_velocity": "rad/s",
+        "rotor_velocity": "rad/s",
+        "current": "A",
+    },
+    coefficients=coefficients,
+    initial_state=lambda zero: CAxisState(zero, zero, zero, zero, zero, zero),
+    step=step,
+    signals=signals,
+    position="spindle_angle",
+    velocity="spindle_velocity",
+    encoders={"rotor_angle": "rotor_velocity", "spindle_angle": "spindle_velocity"},
+)
