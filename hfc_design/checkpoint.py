@@ -50,7 +50,7 @@ def load(path: Path, kind: type, state: type, config: str) -> Any:
         RunError: the file is damaged, is no checkpoint, or belongs to another run.
     """
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         if str(arrays["format"]) != FORMAT:
             raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")

@@ -198,7 +198,8 @@ def _stored(path: Path, settings: Any, config: str) -> Search | None:
 def _save(folder: Path, search: Search, config: str) -> None:
     checkpoint.save(folder / CHECKPOINT, search, config)
     lines = ["generation,best,median,diverged,structures"]
-    for k, (best, median, diverged, structures) in enumerate(zip(*search.history, strict=True)):
+    columns = (column.tolist() for column in search.history)
+    for k, (best, median, diverged, structures) in enumerate(zip(*columns, strict=True)):
         lines.append(f"{k},{best!r},{median!r},{diverged},{structures}")
     checkpoint.write_whole(folder / HISTORY, ("\n".join(lines) + "\n").encode())
 

@@ -6,6 +6,7 @@ Import this before anything starts JAX; afterwards it still works, only slower.
 import os
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import jax
 
@@ -20,12 +21,13 @@ def configure() -> None:
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_backend_extra_options" not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} --xla_backend_extra_options={_WHOLE_LOOP}".strip()
-    jax.config.update("jax_enable_x64", True)
-    if jax.config.read("jax_num_cpu_devices") == -1:  # neither the user nor an earlier call chose
-        jax.config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
-    if jax.config.read("jax_compilation_cache_dir") is None:
-        jax.config.update("jax_compilation_cache_dir", str(cache_directory()))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+    config: Any = jax.config
+    config.update("jax_enable_x64", True)
+    if config.jax_num_cpu_devices == -1:  # nobody has chosen yet
+        config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
+    if config.jax_compilation_cache_dir is None:
+        config.update("jax_compilation_cache_dir", str(cache_directory()))
+        config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
 
 
 def cache_directory() -> Path:

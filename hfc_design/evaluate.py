@@ -82,7 +82,10 @@ def load_design(name: str) -> Design:
     if not Path(name).exists():
         known = ", ".join(builtin_designs())
         raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
-    return read_design(Path(name) / "design.json" if Path(name).is_dir() else name)
+    path = Path(name) / "design.json" if Path(name).is_dir() else Path(name)
+    design = read_design(path)
+    checked(PlantSettings, design.plant.model_dump(), f"{path}: plant", path.parent)
+    return design
 
 
 def own_scenario(design: Design, name: str, changes: Iterable[str] = ()) -> Scenario:

@@ -22,6 +22,9 @@ class UserError(Exception):
 
     exit_code = 2
 
+    def __init__(self, message: str):
+        super().__init__(" ".join(message.split()))  # one line, whatever was quoted in it
+
 
 class RunError(UserError):
     """Something outside the program went wrong, a full disk for one: exit code 1."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from hfc_design import hierarchy
 from hfc_design.controllers import Layout
-from hfc_design.search.genome import Floats, Integers, Population, joined
+from hfc_design.search.genome import Floats, Integers, Mask, Population, joined
 from hfc_design.search.settings import LinLeeSettings
 
 
@@ -112,7 +112,7 @@ class LinLee(NamedTuple):
             pair = _bits(state.genes[rng.choice(len(state.genes), 2, replace=False)])
             if rng.random() < self.settings.structure_crossover:
                 one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
-                pair[:, one:two] = pair[::-1, one:two]
+                pair = two_point(pair, int(one), int(two))
             for gene in _genes(pair, len(self.layout.inputs)):
                 if _tree_index(tuple(gene.tolist())) is not None:
                     found.append(gene)
@@ -148,6 +148,13 @@ class LinLee(NamedTuple):
                 return candidate
 
 
+def two_point(pair: Mask, first: int, behind: int) -> Mask:
+    """Two bit strings (2, bits) with the places ``first`` to ``behind - 1`` exchanged."""
+    crossed = pair.copy()
+    crossed[:, first:behind] = pair[::-1, first:behind]
+    return crossed
+
+
 @cache
 def _indices(inputs: int) -> dict[hierarchy.Tree, int]:
     return {tree: k for k, tree in enumerate(hierarchy.trees(inputs))}
@@ -160,14 +167,14 @@ def _tree_index(gene: tuple[int, ...]) -> int | None:
     return None if tree is None else _indices(len(gene))[tree]
 
 
-def _bits(genes: Integers) -> np.ndarray:
+def _bits(genes: Integers) -> Mask:
     """(n, inputs (inputs - 2)) bits of the genes, most significant first."""
     width = genes.shape[1] - 2
     places = np.arange(width - 1, -1, -1)
     return ((genes[:, :, None] >> places) & 1).reshape(len(genes), -1).astype(bool)
 
 
-def _genes(bits: np.ndarray, inputs: int) -> Integers:
+def _genes(bits: Mask, inputs: int) -> Integers:
     width = inputs - 2
     places = 2 ** np.arange(width - 1, -1, -1)
     return np.asarray((bits.reshape(len(bits), inputs, width) * places).sum(axis=2))

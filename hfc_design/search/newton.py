@@ -46,5 +46,6 @@ def proposals(
     along = basis.T @ (slope / size)
     dampings = damping * 10.0 ** np.linspace(-3.0, 3.0, -(-count // len(LENGTHS)))
     steps = (basis @ (along[:, None] / (np.maximum(values, 0.0)[:, None] + dampings))).T / size
+    steps[:, frozen] = 0.0
     points = np.concatenate([point - length * steps for length in LENGTHS])
     return points[:count], np.tile(dampings, len(LENGTHS))[:count]
