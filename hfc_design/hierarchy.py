@@ -148,6 +148,12 @@ def sources(tree: Tree) -> NDArray[np.int32]:
     return np.array([(unit.column, unit.row) for unit in tree], dtype=np.int32)
 
 
+@cache
+def all_sources(inputs: int) -> NDArray[np.int32]:
+    """The sources of every tree, (trees, units, 2), in the order of ``trees``."""
+    return np.stack([sources(tree) for tree in trees(inputs)])
+
+
 def picked(values: Sequence[Any], index: Any) -> Any:
     """``values[index]`` for scalars and a traced index: a chain of selections, not a gather."""
     result = values[0]

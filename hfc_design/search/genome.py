@@ -50,11 +50,11 @@ def from_vectors(parameters: Floats, like: Population) -> Population:
 def controller_gains(population: Population) -> HierarchicalGains:
     """The population as ``simulate`` wants it: individuals in the trailing axis."""
     inputs = population.scales.shape[1]
-    sources = np.stack([hierarchy.sources(tree) for tree in hierarchy.trees(inputs)])
+    sources = hierarchy.all_sources(inputs)[population.tree]
     return HierarchicalGains(
         kp=population.gains[:, 0],
         kd=population.gains[:, 1],
         scales=population.scales.T,
-        sources=np.moveaxis(sources[population.tree], 0, -1),
+        sources=np.moveaxis(sources, 0, -1),
         consequents=np.moveaxis(population.consequents, 0, -1),
     )

@@ -1,0 +1,204 @@
+"""Curves of a design and of its search, and how a figure becomes a file.
+
+Every function makes a ``matplotlib.figure.Figure`` of its own; none touches pyplot. The figures
+are narrow on purpose: they are to be read on a phone too.
+"""
+
+import io
+from collections.abc import Mapping
+from itertools import chain, cycle
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from numpy.typing import NDArray
+
+from hfc_design.checkpoint import write_whole
+from hfc_design.evaluate import Evaluation
+from hfc_design.records import UserError
+from hfc_design.search.loop import History
+
+Floats = NDArray[np.float64]
+
+WIDTH = 5.4  # of every figure [in]
+# Okabe and Ito's colours, which stay apart for a colour-blind reader.
+OWN, OTHER = "#0072B2", "#B34F00"
+RIVALS: tuple[dict[str, Any], ...] = tuple(
+    {"color": color, "lw": 1.2, "ls": style}
+    for color, style in (("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":"))
+)
+#: A curve is drawn with at most two points in each of this many slices of time.
+SLICES = 500
+#: A diverged motion is not drawn once its error is this many times the largest reference angle.
+RUNAWAY = 10.0
+#: File suffix -> metadata that keep the date out of the file.
+FORMATS: dict[str, dict[str, Any]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+
+
+def save_response(evaluation: Evaluation, title: str, path: Path) -> None:
+    """Draw ``response`` into a file; its suffix says whether png, svg or pdf.
+
+    Raises:
+        UserError: another suffix.
+        RunError: the file cannot be written.
+    """
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise UserError(f"{path}: a plot has to end in .png, .svg or .pdf")
+    write_whole(path, image(response(evaluation, title), kind))
+
+
+def image(figure: Figure, kind: str) -> bytes:
+    """The figure as a file of a kind in ``FORMATS``; the same figure gives the same bytes."""
+    buffer = io.BytesIO()
+    # Text stays text: the file is much smaller, and can be searched.
+    with matplotlib.rc_context({"svg.hashsalt": "hfc-design", "svg.fonttype": "none"}):
+        figure.savefig(buffer, format=kind, dpi=160, metadata=FORMATS[kind])
+    return buffer.getvalue()
+
+
+def response(evaluation: Evaluation, title: str) -> Figure:
+    """Angle, tracking error, spring deflection, voltage and load (if any) against time.
+
+    As LL fig. 6 and 7, c to f. A diverged motion ends where it runs away.
+    """
+    drawn = slice(_drawn(evaluation))
+    factor, unit = _angle_unit(evaluation)
+    error = evaluation.motion.error[drawn]
+    curves = {
+        "angle [rad]": evaluation.reference[drawn] - error,
+        f"error [{unit}]": factor * error,
+        "deflection [mrad]": 1e3 * evaluation.readings["deflection"][drawn],
+        "voltage [V]": evaluation.motion.command[drawn],
+    }
+    if np.any(evaluation.load):
+        curves["load [N m]"] = evaluation.load[drawn]
+    figure = framed(1.45 * len(curves) + 1.0, top=0.4)
+    panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
+    for axes, (label, values) in zip(panels, curves.items(), strict=True):
+        curve = _thinned(evaluation.time[drawn], values)
+        axes.plot(*curve, color=OWN, lw=1.2, label="spindle")
+        _finish(axes, label)
+    reference = _thinned(evaluation.time, evaluation.reference)
+    panels[0].plot(*reference, color="black", lw=1, ls="--", label="reference")
+    panels[0].legend(fontsize=9, frameon=False)
+    panels[0].margins(x=0)
+    panels[-1].set_xlabel("time [s]")
+    if evaluation.diverged:
+        title += f" (diverged at {evaluation.time[drawn][-1]:.3g} s)"
+    panels[0].set_title(title, fontsize=11)
+    return figure
+
+
+def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
+    """Largest tracking error in each hundredth of the time, logarithmic; the first stands out.
+
+    Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
+    """
+    figure = framed(3.8, top=0.65)
+    axes = figure.subplots()
+    factor, unit = _angle_unit(next(iter(evaluations.values())))
+    styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
+    for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
+        count = _drawn(evaluation)
+        starts = np.arange(0, count, -(-len(evaluation.time) // 100))
+        largest = np.maximum.reduceat(factor * np.abs(evaluation.motion.error[:count]), starts)
+        label = f"{name} (diverged)" if evaluation.diverged else name
+        axes.plot(evaluation.time[starts], largest, label=label, **style)
+    _finish(axes, f"largest error [{unit}]")
+    _logarithmic(axes)
+    axes.margins(x=0)
+    axes.set_xlabel("time [s]")
+    figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
+    return figure
+
+
+def history(history: History) -> Figure:
+    """Best and median score against generation, and how many individuals diverged."""
+    figure = framed(3.9, top=0.15)
+    ratios = {"height_ratios": (3, 1), "hspace": 0.12}
+    scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
+    count = len(history.best)
+    generation = np.arange(1.0, count + 1)
+    style: dict[str, Any] = {"marker": "." if count < 30 else None}
+    scores.plot(*_thinned(generation, history.best), color=OWN, label="best so far", **style)
+    scores.plot(*_thinned(generation, history.median), color=OTHER, label="median", **style)
+    scores.legend(fontsize=9, frameon=False)
+    _finish(scores, "fitness [1]")
+    _logarithmic(scores)
+    place, bars = _thinned(generation, history.diverged)
+    place = np.concatenate([[0.5], place, [count + 0.5]])
+    diverged.fill_between(place, np.pad(bars, 1, mode="edge"), step="mid", color="0.6")
+    _finish(diverged, "diverged [1]")
+    diverged.set_xlabel("generation")
+    diverged.set_xlim(0.5, count + 0.5)
+    diverged.set_ylim(bottom=0)
+    diverged.xaxis.set_major_locator(MaxNLocator(integer=True))
+    diverged.yaxis.set_major_locator(MaxNLocator(nbins=3, integer=True))
+    return figure
+
+
+def framed(height: float, top: float) -> Figure:
+    """A figure with margins in inches; measuring the labels would draw everything twice."""
+    figure = Figure(figsize=(WIDTH, height))
+    figure.subplots_adjust(
+        left=0.9 / WIDTH, right=1 - 0.15 / WIDTH, bottom=0.5 / height, top=1 - top / height
+    )
+    return figure
+
+
+def _finish(axes: Axes, label: str) -> None:
+    axes.set_ylabel(label)
+    axes.yaxis.set_label_coords(-0.155, 0.5)
+    axes.grid(color="0.9")
+    axes.set_axisbelow(True)
+
+
+def _logarithmic(axes: Axes) -> None:
+    """A logarithmic y axis with plain numbers, unless the data lie close together."""
+    values = np.concatenate([line.get_ydata() for line in axes.lines])
+    values = values[values > 0]
+    if len(values) == 0 or values.max() < 5 * values.min():
+        return
+    many = values.max() > 500 * values.min()
+    axes.set_yscale("log", nonpositive="mask")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def _angle_unit(evaluation: Evaluation) -> tuple[float, str]:
+    """Factor and unit in which the errors of ``evaluation`` are easy to read."""
+    largest = np.abs(evaluation.motion.error[: _drawn(evaluation)]).max()
+    return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
+
+
+def _drawn(evaluation: Evaluation) -> int:
+    """Number of samples before a diverged motion runs away, at least one; else all."""
+    if not evaluation.diverged:
+        return len(evaluation.time)
+    limit = RUNAWAY * np.abs(evaluation.reference).max() or RUNAWAY
+    kept = np.isfinite(evaluation.motion.command)
+    for values in (evaluation.motion.error, evaluation.readings["deflection"]):
+        kept &= np.abs(values) < limit  # nan is not
+    return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
+
+
+def _thinned(time: Floats, values: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
+    """The curve with the lowest and the highest point of each slice of time, in order."""
+    size = -(-len(values) // SLICES)
+    if size <= 2:
+        return time, values
+    slices = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
+    first = size * np.arange(len(slices))
+    ends = [[0, len(values) - 1], first + slices.argmin(axis=1), first + slices.argmax(axis=1)]
+    keep = np.unique(np.minimum(np.concatenate(ends), len(values) - 1))
+    return time[keep], values[keep]

@@ -1,0 +1,308 @@
+import base64
+import html
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from hfc_design import diagrams, hierarchy, plots
+from hfc_design.design import Result, new_run
+from hfc_design.evaluate import evaluate, load_design
+from hfc_design.records import RunError, UserError
+from hfc_design.report import write_report
+from hfc_design.rulebase import Design
+from hfc_design.scenarios import load_scenario
+from hfc_design.search.genome import Population
+from hfc_design.search.loop import Archive, History, Search
+
+INPUTS = [
+    "error",
+    "error_rate",
+    "deflection",
+    "deflection_rate",
+    "spindle_velocity",
+    "previous_spindle_velocity",
+]
+HOSTILE = '<script>alert("1")</script> & <img src=x>'
+
+
+def design(inputs, tree=0):
+    """A design with random rule tables and one of the trees of that many inputs."""
+    random = np.random.default_rng(inputs)
+    units = hierarchy.trees(inputs)[tree]
+    sources = INPUTS[:inputs] + [f"unit-{unit.heap_id}" for unit in units]
+    labels = [f"f{k}" for k in range(1, 8)]
+    return Design.model_validate(
+        {
+            "name": "random",
+            "plant": {"name": "c-axis", "parameters": {}},
+            "controller": {
+                "kind": "pd+hierarchical-fuzzy",
+                "sample_time_s": 0.001,
+                "pd": {"kp": 758.0, "kd": 743.0},
+                "inputs": [{"name": name, "scale": 10.0} for name in INPUTS[:inputs]],
+                "output_scale": 10.0,
+                "terms": [
+                    {"label": label, "centre": centre, "half_width": 0.0, "rate": 32.0}
+                    for label, centre in zip(labels, np.linspace(-1, 1, 7).tolist(), strict=True)
+                ],
+                "units": [
+                    {
+                        "id": unit.heap_id,
+                        "column_input": sources[unit.column],
+                        "row_input": sources[unit.row],
+                        "consequents": random.normal(size=(7, 7)).tolist(),
+                    }
+                    for unit in units
+                ],
+            },
+            "provenance": {"program": "hfc-design 0", "note": HOSTILE},
+        }
+    )
+
+
+def finished(inputs):
+    """A search that has tried only some of the trees."""
+    trees = len(hierarchy.trees(inputs))
+    score = np.where(np.arange(trees) < 12, np.arange(trees) * 10.0, -np.inf)
+    population = Population(
+        np.arange(trees),
+        np.ones((trees, 2)),
+        np.ones((trees, inputs)),
+        np.zeros((trees, inputs - 1, 7, 7)),
+    )
+    history = History(
+        np.array([5.0, 50.0]), np.array([0.0, 7.0]), np.array([70, 3]), np.array([3, 2])
+    )
+    return Search(2, None, Archive(population, score), history)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    """The arguments of ``write_report``, and the report that it wrote."""
+    folder = tmp_path_factory.mktemp("report") / "run"
+    changes = ("simulation.duration_s=0.5", f"description={json.dumps(HOSTILE)}")
+    scenario = new_run(load_scenario("c-axis-ramp-cutting", changes), folder)
+    found = design(5, tree=40)
+    names = ("lin-lee-1999-table-1", "lin-lee-1999-table-2", "pd-only")
+    rivals = {name: evaluate(load_design(name), scenario) for name in names}
+    result = Result(found, evaluate(found, scenario), finished(5))
+    write_report(scenario, result, rivals, folder)
+    return (scenario, result, rivals, folder), folder / "report.html"
+
+
+class Page(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.addresses, self.images = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        self.tags.append(tag)
+        self.addresses += [found[key] for key in ("src", "href", "xlink:href") if key in found]
+        if tag == "img":
+            self.images.append(found)
+
+
+def test_report_stands_alone_and_is_small(report):
+    text = report[1].read_text()
+    page = Page(text)
+    assert len(text) < 1_000_000
+    assert page.addresses
+    assert all(address.startswith("data:") for address in page.addresses)
+    assert "url(" not in text
+    assert "@import" not in text
+    assert "link" not in page.tags
+    for picture in page.images:
+        drawing = base64.b64decode(picture["src"].partition(",")[2]).decode()
+        assert all(address.startswith(("#", "data:")) for address in Page(drawing).addresses)
+        assert picture["alt"]
+
+
+def test_report_escapes_what_a_user_wrote(report):
+    text = report[1].read_text()
+    tags = Page(text).tags
+    assert "script" not in tags
+    assert tags.count("img") == tags.count("figure") == 8
+    assert text.count("&lt;script&gt;") == 3  # description, configuration, provenance
+
+
+def test_report_tells_fitness_rivals_and_structures(report):
+    (scenario, result, rivals, folder), path = report
+    text = path.read_text()
+    assert f"{result.evaluation.fitness:.1f} on {scenario.name}" in text
+    for evaluation in (result.evaluation, *rivals.values()):
+        assert f"{evaluation.fitness:.4f}" in text
+    assert "73 individuals diverged" in text
+    assert text.count('</th><td class="value">110.0</td>') == 1
+    assert len(re.findall(r'<tr><th scope="row">\(', text)) == 10
+    assert sorted(file.name for file in (folder / "tables").iterdir()) == sorted(
+        ["manifest.csv", *(f"unit-{unit.id}.csv" for unit in result.design.controller.units)]
+    )
+
+
+def test_same_run_gives_the_same_bytes(report):
+    arguments, path = report
+    first = path.read_bytes()
+    write_report(*arguments)
+    assert path.read_bytes() == first
+
+
+def test_report_of_diverged_designs(report, tmp_path):
+    (scenario, result, rivals, folder), _ = report
+    shutil.copy(folder / "config.toml", tmp_path)
+    lost = diverged(scenario)
+    write_report(scenario, result._replace(evaluation=lost), {"pd-only": lost}, tmp_path)
+    text = (tmp_path / "report.html").read_text()
+    assert "diverges on c-axis-ramp-cutting" in text
+    assert text.count(">diverged<") == 2
+    write_report(scenario, result, rivals | {"lin-lee-1999-table-1": lost}, tmp_path)
+    assert "Table I of Lin &amp; Lee (1999) diverges" in (tmp_path / "report.html").read_text()
+
+
+def diverged(scenario):
+    record = load_design("pd-only").model_dump()
+    record["controller"]["pd"] = {"kp": -1e9, "kd": 1e7}
+    found = evaluate(Design.model_validate(record), scenario)
+    assert found.diverged
+    assert not np.isfinite(found.motion.error).all()
+    return found
+
+
+def nothing_but_nan(evaluation):
+    nan = np.full(len(evaluation.time), np.nan)
+    motion = evaluation.motion._replace(error=nan, command=nan)
+    return evaluation._replace(diverged=True, motion=motion, readings={"deflection": nan})
+
+
+def test_plots_of_a_diverged_evaluation(report):
+    scenario = report[0][0]
+    for evaluation in (diverged(scenario), nothing_but_nan(diverged(scenario))):
+        drawing = plots.image(plots.response(evaluation, "lost"), "svg").decode()
+        assert "lost (diverged at" in drawing
+        assert plots.image(plots.errors({"lost": evaluation}), "png")
+
+
+def test_response_shows_a_load_only_where_there_is_one(report):
+    with_load = report[0][1].evaluation
+    without = with_load._replace(load=np.zeros_like(with_load.load))
+    assert len(plots.response(with_load, "x").axes) == 5
+    assert len(plots.response(without, "x").axes) == 4
+
+
+def test_long_curves_keep_their_peaks(report):
+    evaluation = report[0][1].evaluation
+    time = 1e-5 * np.arange(100_001)
+    error = np.sin(time)
+    error[[777, 54_321, -1]] = 5.0, -7.0, 3.0
+    long = evaluation._replace(
+        time=time,
+        reference=time,
+        load=0 * time,
+        motion=evaluation.motion._replace(error=error, command=error),
+        readings={"deflection": error},
+    )
+    line = plots.response(long, "long").axes[1].lines[0]
+    assert len(line.get_xdata()) <= 2 * plots.SLICES + 2
+    assert np.all(np.diff(line.get_xdata()) > 0)
+    assert {5e3, -7e3, 3e3} <= set(line.get_ydata())
+
+
+def test_history_of_one_generation_where_everything_diverged():
+    history = History(np.array([0.0]), np.array([0.0]), np.array([30]), np.array([3]))
+    assert plots.image(plots.history(history), "svg")
+
+
+@pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])
+def test_diagrams_show_every_unit_and_input(inputs, tree):
+    found = design(inputs, tree)
+    drawing = plots.image(diagrams.tree(found), "svg").decode()
+    words = {word for name in INPUTS[:inputs] for word in name.split("_")}
+    texts = set(re.findall(r">([^<>]+)</t", drawing))
+    assert words <= {word for text in texts for word in text.split()}
+    assert {f"unit {unit.id}" for unit in found.controller.units} <= texts
+    tables = diagrams.rule_tables(found)
+    assert len(tables) == inputs - 1
+    for table, unit in zip(tables, found.controller.units, strict=True):
+        drawing = plots.image(table, "svg").decode()
+        assert f"unit {unit.id}<" in drawing
+        assert f"row: {diagrams.readable(unit.row_input)}<" in drawing
+
+
+def test_diagrams_need_a_hierarchy():
+    with pytest.raises(ValueError, match="of kind pd: no hierarchy"):
+        diagrams.tree(load_design("pd-only"))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [("png", b"\x89PNG"), ("PDF", b"%PDF"), ("svg", b"<?xml")]
+)
+def test_save_response(report, tmp_path, suffix, magic):
+    path = tmp_path / f"plot.{suffix}"
+    for _ in range(2):
+        plots.save_response(report[0][1].evaluation, "title", path)
+        first = path.read_bytes()
+        assert first.startswith(magic)
+    plots.save_response(report[0][1].evaluation, "title", path)
+    assert path.read_bytes() == first
+
+
+def test_save_response_refuses_a_suffix(report, tmp_path):
+    for name in ("plot.gif", "plot"):
+        with pytest.raises(UserError, match=r"has to end in \.png, \.svg or \.pdf$"):
+            plots.save_response(report[0][1].evaluation, "title", tmp_path / name)
+    with pytest.raises(RunError, match="cannot be written"):
+        plots.save_response(report[0][1].evaluation, "title", tmp_path / "none" / "plot.png")
+
+
+# The smallest window of a desktop browser is wider than a phone; a frame is not.
+PHONE = """<!DOCTYPE html>
+<iframe width="400" height="800" srcdoc="{}"></iframe>
+<pre id="sizes"></pre>
+<script>addEventListener("load", () => {{
+  const frame = document.querySelector("iframe").contentWindow;
+  const figures = [...frame.document.querySelectorAll("figure, img, svg")].map((element) => {{
+    const box = element.getBoundingClientRect();
+    return [element.localName, box.left, box.right, box.height];
+  }});
+  document.querySelector("pre").textContent = JSON.stringify(
+    [frame.innerWidth, frame.document.documentElement.scrollWidth, figures]);
+}});</script>
+"""
+
+
+@pytest.mark.browser
+def test_report_in_a_browser_as_wide_as_a_phone(report, tmp_path):
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("no chromium on the PATH")
+    page = tmp_path / "phone.html"
+    page.write_text(PHONE.format(html.escape(report[1].read_text())))
+    options = (
+        "--headless --no-sandbox --disable-gpu --disable-background-networking --no-first-run "
+        f"--user-data-dir={tmp_path}/profile --enable-logging=stderr --v=0 "
+        "--dump-dom"
+    )
+    done = subprocess.run(
+        [chromium, *options.split(), page.as_uri()],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
+    measured = re.search(r'<pre id="sizes">(.*?)</pre>', done.stdout)
+    assert measured is not None
+    window, width, figures = json.loads(measured[1])
+    assert window == 400
+    assert width <= 400
+    assert len(figures) == 16
+    for name, left, right, height in figures:
+        assert 0 <= left < right - 50, name
+        assert right <= 400, name
+        assert height > 50, name
