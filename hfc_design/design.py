@@ -11,12 +11,13 @@ import numpy as np
 from hfc_design import __version__, checkpoint, hierarchy, simulate
 from hfc_design.controllers import hierarchical
 from hfc_design.evaluate import Evaluation, evaluate
+from hfc_design.fitness import without_sticking
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design, design_json
 from hfc_design.scenarios import Scenario, load_scenario, scenario_toml
 from hfc_design.search.genome import Floats, Population, controller_gains
 from hfc_design.search.lin_lee import LinLeeState
-from hfc_design.search.loop import Archive, Search, generations, strategy
+from hfc_design.search.loop import Search, generations, strategy
 from hfc_design.search.newton import Linear
 from hfc_design.search.race import RaceState
 from hfc_design.search.settings import RaceSettings
@@ -41,7 +42,11 @@ class Problem:
 
     def __init__(self, scenario: Scenario):
         self.layout = scenario.controller.layout()
-        self._loop = simulate.closed_loop(scenario, hierarchical(self.layout))
+        loop = simulate.closed_loop(scenario, hierarchical(self.layout))
+        penalty = scenario.search.stick_penalty
+        if penalty:
+            loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))
+        self._loop = loop
         self._plant = scenario.plant.values()
         self._samples = scenario.samples()
         self._dtype = np.dtype(scenario.run.precision)
@@ -125,19 +130,28 @@ def run(
         if search is not None:
             _save(folder, search, config)
     assert search is not None  # there is at least one generation
-    design, evaluation = champion(search.archive, scenario, problem)
+    design, evaluation = champion(search, scenario)
     checkpoint.write_whole(folder / DESIGN, (design_json(design) + "\n").encode())
     return Result(design, evaluation, search)
 
 
-def champion(archive: Archive, scenario: Scenario, problem: Problem) -> tuple[Design, Evaluation]:
-    """The best of the archive in float64: float32 flatters loops that are nearly chaotic."""
-    order = np.argsort(-archive.score, kind="stable")[:FINALISTS]
+def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
+    """The best of the archive and of the last generation in float64.
+
+    float32 and a single try flatter loops that are nearly chaotic.
+    """
     found = []
-    for k in order[np.isfinite(archive.score[order])]:
-        design = design_of(archive.population.take(np.array([k])), scenario)
-        found.append((design, evaluate(design, scenario)))
-    design, evaluation = max(found, key=lambda item: item[1].fitness)
+    for source in (search.archive, search.state):
+        order = np.argsort(-source.score, kind="stable")[:FINALISTS]
+        for k in order[np.isfinite(source.score[order])]:  # a tree never tried has no score
+            design = design_of(source.population.take(np.array([k])), scenario)
+            found.append((design, evaluate(design, scenario)))
+    penalty = scenario.search.stick_penalty
+
+    def merit(item: tuple[Design, Evaluation]) -> float:
+        return item[1].fitness / (1.0 + penalty * (item[1].metrics["stick_share"] or 0.0))
+
+    design, evaluation = max(found, key=merit)
     score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}
     return design.model_copy(update={"score": score}), evaluation
 

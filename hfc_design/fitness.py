@@ -15,15 +15,25 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+class Moment(NamedTuple):
+    """What a fitness sees of one sample; scalars."""
+
+    error: Any  # [rad]
+    error_rate: Any  # [rad/s]
+    command: Any  # [V]
+    reference_rate: Any  # [rad/s]
+    settled: Any  # 1 once the loop should have settled, before that 0
+
+
 class Fitness(NamedTuple):
     """A score as pure functions of scalars.
 
-    ``initial(zero)`` gives empty sums, ``update(sums, error, error_rate, command)`` adds one
-    sample, ``score(sums)`` is the number that the search maximises.
+    ``initial(zero)`` gives empty sums, ``update(sums, moment)`` adds one sample, ``score(sums)``
+    is the number that the search maximises.
     """
 
     initial: Callable[[Any], Any]
-    update: Callable[[Any, Any, Any, Any], Any]
+    update: Callable[[Any, Moment], Any]
     score: Callable[[Any], Any]
 
 
@@ -37,16 +47,47 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitnes
 
     return Fitness(
         initial=lambda zero: (zero, zero),
-        update=lambda sums, error, error_rate, command: (
-            sums[0] + jnp.abs(error),
-            sums[1] + jnp.abs(error_rate),
+        update=lambda sums, moment: (
+            sums[0] + jnp.abs(moment.error),
+            sums[1] + jnp.abs(moment.error_rate),
         ),
         score=score,
     )
 
 
+@cache
+def without_sticking(fitness: Fitness, penalty: float) -> Fitness:
+    """``fitness / (1 + penalty * stick share)``, the share of the settled time.
+
+    LL eq. 5 rewards loops that swing about the reference so fast that the spindle stops again
+    and again; they are a dead end for a search, and no good on a machine.
+    """
+
+    def update(sums: Any, moment: Moment) -> Any:
+        inner, stuck, settled = sums
+        now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+        return (
+            fitness.update(inner, moment),
+            stuck + jnp.where(now, moment.settled, 0.0),
+            settled + moment.settled,
+        )
+
+    def score(sums: Any) -> Any:
+        inner, stuck, settled = sums
+        return fitness.score(inner) / (1.0 + penalty * stuck / jnp.maximum(settled, 1.0))
+
+    return Fitness(lambda zero: (fitness.initial(zero), zero, zero), update, score)
+
+
 #: Below this share of the commanded speed the spindle counts as stuck.
 STUCK = 0.1
+
+
+def is_stuck(speed: Any, commanded: Any) -> Any:
+    """Whether an axis moves at less than a tenth of its commanded speed."""
+    return abs(speed) < STUCK * abs(commanded)
+
+
 #: The loop has settled once its error stays below this share of its maximum.
 SETTLED = 0.1
 
@@ -64,6 +105,11 @@ METRICS = {
 }
 
 
+def settled_samples(time: Floats, settled_after: float) -> NDArray[np.bool_]:
+    """The samples at which the loop should have settled; all, if the motion ends before that."""
+    return time >= (settled_after if time[-1] > settled_after else 0.0)
+
+
 def metrics(
     motion: Any, speed: Floats, commanded: Floats, time: Floats, settled_after: float
 ) -> dict[str, float | None]:
@@ -77,8 +123,8 @@ def metrics(
     if not all(np.isfinite(part).all() for part in (motion.error, speed, motion.command)):
         return dict.fromkeys(METRICS)
     error = np.abs(motion.error)
-    late = time >= settled_after if time[-1] > settled_after else np.ones(len(time), bool)
-    stuck = (np.abs(speed) < STUCK * np.abs(commanded))[late]
+    late = settled_samples(time, settled_after)
+    stuck = is_stuck(speed, commanded)[late]
     large = np.flatnonzero(error > SETTLED * error.max())
     settled = 0 if len(large) == 0 else large[-1] + 1
     sample_time = time[1] - time[0] if len(time) > 1 else 0.0

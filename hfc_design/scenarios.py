@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from hfc_design.controllers import Layout
 from hfc_design.controllers.hierarchical import PREVIOUS
+from hfc_design.fitness import settled_samples
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
 from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
@@ -165,6 +166,7 @@ class Scenario(Record):
             self.reference.rate(time),
             np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points]),
             self.sensors.noise_rad * noise,
+            settled_samples(time, self.fitness.settled_after_s).astype(float),
             self.simulation.sample_time_s,
         )
 

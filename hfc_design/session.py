@@ -17,8 +17,12 @@ from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Search
 from plants import PLANTS
 
-#: Shown beside every result.
-BASELINES = ("lin-lee-1999-table-1", "lin-lee-1999-table-2", "pd-only")
+#: Designs shown beside every result, and their names in the table.
+BASELINES = {
+    "lin-lee-1999-table-1": "LL Table I",
+    "lin-lee-1999-table-2": "LL Table II",
+    "pd-only": "PD only",
+}
 
 
 def design(
@@ -48,7 +52,8 @@ def design(
     from hfc_design.report import write_report
 
     write_report(scenario, result, rivals, folder)
-    show_table({"this design": result.evaluation, **rivals}, watch.summary())
+    beside = {BASELINES[name]: rival for name, rival in rivals.items()}
+    show_table({"this design": result.evaluation, **beside}, watch.summary())
     Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
 
@@ -126,11 +131,11 @@ class Watch(Quiet):
 def show_table(rows: dict[str, Evaluation], caption: str = "") -> None:
     """Fitness and metrics of some designs side by side, one column a design."""
     table = Table(caption=caption or None, caption_justify="left")
-    table.add_column("metric")
+    table.add_column("metric", no_wrap=True)
     for name in rows:
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", overflow="fold")
     cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
-    table.add_row("fitness (LL eq. 5)", *cells)
+    table.add_row("fitness, LL eq. 5", *cells)
     for key in fitness.METRICS:
         found = (row.metrics[key] for row in rows.values())
         table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))

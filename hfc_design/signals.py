@@ -1,5 +1,6 @@
 """What the world does to the closed loop: reference, load torque and sensor noise, sampled."""
 
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -19,6 +20,7 @@ class Samples(NamedTuple):
     reference_rate: Any  # (steps,) [rad/s]
     loads: Any  # (2 substeps + 1, steps) load where the integrator needs it [N m]
     noise: Any  # (encoders, steps) added to the encoder angles [rad]
+    settled: Any  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Any  # scalar [s]
 
 
@@ -29,7 +31,9 @@ def table_of(path: Path) -> tuple[Floats, Floats]:
         ValueError: the file cannot be read, or is not two finite columns with rising time.
     """
     try:
-        data = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an empty file is refused below
+            data = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:

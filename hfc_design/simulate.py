@@ -17,7 +17,7 @@ from jax.sharding import Mesh, PartitionSpec
 
 from hfc_design import devices
 from hfc_design.controllers import Controller
-from hfc_design.fitness import Fitness, lin_lee
+from hfc_design.fitness import Fitness, Moment, lin_lee
 from hfc_design.scenarios import Scenario
 from hfc_design.signals import Samples
 from plants import Plant
@@ -226,6 +226,7 @@ def _run(loop: Loop, plant: Any, samples: Samples, gains: Any, record: bool) -> 
         samples.reference_rate,
         tuple(samples.loads),
         tuple(samples.noise),
+        samples.settled,
     )
     carry, outputs = lax.scan(body, start, rows)
     return carry.sums, outputs
@@ -253,7 +254,7 @@ def _sample(
     loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: _Carry, row: Any
 ) -> tuple[_Carry, Trajectory]:
     """One control sample of one machine: measure, control, hold the command, move."""
-    reference, reference_rate, loads, noise = row
+    reference, reference_rate, loads, noise, settled = row
     plant = loop.plant
     state = carry.state
     seen, angles = _measured(loop, state, carry.angles, noise, sample_time)
@@ -269,7 +270,8 @@ def _sample(
     for k in range(loop.substeps):
         dt = sample_time / loop.substeps
         moved = plant.step(fixed, moved, command, loads[2 * k : 2 * k + 3], dt)
-    sums = loop.fitness.update(carry.sums, error, error_rate, command)
+    moment = Moment(error, error_rate, command, reference_rate, settled)
+    sums = loop.fitness.update(carry.sums, moment)
     return _Carry(moved, memory, angles, sums), Trajectory(error, error_rate, command, state)
 
 

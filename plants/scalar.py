@@ -22,9 +22,9 @@ def decay(x: jax.Array) -> jax.Array:
     """``exp(x)`` for ``x <= 0``, elementwise.
 
     In float64 the library's exponential. In float32 the relative error is below 4e-7 for
-    x >= -10 and grows with the rounding of ``x * log2(e)`` to 8e-6 at x = -87; smaller arguments
-    give 2**-126 instead of zero. A nan stays no number only in float64: the float32 loop shows a
-    diverged individual by its state.
+    x >= -10 and grows with the rounding of ``x * log2(e)`` to 8e-6 at x = -87; where the result
+    would no longer be a normal number it is 0. A nan stays one only in float64: the float32 loop
+    shows a diverged individual by its state.
     """
     return _decay32(x) if x.dtype == jnp.float32 else jnp.exp(x)
 
@@ -32,7 +32,6 @@ def decay(x: jax.Array) -> jax.Array:
 @jax.custom_jvp
 def _decay32(x: jax.Array) -> jax.Array:
     exponent = x * jnp.float32(LOG2_E)
-    exponent = jnp.where(exponent > SMALLEST_EXPONENT, exponent, SMALLEST_EXPONENT)
     # The barrier keeps the compiler from simplifying (x + c) - c to x.
     shift = lax.optimization_barrier(jnp.float32(TO_INTEGER))
     shifted = exponent + shift
@@ -43,7 +42,8 @@ def _decay32(x: jax.Array) -> jax.Array:
     # Adding the integer to the exponent bits multiplies by 2**integer.
     bits = lax.bitcast_convert_type(power, jnp.int32)
     scale = lax.bitcast_convert_type(shifted, jnp.int32) << 23
-    return lax.bitcast_convert_type(bits + scale, jnp.float32)
+    value = lax.bitcast_convert_type(bits + scale, jnp.float32)
+    return jnp.where(exponent > SMALLEST_EXPONENT, value, jnp.float32(0.0))
 
 
 @_decay32.defjvp

@@ -104,7 +104,7 @@ def test_simulate_writes_files(tmp_path):
 def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
     done = hfc("design", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 0, done.output
-    for part in ("this design", "fitness", "pd-only", str(tmp_path / "run"), "report.html"):
+    for part in ("this design", "fitness", "PD only", str(tmp_path / "run"), "report.html"):
         assert part in done.stdout
     assert "generation 3/3" in done.stderr
     assert "individual-steps/s" in done.stderr

@@ -27,7 +27,7 @@ def started(seed=0, **settings):
 
 
 def counts(trees):
-    """How often each tree was drawn, and how often it would be if valid genes were equally likely."""
+    """How often each tree was drawn, and how often if valid genes are equally likely."""
     everything = np.array(list(itertools.product(range(8), repeat=5)))
     genes = everything[hierarchy.valid(everything)].tolist()
     index = {tree: k for k, tree in enumerate(hierarchy.trees(5))}

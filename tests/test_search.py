@@ -27,7 +27,7 @@ def hill(population):
 
 
 def searched(settings, seed=0, evaluate=hill, lay=LAYOUT, search=None, total=None):
-    steps = generations(
+    *_, last = generations(
         strategy(settings, lay),
         lay,
         total or settings.generations,
@@ -36,9 +36,7 @@ def searched(settings, seed=0, evaluate=hill, lay=LAYOUT, search=None, total=Non
         lambda individual: None,
         search,
     )
-    for search in steps:
-        pass
-    return search
+    return last
 
 
 def leaves(record):

@@ -22,15 +22,15 @@ def from_design(record: PdDesign | HierarchicalDesign) -> tuple[Controller, Any]
     gains = PdGains(np.array([record.pd.kp]), np.array([record.pd.kd]))
     if isinstance(record, PdDesign):
         return pd(), gains
-    layout = Layout(
+    layout = Layout(  # its scales stand in the gains, so that all designs share a program
         tuple(item.name for item in record.inputs),
-        tuple(item.scale for item in record.inputs),
+        (1.0,) * len(record.inputs),
         record.output_scale,
         tuple(Term(**term.model_dump()) for term in record.terms),
     )
     return hierarchical(layout), HierarchicalGains(
         *gains,
-        scales=np.array(layout.scales)[:, None],
+        scales=np.array([item.scale for item in record.inputs])[:, None],
         sources=np.array(record.sources(), np.int32)[..., None],
         consequents=np.array([unit.consequents for unit in record.units])[..., None],
     )

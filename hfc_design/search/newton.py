@@ -21,31 +21,45 @@ class Linear(NamedTuple):
     jacobian: Floats  # (steps, parameters) its derivative
 
 
+TINY = float(np.finfo(np.float64).tiny)
+
 #: Linearises about a single individual; None where the derivative is not finite.
 Newton = Callable[[Population], Linear | None]
 
-LENGTHS = (1.0, 0.5, 0.25, 0.1)
+#: Shares of the motion that are linearised. A loop that still oscillates drifts in phase, which
+#: makes late errors look more sensitive than they are; its beginning alone gives better steps.
+HORIZONS = (1.0, 0.3, 0.1)
+#: Shares of a whole step that are tried.
+LENGTHS = (1.0, 0.3)
 #: Errors below this share of the largest one weigh no more [1].
 SMALLEST_ERROR = 1e-6
 
 
 def proposals(
-    point: Floats, error: Floats, jacobian: Floats, frozen: Mask, damping: float, count: int
+    point: Floats, linear: Linear, frozen: Mask, damping: float, count: int
 ) -> tuple[Floats, Floats]:
-    """``count`` points around ``point`` and the damping of each.
+    """``count`` points (count, parameters) around ``point`` and the damping of each.
 
     Dampings span three decades to either side of ``damping``; ``frozen`` parameters stay.
     """
-    weight = 1.0 / np.maximum(np.abs(error), SMALLEST_ERROR * np.abs(error).max())
-    free = jacobian * ~frozen
-    normal = free.T @ (free * weight[:, None])
-    slope = free.T @ (weight * error)
+    each = -(-count // (len(HORIZONS) * len(LENGTHS)))
+    dampings = damping * 10.0 ** np.linspace(-3.0, 3.0, each)
+    points = []
+    for horizon in HORIZONS:
+        rows = max(round(horizon * len(linear.error)), 1)
+        steps = _steps(linear.error[:rows], linear.jacobian[:rows] * ~frozen, dampings)
+        steps[:, frozen] = 0.0
+        points += [point + length * steps for length in LENGTHS]
+    return np.concatenate(points)[:count], np.tile(dampings, len(points))[:count]
+
+
+def _steps(error: Floats, jacobian: Floats, dampings: Floats) -> Floats:
+    """The reweighted Gauss-Newton step for each damping, (dampings, parameters)."""
+    weight = 1.0 / np.maximum(np.abs(error), max(SMALLEST_ERROR * np.abs(error).max(), TINY))
+    normal = jacobian.T @ (jacobian * weight[:, None])
     diagonal = np.diag(normal)
-    size = np.sqrt(diagonal + 1e-12 * diagonal.max() + np.finfo(float).tiny)
+    size = np.sqrt(diagonal + 1e-12 * diagonal.max() + TINY)  # Marquardt's scaling
     values, basis = np.linalg.eigh(normal / size / size[:, None])
-    along = basis.T @ (slope / size)
-    dampings = damping * 10.0 ** np.linspace(-3.0, 3.0, -(-count // len(LENGTHS)))
-    steps = (basis @ (along[:, None] / (np.maximum(values, 0.0)[:, None] + dampings))).T / size
-    steps[:, frozen] = 0.0
-    points = np.concatenate([point - length * steps for length in LENGTHS])
-    return points[:count], np.tile(dampings, len(LENGTHS))[:count]
+    along = basis.T @ (jacobian.T @ (weight * error) / size)
+    steps = basis @ (along[:, None] / (np.maximum(values, 0.0)[:, None] + dampings))
+    return np.asarray(-steps.T / size)

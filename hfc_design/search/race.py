@@ -12,6 +12,8 @@ from hfc_design.search.settings import RaceSettings
 
 #: Damping of the first Gauss-Newton step, of a failed one, and the one at which to give up.
 FIRST_DAMPING, FAILURE, HOPELESS = 1.0, 1e3, 1e6
+#: A double may score this much of its original before luck is suspected.
+LUCK = 0.99
 
 
 class RaceState(NamedTuple):
@@ -61,7 +63,7 @@ class Race(NamedTuple):
         """Children of every island, some replaced by Gauss-Newton steps from its best."""
         s = self.settings
         state = self._culled(state, generation)
-        asked = self._bred(state, rng)
+        asked = _with_doubles(state, self._bred(state, rng), rng)
         islands = len(state.damping)
         if islands > s.newton_islands:
             return state, asked
@@ -76,6 +78,7 @@ class Race(NamedTuple):
             island = np.unique(asked.population.tree, return_inverse=True)[1]
             damping = np.full(island.max() + 1, FIRST_DAMPING)
             return _ranked(RaceState(asked.population, score, asked.step, island, damping))
+        state = _humbled(state, score)
         damping = state.damping.copy()
         for k in range(len(damping)):
             home = np.flatnonzero(state.island == k)
@@ -192,9 +195,7 @@ class Race(NamedTuple):
         frozen = np.zeros(vectors(best).shape[1], bool)
         if self.settings.scale_range == 1.0:
             frozen[2 : 2 + best.scales.shape[1]] = True
-        points, damping = proposals(
-            vectors(best)[0], *linear, frozen, state.damping[k], len(places)
-        )
+        points, damping = proposals(vectors(best)[0], linear, frozen, state.damping[k], len(places))
         step = from_vectors(points, best)
         limit = self._limit()
         step = step._replace(
@@ -206,6 +207,34 @@ class Race(NamedTuple):
         return asked._replace(
             population=Population(*arrays), damping=_set(asked.damping, places, damping)
         )
+
+
+def _doubled(state: RaceState) -> tuple[Integers, Integers]:
+    """The best of each island and the last place there; islands of one or two have none."""
+    size = np.bincount(state.island)
+    best = np.searchsorted(state.island, np.arange(len(size)))
+    large = size > 2
+    return best[large], (best + size - 1)[large]
+
+
+def _with_doubles(state: RaceState, asked: Asked, rng: np.random.Generator) -> Asked:
+    """The last child of each island becomes a double of its best with gains a millionth off.
+
+    A loop that is nearly chaotic may score well by luck; its double then does not.
+    """
+    best, place = _doubled(state)
+    double = state.population.take(best)
+    off = 1.0 + 1e-6 * rng.standard_normal(double.gains.shape)
+    double = double._replace(gains=double.gains * off)
+    arrays = (_set(a, place, b) for a, b in zip(asked.population, double, strict=True))
+    return asked._replace(population=Population(*arrays))
+
+
+def _humbled(state: RaceState, score: Floats) -> RaceState:
+    """The best of an island is worth no more than its double."""
+    best, place = _doubled(state)
+    worse = score[place] < LUCK * state.score[best]
+    return state._replace(score=_set(state.score, best[worse], score[place][worse]))
 
 
 def _shares(count: int, islands: int) -> Integers:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from hfc_design.records import Positive, Record
+from hfc_design.records import NotNegative, Positive, Record
 
 Probability = Annotated[float, Field(ge=0, le=1)]
 Range = tuple[Positive, Positive]
@@ -33,11 +33,12 @@ class RaceSettings(_Settings):
     kp_range: Range = (100.0, 10_000.0)  # of the first individuals [V/rad]
     kd_range: Range = (30.0, 3_000.0)  # [V s/rad]
     scale_range: Annotated[float, Field(ge=1)] = 10.0  # factor around the layout's scales
-    inner_limit: Annotated[float, Field(gt=0, le=4)] = 2.0  # |consequent| of an inner unit
+    inner_limit: Annotated[float, Field(gt=0, le=4)] = 4.0  # |consequent| of an inner unit
     root_limit: Positive = 20.0  # |consequent| of the root
     tournament: int = Field(3, ge=1)
     blend: Probability = 0.5  # share of children that mix two parents
     step: Positive = 0.2  # first mutation step, relative
+    stick_penalty: NotNegative = 30.0  # the search divides by 1 + this * stick share
     newton_islands: int = Field(8, ge=0)  # Gauss-Newton steps begin with this many islands left
     newton_steps: int = Field(2, ge=0)  # of them in one generation
 
@@ -56,6 +57,7 @@ class LinLeeSettings(_Settings):
     centre_step: Positive = 0.1  # A_max of the consequent centres
     kp_range: Range = (10.0, 1_500.0)  # of fresh individuals [V/rad]
     kd_range: Range = (10.0, 1_500.0)  # [V s/rad]
+    stick_penalty: NotNegative = 0.0  # as in RaceSettings; the paper has none
     level_limit: Positive = 2.0  # |common level| of the consequents of a fresh individual
 
 

@@ -1,0 +1,37 @@
+"""What several test modules build their individuals from."""
+
+import numpy as np
+import oracle
+import pytest
+
+from hfc_design import hierarchy
+from hfc_design.controllers import HierarchicalGains, from_design
+from hfc_design.evaluate import load_design
+
+
+@pytest.fixture
+def random_population():
+    """Individuals with different trees, tables and gains, the same for the same seed."""
+
+    def build(count, seed, inputs=5):
+        random = np.random.default_rng(seed)
+        trees = hierarchy.trees(inputs)
+        sources = [hierarchy.sources(trees[k]) for k in random.integers(len(trees), size=count)]
+        scales = np.array([*oracle.SCALES, 40.0])[:inputs]
+        level = random.uniform(-2.0, 2.0, count)  # the spread in the paper's tables is +/-0.1
+        spread = random.uniform(-0.1, 0.1, (inputs - 1, 7, 7, count))
+        return HierarchicalGains(
+            kp=random.uniform(600.0, 1500.0, count),
+            kd=random.uniform(200.0, 900.0, count),
+            scales=np.tile(scales[:, None], count),
+            sources=np.stack(sources, axis=-1),
+            consequents=level + spread,
+        )
+
+    return build
+
+
+@pytest.fixture
+def published():
+    """(controller, gains of a population of one) of a built-in design."""
+    return lambda name: from_design(load_design(name).controller)

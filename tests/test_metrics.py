@@ -1,0 +1,141 @@
+"""Every metric by hand on small motions."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hfc_design.fitness import METRICS, Moment, lin_lee, metrics, without_sticking
+
+
+def measured(error, speed=None, commanded=None, error_rate=None, command=None, **options):
+    """The metrics of a motion sampled every 0.1 s; what is not given is 0, the command 1."""
+    steps = len(error)
+
+    def filled(values, value):
+        return np.full(steps, value) if values is None else np.array(values, float)
+
+    motion = SimpleNamespace(
+        error=np.array(error, float),
+        error_rate=filled(error_rate, 0.0),
+        command=filled(command, 1.0),
+    )
+    time = 0.1 * np.arange(steps)
+    settled_after = options.get("settled_after", 0.0)
+    return metrics(motion, filled(speed, 1.0), filled(commanded, 1.0), time, settled_after)
+
+
+def test_every_metric_has_a_name():
+    assert list(measured([0.0, 1.0])) == list(METRICS)
+
+
+def test_tracking_error():
+    found = measured([3.0, -4.0, 0.0, 0.0])
+    assert found["rms_error_rad"] == 2.5
+    assert found["max_error_rad"] == 4.0
+    assert found["final_error_rad"] == 0.0
+    assert measured([1.0, -0.25])["final_error_rad"] == -0.25
+
+
+def test_settling_time_is_when_the_error_last_came_below_a_tenth():
+    assert measured([10, 5, 0.5, 2, 0.9, -1.0, 0.1])["settling_time_s"] == pytest.approx(0.4)
+    assert measured([10, 0.1, 0.1])["settling_time_s"] == pytest.approx(0.1)
+
+
+def test_never_settles():
+    assert measured([10.0, 0.5, 5.0])["settling_time_s"] is None
+
+
+def test_no_error_at_all_has_settled_at_once():
+    found = measured([0.0, 0.0, 0.0])
+    assert found["settling_time_s"] == 0.0
+    assert found["max_error_rad"] == 0.0
+
+
+def test_velocity_ripple_counts_once_settled():
+    found = measured([1, 1, 1, 1], error_rate=[100, 100, 3, -4], settled_after=0.2)
+    assert found["velocity_ripple_rad_s"] == pytest.approx(12.5**0.5)
+
+
+def test_stick_events_are_counted_at_their_start():
+    """Below a tenth of the commanded 0.02: samples 2-3, 5 and 8-9."""
+    speed = 0.02 * np.array([1, 1, 0, 0.05, 1, -0.09, 0.1, 1, 0, 0])
+    found = measured(np.ones(10), speed=speed, commanded=np.full(10, 0.02))
+    assert found["stick_events"] == 3
+    assert found["stick_share"] == pytest.approx(0.5)
+
+
+def test_sticking_before_it_has_settled_does_not_count():
+    speed = [0, 0, 0, 1, 1, 0, 1, 1]
+    found = measured(np.ones(8), speed=speed, settled_after=0.3)
+    assert found["stick_events"] == 1
+    assert found["stick_share"] == pytest.approx(0.2)
+
+
+def test_stuck_when_the_settled_part_begins_is_one_event():
+    speed = [0, 0, 0, 0, 1, 1]
+    found = measured(np.ones(6), speed=speed, settled_after=0.2)
+    assert found["stick_events"] == 1
+    assert found["stick_share"] == pytest.approx(0.5)
+
+
+def test_turning_the_wrong_way_is_not_sticking():
+    found = measured(np.ones(4), speed=[-1, -1, -1, -1])
+    assert found["stick_events"] == 0
+
+
+def test_standing_still_as_commanded_is_not_sticking():
+    found = measured(np.ones(4), speed=np.zeros(4), commanded=np.zeros(4))
+    assert found["stick_events"] == 0
+    assert found["stick_share"] == 0.0
+
+
+def test_voltage():
+    found = measured([1, 1, 1], command=[3, -4, 0])
+    assert found["peak_voltage_V"] == 4.0
+    assert found["control_effort_V2s"] == pytest.approx(2.5)  # 25 V2 for 0.1 s each
+
+
+def test_run_shorter_than_settled_after_is_looked_at_as_a_whole():
+    speed = [0, 1, 0, 1]
+    found = measured(np.ones(4), speed=speed, error_rate=[1, 1, 1, 1], settled_after=1.0)
+    assert found["stick_events"] == 2
+    assert found["stick_share"] == 0.5
+    assert found["velocity_ripple_rad_s"] == 1.0
+
+
+@pytest.mark.parametrize("part", ["error", "speed", "command"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_diverged_motion_has_no_metrics(part, value):
+    parts = {"error": [1.0, 1.0], part: [1.0, value]}
+    assert measured(**parts) == dict.fromkeys(METRICS)
+
+
+def test_single_sample():
+    found = measured([0.5])
+    assert found["rms_error_rad"] == 0.5
+    assert found["settling_time_s"] is None
+    assert found["control_effort_V2s"] == 0.0
+
+
+def scored(fitness, moments):
+    """The score of samples (error, error_rate, reference_rate, settled)."""
+    sums = fitness.initial(np.float64(0.0))
+    for error, error_rate, reference_rate, settled in moments:
+        sums = fitness.update(sums, Moment(error, error_rate, 0.0, reference_rate, settled))
+    return float(fitness.score(sums))
+
+
+def test_score_of_equation_5_by_hand():
+    moments = [(0.5, -2.0, 0.0, 1.0), (-1.5, 3.0, 0.0, 1.0)]
+    assert scored(lin_lee(3.0, 0.1), moments) == pytest.approx(1000 * (3 / 2.0 + 0.1 / 5.0))
+    assert scored(lin_lee(2.0, 0.0), moments) == pytest.approx(1000.0)
+
+
+def test_sticking_takes_its_share_of_the_score():
+    """Stuck is an error rate between 0.9 and 1.1 of the commanded 1 rad/s; the first is early."""
+    rates = [1.0, 0.95, 0.0, 1.05, 1.2]
+    moments = [(1.0, rate, 1.0, float(k > 0)) for k, rate in enumerate(rates)]
+    plain = 1000 * (3 / 5 + 0.1 / sum(rates))
+    assert scored(without_sticking(lin_lee(), 4.0), moments) == pytest.approx(plain / (1 + 4 * 0.5))
+    assert scored(without_sticking(lin_lee(), 0.0), moments) == pytest.approx(plain)
