@@ -7,9 +7,11 @@ is fast, decides which of them is any good.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from hfc_design.search.genome import Floats, Mask, Population
 
@@ -28,7 +30,7 @@ Newton = Callable[[Population], Linear | None]
 
 #: Shares of the motion that are linearised. A loop that still oscillates drifts in phase, which
 #: makes late errors look more sensitive than they are; its beginning alone gives better steps.
-HORIZONS = (1.0, 0.3, 0.1)
+HORIZONS = (0.1, 0.3, 1.0)
 #: Shares of a whole step that are tried.
 LENGTHS = (1.0, 0.3)
 #: Errors below this share of the largest one weigh no more [1].
@@ -44,22 +46,30 @@ def proposals(
     """
     each = -(-count // (len(HORIZONS) * len(LENGTHS)))
     dampings = damping * 10.0 ** np.linspace(-3.0, 3.0, each)
+    floor = max(SMALLEST_ERROR * np.abs(linear.error).max(), TINY)
+    weight = 1.0 / np.maximum(np.abs(linear.error), floor)
+    rows = np.round(np.array((0.0, *HORIZONS)) * len(weight)).astype(int)
+    parameters = linear.jacobian.shape[1]
+    normal, slope = np.zeros((parameters, parameters)), np.zeros(parameters)
     points = []
-    for horizon in HORIZONS:
-        rows = max(round(horizon * len(linear.error)), 1)
-        steps = _steps(linear.error[:rows], linear.jacobian[:rows] * ~frozen, dampings)
-        steps[:, frozen] = 0.0
-        points += [point + length * steps for length in LENGTHS]
+    # Matrices of this size gain little from a second thread and lose all of it, thirty times
+    # over, where another program wants the core.
+    with threadpool_limits(1, user_api="blas"):
+        for start, stop in pairwise(rows):  # every horizon adds to the sums of the one before
+            block, weights = linear.jacobian[start:stop], weight[start:stop]
+            normal = normal + block.T @ (block * weights[:, None])
+            slope = slope + block.T @ (weights * linear.error[start:stop])
+            steps = _steps(normal, slope, frozen, dampings)
+            points += [point + length * steps for length in LENGTHS]
     return np.concatenate(points)[:count], np.tile(dampings, len(points))[:count]
 
 
-def _steps(error: Floats, jacobian: Floats, dampings: Floats) -> Floats:
-    """The reweighted Gauss-Newton step for each damping, (dampings, parameters)."""
-    weight = 1.0 / np.maximum(np.abs(error), max(SMALLEST_ERROR * np.abs(error).max(), TINY))
-    normal = jacobian.T @ (jacobian * weight[:, None])
+def _steps(normal: Floats, slope: Floats, frozen: Mask, dampings: Floats) -> Floats:
+    """The step for each damping, (dampings, parameters), with Marquardt's scaling."""
     diagonal = np.diag(normal)
-    size = np.sqrt(diagonal + 1e-12 * diagonal.max() + TINY)  # Marquardt's scaling
-    values, basis = np.linalg.eigh(normal / size / size[:, None])
-    along = basis.T @ (jacobian.T @ (weight * error) / size)
+    size = np.sqrt(diagonal + 1e-12 * diagonal.max() + TINY)
+    free = ~frozen / size
+    values, basis = np.linalg.eigh(normal * free * free[:, None])
+    along = basis.T @ (slope * free)
     steps = basis @ (along[:, None] / (np.maximum(values, 0.0)[:, None] + dampings))
-    return np.asarray(-steps.T / size)
+    return np.asarray(-steps.T * free)
