@@ -142,6 +142,15 @@ class Scenario(Record):
             )
         if not self.fitness.error and not self.fitness.error_rate:
             raise ValueError("fitness: one of the two weights has to be positive")
+        speed = float(np.abs(self.reference.rate(self.simulation.time)).max())
+        step = self.simulation.sample_time_s / self.simulation.substeps
+        fastest = self.plant.plant.fastest(self.plant.values(), step)
+        if speed > fastest:
+            needed = int(np.ceil(self.simulation.substeps * speed / fastest))
+            raise ValueError(
+                f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
+                f"{speed:.3g} rad/s needs at least {needed} with this friction and sample time"
+            )
         known = input_names(self.plant.plant)
         names = [item.name for item in self.controller.inputs]
         for name in names:

@@ -266,13 +266,23 @@ def _sample(
         command = jnp.clip(command, -loop.command_limit, loop.command_limit)
     error = reference - getattr(state, plant.position)
     error_rate = reference_rate - getattr(state, plant.velocity)
-    moved = state
-    for k in range(loop.substeps):
-        dt = sample_time / loop.substeps
-        moved = plant.step(fixed, moved, command, loads[2 * k : 2 * k + 3], dt)
+    moved = _moved(loop, fixed, state, command, loads, sample_time / loop.substeps)
     moment = Moment(error, error_rate, command, reference_rate, settled)
     sums = loop.fitness.update(carry.sums, moment)
     return _Carry(moved, memory, angles, sums), Trajectory(error, error_rate, command, state)
+
+
+def _moved(loop: Loop, fixed: Any, state: Any, command: Any, loads: Any, dt: Any) -> Any:
+    """The state at the next sample: all substeps under one held command."""
+    if loop.substeps == 1:
+        return loop.plant.step(fixed, state, command, loads, dt)
+    points = jnp.stack(loads)
+
+    def substep(k: Any, state: Any) -> Any:
+        here = (points[2 * k], points[2 * k + 1], points[2 * k + 2])
+        return loop.plant.step(fixed, state, command, here, dt)
+
+    return lax.fori_loop(0, loop.substeps, substep, state)
 
 
 def _measured(

@@ -6,6 +6,8 @@ LuGre friction and the load torque of the cut. The command is the quadrature sta
 
 from typing import Any, NamedTuple
 
+import jax.numpy as jnp
+
 from plants.friction import LuGre, bristle_rate, friction_torque
 from plants.integrate import rk4
 from plants.plant import Plant
@@ -61,6 +63,7 @@ class CAxisCoefficients(NamedTuple):
     rotor_damping: Any
     stiffness: Any
     gear_ratio: Any
+    largest_deflection: Any  # twice T_s / sigma_0 [rad]
     friction: LuGre
 
 
@@ -78,6 +81,7 @@ def coefficients(p: CAxisParameters) -> CAxisCoefficients:
         rotor_damping=p.rotor_damping,
         stiffness=p.stiffness,
         gear_ratio=p.gear_ratio,
+        largest_deflection=2.0 * p.static_torque / p.bristle_stiffness,
         friction=LuGre(
             p.bristle_stiffness,
             p.bristle_damping,
@@ -110,8 +114,22 @@ def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Any, load: Any) -> 
 def step(
     c: CAxisCoefficients, x: CAxisState, voltage: Any, loads: tuple[Any, Any, Any], dt: Any
 ) -> CAxisState:
-    """The state ``dt`` [s] later under a constant voltage (one RK4 step)."""
-    return rk4(lambda state, load: derivative(c, state, voltage, load), x, loads, dt)
+    """The state ``dt`` [s] later under a constant voltage (one RK4 step).
+
+    A bristle never bends further than T_s/sigma_0. One that does shows that the spindle is too
+    fast for the step; such a motion is wrong even where it stays finite, so it becomes nan.
+    """
+    new = rk4(lambda state, load: derivative(c, state, voltage, load), x, loads, dt)
+    possible = jnp.abs(new.bristle_deflection) < c.largest_deflection
+    return new._replace(bristle_deflection=jnp.where(possible, new.bristle_deflection, jnp.nan))
+
+
+def fastest(p: CAxisParameters, dt: float) -> float:
+    """Spindle velocity [rad/s] up to which RK4 steps of ``dt`` [s] keep the bristle stable.
+
+    Its rate constant is at most |omega_c| sigma_0 / T_c, and RK4 is stable to 2.785 / dt.
+    """
+    return float(2.785 * p.coulomb_torque / (p.bristle_stiffness * dt))
 
 
 def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Any]:
@@ -154,6 +172,7 @@ C_AXIS = Plant(
     name="c-axis",
     parameters=CAxisParameters,
     fault=fault,
+    fastest=fastest,
     units={
         "deflection": "rad",
         "deflection_rate": "rad/s",

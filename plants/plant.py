@@ -27,6 +27,8 @@ class Plant:
     fault: Callable[[dict[str, float]], str | None]
     #: Unit of each signal, for messages and plots.
     units: dict[str, str]
+    #: Speed [of the position, per s] up to which an integration step of some length is stable.
+    fastest: Callable[[Any, float], float]
     coefficients: Callable[[Any], Any]
     initial_state: Callable[[Any], Any]
     step: Callable[[Any, Any, Any, tuple[Any, Any, Any], Any], Any]

@@ -166,9 +166,9 @@ def test_bad_csv_is_one_line(tmp_path, section, csv, message):
 
 
 def test_relative_csv_is_found_beside_the_scenario(tmp_path, monkeypatch):
-    path = scenario_with(tmp_path, "t,a\n0,0\n1,4\n")
+    path = scenario_with(tmp_path, "t,a\n0,0\n1,0.04\n")
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
     (elsewhere / "angle.csv").write_text("t,a\n0,0\n1,99\n")
-    assert at(load_scenario(path).reference, 0.5) == [2.0]
+    assert at(load_scenario(path).reference, 0.5) == [0.02]

@@ -83,7 +83,8 @@ def test_order_of_individuals_does_not_matter(random_population):
     order = np.random.default_rng(1).permutation(65)
     for dtype in (np.float32, np.float64):
         scores = simulate.scores(*loop, gains, dtype)
-        assert (simulate.scores(*loop, picked(gains, order), dtype) == scores[order]).all()
+        reordered = simulate.scores(*loop, picked(gains, order), dtype)
+        np.testing.assert_array_equal(reordered, scores[order])
 
 
 def test_one_compilation_serves_all_structures_values_machines_and_loads(random_population):
@@ -160,7 +161,8 @@ def test_encoder_reads_multiples_of_its_resolution():
     """A P controller of gain 1 shows the error that the encoder leaves, a D controller the rate."""
     changes = ["sensors.encoder_resolution_rad=1e-4", "sensors.velocity='encoder'"]
     gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
-    loop, plant, samples = prepared(pd(), *changes, "reference.rate_rad_s=0.0")
+    push = ["reference.rate_rad_s=0.0", "load={constant_Nm=2.0}"]
+    loop, plant, samples = prepared(pd(), *changes, *push)
     _, motion = simulate.trajectory(loop, plant, samples, gains)
     angle = motion.state.spindle_angle
     read = -motion.command[:, 0]
@@ -179,14 +181,14 @@ def test_noise_is_that_of_its_seed():
 
     def disturbance(*changes):
         changes = ("sensors.noise_rad=1e-5", "reference.rate_rad_s=0.0", *changes)
-        _, motion = simulate.trajectory(*prepared(pd(), *changes, seconds=1), gains)
+        _, motion = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
         return (-motion.command - motion.state.spindle_angle)[:, 0]
 
     first = disturbance()
     assert (disturbance() == first).all()
     assert (disturbance("sensors.seed=1") != first).all()
-    assert first.std() == pytest.approx(1e-5, rel=0.1)  # 1000 samples: 2 % is one sigma
-    assert abs(first.mean()) < 1.5e-6
+    assert first.std() == pytest.approx(1e-5, rel=0.2)  # 200 samples: 5 % is one sigma
+    assert abs(first.mean()) < 3e-6
 
 
 def test_error_jacobian_is_the_central_difference(published):
