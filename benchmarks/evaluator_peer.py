@@ -1,0 +1,90 @@
+"""The population evaluator, and the work made with its package."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from work import Constants, Machine, Work
+
+from hfc_design import hierarchy, simulate
+from hfc_design.controllers import HierarchicalGains, from_design, hierarchical
+from hfc_design.evaluate import load_design
+from hfc_design.scenarios import Scenario, load_scenario
+from plants.c_axis import CAxisParameters
+
+SPREAD = 0.1  # of the consequents inside every published rule table
+
+
+def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
+    """A function that scores all individuals, (individuals,), as a search calls it."""
+    scenario = _scenario(work.reference.size)
+    loop = simulate.closed_loop(scenario, hierarchical(scenario.controller.layout()))
+    plant, samples = scenario.plant.values(), scenario.samples()
+    gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
+
+    def run() -> np.ndarray:
+        return simulate.scores(loop, plant, samples, gains, dtype)
+
+    run()  # compiles
+    return run
+
+
+def make(individuals: int, samples: int, seed: int = 0) -> Work:
+    """Random individuals around Table I of Lin & Lee 1999, each with a tree of its own."""
+    generator = np.random.default_rng(seed)
+    _, published = from_design(load_design("lin-lee-1999-table-1").controller)
+    trees = np.array([hierarchy.sources(tree) for tree in hierarchy.trees(5)])
+    chosen = trees[generator.integers(len(trees), size=individuals)]
+    spread = generator.uniform(-SPREAD, SPREAD, (*published.consequents.shape[:-1], individuals))
+    gain = generator.uniform(0.9, 1.1, (2, individuals))
+    scenario = _scenario(samples)
+    happens, fitness = scenario.samples(), scenario.fitness
+    layout = scenario.controller.layout()
+    terms = np.array([term[1:] for term in layout.terms]).T
+    constants = Constants(
+        happens.sample_time, layout.output_scale, fitness.error, fitness.error_rate
+    )
+    return Work(
+        _float32(published.kp * gain[0]),
+        _float32(published.kd * gain[1]),
+        _float32(np.repeat(published.scales, individuals, axis=-1)),
+        np.ascontiguousarray(np.moveaxis(chosen, 0, -1), np.int32),
+        _float32(published.consequents + spread),
+        *map(_float32, (happens.reference, happens.reference_rate, happens.loads)),
+        *map(_float32, (terms, _machine(scenario.plant.values()), constants)),
+    )
+
+
+def pick(work: Work, individuals: np.ndarray) -> Work:
+    """``work`` for a selection of its individuals."""
+    return Work(*(np.ascontiguousarray(leaf[..., individuals]) for leaf in work[:5]), *work[5:])
+
+
+def _scenario(samples: int) -> Scenario:
+    return load_scenario("c-axis-ramp", [f"simulation.duration_s={samples / 1000}"])
+
+
+def _float32(values: Any) -> np.ndarray:
+    return np.ascontiguousarray(values, np.float32)
+
+
+def _machine(p: CAxisParameters) -> Machine:
+    leakage = p.stator_inductance - p.mutual_inductance**2 / p.rotor_inductance
+    resistance = p.stator_resistance + p.rotor_resistance * p.stator_inductance / p.rotor_inductance
+    return Machine(
+        current_decay=resistance / leakage,
+        back_emf=p.stator_inductance * p.rotor_flux / (leakage * p.mutual_inductance),
+        inverse_inductance=1.0 / leakage,
+        torque_constant=0.5 * p.poles * p.mutual_inductance * p.rotor_flux / p.rotor_inductance,
+        inverse_rotor_inertia=1.0 / p.rotor_inertia,
+        inverse_spindle_inertia=1.0 / p.spindle_inertia,
+        rotor_damping=p.rotor_damping,
+        stiffness=p.stiffness,
+        gear_ratio=p.gear_ratio,
+        bristle_stiffness=p.bristle_stiffness,
+        bristle_damping=p.bristle_damping,
+        viscous_friction=p.viscous_friction,
+        coulomb_torque=p.coulomb_torque,
+        stribeck_rise=p.static_torque - p.coulomb_torque,
+        inverse_stribeck_velocity=1.0 / p.stribeck_velocity,
+    )
