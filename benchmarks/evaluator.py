@@ -31,7 +31,7 @@ LARGE, LARGE_SAMPLES, LARGE_BYTES = 65_536, 10_000, 2e9
 
 def samples_of(population: int) -> int:
     """Control samples, so that every population but the largest is about the same work."""
-    return min(2000, max(128, 2_048_000 // population))
+    return min(2000, max(512, 2_048_000 // population))
 
 
 @contextmanager

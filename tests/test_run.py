@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from hfc_design import checkpoint, design
+from hfc_design import checkpoint, design, simulate
 from hfc_design.evaluate import evaluate, load_design, own_scenario
 from hfc_design.records import RunError, UserError
 from hfc_design.scenarios import load_scenario
@@ -225,3 +225,13 @@ def test_csv_tables_travel_with_the_run(tmp_path):
     assert again.fitness == result.evaluation.fitness
     assert again.reference[100] == pytest.approx(0.001)
     assert again.load[50] == pytest.approx(0.5)
+
+
+def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
+    """Of each program one: scores, derivatives and the float64 check of the finalists."""
+    programs = (simulate._scores, simulate._error_jacobian, simulate._trajectory)
+    for program in programs:
+        program.clear_cache()
+    found = design.run(started(tmp_path / "run"), tmp_path / "run")
+    assert found.search.history.structures[0] > 10
+    assert [program._cache_size() for program in programs] == [1, 1, 1]

@@ -29,7 +29,7 @@ class RaceSettings(_Settings):
 
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
-    generations: int = Field(240, ge=1, le=10_000_000)
+    generations: int = Field(200, ge=1, le=10_000_000)
     kp_range: Range = (100.0, 10_000.0)  # of the first individuals [V/rad]
     kd_range: Range = (30.0, 3_000.0)  # [V s/rad]
     scale_range: Annotated[float, Field(ge=1)] = 10.0  # factor around the layout's scales
@@ -38,8 +38,8 @@ class RaceSettings(_Settings):
     tournament: int = Field(3, ge=1)
     blend: Probability = 0.5  # share of children that mix two parents
     step: Positive = 0.2  # first mutation step, relative
-    stick_penalty: NotNegative = 30.0  # the search divides by 1 + this * stick share
-    newton_islands: int = Field(8, ge=0)  # Gauss-Newton steps begin with this many islands left
+    stick_penalty: NotNegative = 300.0  # the search divides by 1 + this * stick share
+    newton_islands: int = Field(2, ge=0)  # Gauss-Newton steps begin with this many islands left
     newton_steps: int = Field(2, ge=0)  # of them in one generation
 
 
