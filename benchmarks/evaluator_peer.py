@@ -19,11 +19,11 @@ def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     """A function that scores all individuals, (individuals,), as a search calls it."""
     scenario = _scenario(work.reference.size)
     loop = simulate.closed_loop(scenario, hierarchical(scenario.controller.layout()))
-    plant, samples = scenario.plant.values(), scenario.samples()
+    plants, samples = scenario.plant.values(), scenario.samples()
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
 
     def run() -> np.ndarray:
-        return simulate.scores(loop, plant, samples, gains, dtype)
+        return simulate.scores(loop, plants, samples, gains, dtype)
 
     run()  # compiles
     return run
@@ -39,6 +39,8 @@ def make(individuals: int, samples: int, seed: int = 0) -> Work:
     gain = generator.uniform(0.9, 1.1, (2, individuals))
     scenario = _scenario(samples)
     happens, fitness = scenario.samples(), scenario.fitness
+    (axis,) = happens.axes
+    (machine,) = scenario.plant.values()
     layout = scenario.controller.layout()
     terms = np.array([term[1:] for term in layout.terms]).T
     constants = Constants(
@@ -50,8 +52,8 @@ def make(individuals: int, samples: int, seed: int = 0) -> Work:
         _float32(np.repeat(published.scales, individuals, axis=-1)),
         np.ascontiguousarray(np.moveaxis(chosen, 0, -1), np.int32),
         _float32(published.consequents + spread),
-        *map(_float32, (happens.reference, happens.reference_rate, happens.loads)),
-        *map(_float32, (terms, _machine(scenario.plant.values()), constants)),
+        *map(_float32, (axis.reference, axis.reference_rate, axis.loads)),
+        *map(_float32, (terms, _machine(machine), constants)),
     )
 
 

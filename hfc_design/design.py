@@ -47,20 +47,20 @@ class Problem:
         if penalty:
             loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))
         self._loop = loop
-        self._plant = scenario.plant.values()
+        self._plants = scenario.plant.values()
         self._samples = scenario.samples()
         self._dtype = np.dtype(scenario.run.precision)
 
     def scores(self, population: Population) -> Floats:
         """Score of every individual; nan where it diverged."""
         gains = controller_gains(population)
-        return simulate.scores(self._loop, self._plant, self._samples, gains, self._dtype)
+        return simulate.scores(self._loop, self._plants, self._samples, gains, self._dtype)
 
     def linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
         gains = controller_gains(individual)
         error, jacobian = simulate.error_jacobian(
-            self._loop, self._plant, self._samples, gains, self._dtype
+            self._loop, self._plants, self._samples, gains, self._dtype
         )
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian) if finite else None
@@ -188,7 +188,7 @@ def design_of(individual: Population, scenario: Scenario) -> Design:
             "name": scenario.name,
             "plant": {
                 "name": scenario.plant.name,
-                "parameters": scenario.plant.values()._asdict(),
+                "parameters": scenario.plant.values()[0]._asdict(),
             },
             "controller": controller,
             "provenance": {

@@ -39,26 +39,28 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     controller, gains = controllers.from_design(design.controller)
     loop = closed_loop(scenario, controller)
     samples = scenario.samples()
-    scores, motions = trajectory(loop, plant.values(), samples, gains)
+    scores, (motions,) = trajectory(loop, plant.values(), samples, gains)
     motion = Trajectory(*(_first(part) for part in motions))
+    (happens,) = samples.axes
+    (parameters,) = plant.values()
     time = scenario.simulation.time
     found = fitness.metrics(
         motion,
         getattr(motion.state, plant.plant.velocity),
-        samples.reference_rate,
+        happens.reference_rate,
         time,
         scenario.fitness.settled_after_s,
     )
     diverged = found["rms_error_rad"] is None
     score = 0.0 if diverged else float(scores[0])
-    readings = plant.plant.signals(plant.plant.coefficients(plant.values()), motion.state)
+    readings = plant.plant.signals(plant.plant.coefficients(parameters), motion.state)
     return Evaluation(
         score,
         diverged,
         found,
         time,
-        samples.reference,
-        samples.loads[0],
+        happens.reference,
+        happens.loads[0],
         motion,
         {name: np.asarray(value) for name, value in readings.items()},
     )

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 class Moment(NamedTuple):
-    """What a fitness sees of one sample; scalars."""
+    """What a fitness sees of one axis at one sample; scalars."""
 
     error: Any  # [rad]
     error_rate: Any  # [rad/s]
@@ -28,18 +28,18 @@ class Moment(NamedTuple):
 class Fitness(NamedTuple):
     """A score as pure functions of scalars.
 
-    ``initial(zero)`` gives empty sums, ``update(sums, moment)`` adds one sample, ``score(sums)``
-    is the number that the search maximises.
+    ``initial(zero)`` gives empty sums, ``update(sums, moments)`` adds one sample of every axis,
+    ``score(sums)`` is the number that the search maximises.
     """
 
     initial: Callable[[Any], Any]
-    update: Callable[[Any, Moment], Any]
+    update: Callable[[Any, tuple[Moment, ...]], Any]
     score: Callable[[Any], Any]
 
 
 @cache
 def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitness:
-    """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over the control samples."""
+    """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
 
     def score(sums: tuple[Any, Any]) -> Any:
         error, error_rate = sums
@@ -47,9 +47,9 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitnes
 
     return Fitness(
         initial=lambda zero: (zero, zero),
-        update=lambda sums, moment: (
-            sums[0] + jnp.abs(moment.error),
-            sums[1] + jnp.abs(moment.error_rate),
+        update=lambda sums, moments: (
+            sums[0] + sum(jnp.abs(moment.error) for moment in moments),
+            sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
         ),
         score=score,
     )
@@ -63,14 +63,13 @@ def without_sticking(fitness: Fitness, penalty: float) -> Fitness:
     and again; they are a dead end for a search, and no good on a machine.
     """
 
-    def update(sums: Any, moment: Moment) -> Any:
+    def update(sums: Any, moments: tuple[Moment, ...]) -> Any:
         inner, stuck, settled = sums
-        now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
-        return (
-            fitness.update(inner, moment),
-            stuck + jnp.where(now, moment.settled, 0.0),
-            settled + moment.settled,
-        )
+        for moment in moments:
+            now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+            stuck = stuck + jnp.where(now, moment.settled, 0.0)
+            settled = settled + moment.settled
+        return fitness.update(inner, moments), stuck, settled
 
     def score(sums: Any) -> Any:
         inner, stuck, settled = sums

@@ -22,7 +22,7 @@ from hfc_design.hierarchy import MAX_INPUTS
 from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
 from hfc_design.rulebase import TERMS, InputRecord, TermRecord
 from hfc_design.search.settings import RaceSettings, SearchSettings
-from hfc_design.signals import Load, Ramp, Reference, Samples, Simulation
+from hfc_design.signals import AxisSamples, Load, Ramp, Reference, Samples, Simulation
 from plants import PLANTS, Plant
 
 MAX_STEPS = 10_000_000
@@ -48,9 +48,9 @@ class PlantSettings(Record):
         """The plant's functions."""
         return PLANTS[self.name]
 
-    def values(self) -> Any:
-        """The plant's parameter record."""
-        return self.plant.parameters(**self.parameters)
+    def values(self) -> tuple[Any, ...]:
+        """The parameter record of each axis."""
+        return (self.plant.parameters(**self.parameters),)
 
 
 class Limits(Record):
@@ -144,7 +144,7 @@ class Scenario(Record):
             raise ValueError("fitness: one of the two weights has to be positive")
         speed = float(np.abs(self.reference.rate(self.simulation.time)).max())
         step = self.simulation.sample_time_s / self.simulation.substeps
-        fastest = self.plant.plant.fastest(self.plant.values(), step)
+        fastest = min(self.plant.plant.fastest(axis, step) for axis in self.plant.values())
         if speed > fastest:
             needed = int(np.ceil(self.simulation.substeps * speed / fastest))
             raise ValueError(
@@ -170,11 +170,14 @@ class Scenario(Record):
         plant = self.plant.plant
         generator = np.random.default_rng(self.sensors.seed)
         noise = generator.standard_normal((len(plant.encoders), len(time)))
-        return Samples(
+        axis = AxisSamples(
             self.reference.at(time),
             self.reference.rate(time),
             np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points]),
             self.sensors.noise_rad * noise,
+        )
+        return Samples(
+            (axis,),
             settled_samples(time, self.fitness.settled_after_s).astype(float),
             self.simulation.sample_time_s,
         )

@@ -13,13 +13,19 @@ from hfc_design.records import Finite, NotNegative, Positive, Record
 Floats = NDArray[np.float64]
 
 
-class Samples(NamedTuple):
-    """Everything that happens to the loop, one column a control sample."""
+class AxisSamples(NamedTuple):
+    """What happens to one axis, one column a control sample."""
 
     reference: Any  # (steps,) [rad]
     reference_rate: Any  # (steps,) [rad/s]
     loads: Any  # (2 substeps + 1, steps) load where the integrator needs it [N m]
     noise: Any  # (encoders, steps) added to the encoder angles [rad]
+
+
+class Samples(NamedTuple):
+    """Everything that happens to the loop, one column a control sample."""
+
+    axes: tuple[AxisSamples, ...]
     settled: Any  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Any  # scalar [s]
 

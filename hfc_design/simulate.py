@@ -19,7 +19,7 @@ from hfc_design import devices
 from hfc_design.controllers import Controller
 from hfc_design.fitness import Fitness, Moment, lin_lee
 from hfc_design.scenarios import Scenario
-from hfc_design.signals import Samples
+from hfc_design.signals import AxisSamples, Samples
 from plants import Plant
 
 devices.configure()
@@ -63,7 +63,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
 
 
 class Trajectory(NamedTuple):
-    """Everything at the start of every sample; leaves are (steps, individuals)."""
+    """One axis at the start of every sample; leaves are (steps, individuals)."""
 
     error: Any
     error_rate: Any
@@ -72,11 +72,11 @@ class Trajectory(NamedTuple):
 
 
 def scores(
-    loop: Loop, plant: Any, samples: Samples, gains: Any, dtype: Any = np.float32
+    loop: Loop, plants: Any, samples: Samples, gains: Any, dtype: Any = np.float32
 ) -> np.ndarray:
     """Score of every individual, (individuals,) float64; a diverged one scores nan.
 
-    ``plant`` is the plant's parameter record, ``gains`` the controller's record with the
+    ``plants`` is the parameter record of each axis, ``gains`` the controller's record with the
     individuals in the trailing axis of every leaf. The work is spread over all devices.
     """
     count = jax.tree.leaves(gains)[0].shape[-1]
@@ -85,29 +85,28 @@ def scores(
     padded = jax.tree.map(
         lambda leaf: np.pad(leaf, [(0, 0)] * (leaf.ndim - 1) + [(0, padding)], mode="edge"), gains
     )
-    result = _scores(loop, _cast(plant, dtype), _cast(samples, dtype), _cast(padded, dtype))
+    result = _scores(loop, _cast(plants, dtype), _cast(samples, dtype), _cast(padded, dtype))
     found = np.asarray(result, np.float64)[:count]
     return np.where(np.isfinite(found), found, np.nan)
 
 
 def trajectory(
-    loop: Loop, plant: Any, samples: Samples, gains: Any
-) -> tuple[np.ndarray, Trajectory]:
-    """Scores (individuals,) and the whole motion of every individual, in float64 as numpy."""
-    arguments = (_cast(item, np.float64) for item in (plant, samples, gains))
-    found: tuple[np.ndarray, Trajectory] = jax.tree.map(np.asarray, _trajectory(loop, *arguments))
-    return found
+    loop: Loop, plants: Any, samples: Samples, gains: Any
+) -> tuple[np.ndarray, tuple[Trajectory, ...]]:
+    """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy."""
+    arguments = (_cast(item, np.float64) for item in (plants, samples, gains))
+    return jax.tree.map(np.asarray, _trajectory(loop, *arguments))
 
 
 def error_jacobian(
-    loop: Loop, plant: Any, samples: Samples, gains: Any, dtype: Any = np.float32
+    loop: Loop, plants: Any, samples: Samples, gains: Any, dtype: Any = np.float32
 ) -> tuple[np.ndarray, np.ndarray]:
     """Tracking error (steps,) of one individual and its derivative (steps, parameters).
 
     The parameters are the floating leaves of ``gains`` (trailing axis 1) one after the other.
     Forward mode on a population of copies, one a parameter, is as fast as the population is.
     """
-    arguments = (_cast(item, dtype) for item in (plant, samples, gains))
+    arguments = (_cast(item, dtype) for item in (plants, samples, gains))
     error, jacobian = _error_jacobian(loop, *arguments)
     parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
     return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
@@ -129,8 +128,8 @@ def _cast(tree: Any, dtype: Any) -> Any:
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
-def _scores(loop: Loop, plant: Any, samples: Samples, gains: Any) -> jax.Array:
-    def on_device(plant: Any, samples: Samples, gains: Any) -> jax.Array:
+def _scores(loop: Loop, plants: Any, samples: Samples, gains: Any) -> jax.Array:
+    def on_device(plants: Any, samples: Samples, gains: Any) -> jax.Array:
         count = jax.tree.leaves(gains)[0].shape[-1]
         chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
 
@@ -138,7 +137,7 @@ def _scores(loop: Loop, plant: Any, samples: Samples, gains: Any) -> jax.Array:
             return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
 
         def one_chunk(gains: Any) -> jax.Array:
-            sums, _ = _run(loop, plant, samples, gains, record=False)
+            sums, _ = _run(loop, plants, samples, gains, record=False)
             return loop.fitness.score(sums)
 
         return lax.map(one_chunk, jax.tree.map(chunked, gains)).reshape(-1)
@@ -151,20 +150,20 @@ def _scores(loop: Loop, plant: Any, samples: Samples, gains: Any) -> jax.Array:
         out_specs=PartitionSpec("population"),
         check_vma=False,
     )
-    return spread(plant, samples, gains)
+    return spread(plants, samples, gains)
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
 def _trajectory(
-    loop: Loop, plant: Any, samples: Samples, gains: Any
-) -> tuple[jax.Array, Trajectory]:
-    sums, motion = _run(loop, plant, samples, gains, record=True)
+    loop: Loop, plants: Any, samples: Samples, gains: Any
+) -> tuple[jax.Array, tuple[Trajectory, ...]]:
+    sums, motion = _run(loop, plants, samples, gains, record=True)
     return loop.fitness.score(sums), motion
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
 def _error_jacobian(
-    loop: Loop, plant: Any, samples: Samples, gains: Any
+    loop: Loop, plants: Any, samples: Samples, gains: Any
 ) -> tuple[jax.Array, jax.Array]:
     leaves, structure = jax.tree.flatten(gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
@@ -186,9 +185,9 @@ def _error_jacobian(
             for k, leaf in zip(moving, changed, strict=True):
                 full[k] = leaf
             _, outputs = _run(
-                loop, plant, samples, jax.tree.unflatten(structure, full), record=True
+                loop, plants, samples, jax.tree.unflatten(structure, full), record=True
             )
-            error: jax.Array = outputs.error
+            error: jax.Array = outputs[0].error
             return error
 
         return jax.jvp(errors, [copies[k] for k in moving], directions)
@@ -203,39 +202,43 @@ def _error_jacobian(
     return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
 
 
-def _run(loop: Loop, plant: Any, samples: Samples, gains: Any, record: bool) -> tuple[Any, Any]:
-    """Scan over the samples; returns the fitness sums and, if asked for, the trajectory."""
-    leaves = jax.tree.leaves(gains)
-    zeros = jnp.zeros(leaves[0].shape[-1], samples.reference.dtype)
-    fixed = loop.plant.coefficients(plant)
+def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) -> tuple[Any, Any]:
+    """Scan over the samples; returns the fitness sums and, if asked for, the trajectories."""
+    zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
+    fixed = tuple(loop.plant.coefficients(plant) for plant in plants)
     step = jax.vmap(partial(_sample, loop), in_axes=(None, None, 0, 0, None))
-    start = _Carry(
+    axis = _Axis(
         loop.plant.initial_state(zeros),
         loop.controller.initial_memory(zeros),
         dict.fromkeys(loop.plant.encoders, zeros),
-        loop.fitness.initial(zeros),
     )
+    start = _Carry((axis,) * len(fixed), loop.fitness.initial(zeros))
 
     def body(carry: _Carry, row: Any) -> tuple[_Carry, Any]:
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
         carry, outputs = step(fixed, samples.sample_time, jax.tree.map(_rows, gains), carry, row)
         return carry, outputs if record else None
 
-    rows = (
-        samples.reference,
-        samples.reference_rate,
-        tuple(samples.loads),
-        tuple(samples.noise),
-        samples.settled,
-    )
+    rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
     carry, outputs = lax.scan(body, start, rows)
     return carry.sums, outputs
 
 
-class _Carry(NamedTuple):
+def _by_row(axis: AxisSamples) -> AxisSamples:
+    """Loads and noise as tuples, so that the scan hands out scalars."""
+    return axis._replace(loads=tuple(axis.loads), noise=tuple(axis.noise))
+
+
+class _Axis(NamedTuple):
+    """What one axis carries from sample to sample."""
+
     state: Any
     memory: Any
     angles: dict[str, Any]  # what the encoders read at the previous sample [rad]
+
+
+class _Carry(NamedTuple):
+    axes: tuple[_Axis, ...]
     sums: Any
 
 
@@ -251,25 +254,45 @@ def _rows(leaf: jax.Array) -> Any:
 
 
 def _sample(
-    loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: _Carry, row: Any
-) -> tuple[_Carry, Trajectory]:
-    """One control sample of one machine: measure, control, hold the command, move."""
-    reference, reference_rate, loads, noise, settled = row
+    loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: _Carry, row: Samples
+) -> tuple[_Carry, tuple[Trajectory, ...]]:
+    """One control sample of one machine: every axis on its own, then the score of all."""
+    axes, moments, outputs = [], [], []
+    for coefficients, axis, happens in zip(fixed, carry.axes, row.axes, strict=True):
+        moved, moment, output = _axis_sample(
+            loop, coefficients, sample_time, gains, axis, happens, row.settled
+        )
+        axes.append(moved)
+        moments.append(moment)
+        outputs.append(output)
+    sums = loop.fitness.update(carry.sums, tuple(moments))
+    return _Carry(tuple(axes), sums), tuple(outputs)
+
+
+def _axis_sample(
+    loop: Loop,
+    fixed: Any,
+    sample_time: Any,
+    gains: Any,
+    axis: _Axis,
+    row: AxisSamples,
+    settled: Any,
+) -> tuple[_Axis, Moment, Trajectory]:
+    """One control sample of one axis: measure, control, hold the command, move."""
     plant = loop.plant
-    state = carry.state
-    seen, angles = _measured(loop, state, carry.angles, noise, sample_time)
+    state = axis.state
+    seen, angles = _measured(loop, state, axis.angles, row.noise, sample_time)
     readings = plant.signals(fixed, seen)
-    readings["error"] = reference - getattr(seen, plant.position)
-    readings["error_rate"] = reference_rate - getattr(seen, plant.velocity)
-    command, memory = loop.controller.step(gains, carry.memory, readings)
+    readings["error"] = row.reference - getattr(seen, plant.position)
+    readings["error_rate"] = row.reference_rate - getattr(seen, plant.velocity)
+    command, memory = loop.controller.step(gains, axis.memory, readings)
     if loop.command_limit is not None:
         command = jnp.clip(command, -loop.command_limit, loop.command_limit)
-    error = reference - getattr(state, plant.position)
-    error_rate = reference_rate - getattr(state, plant.velocity)
-    moved = _moved(loop, fixed, state, command, loads, sample_time / loop.substeps)
-    moment = Moment(error, error_rate, command, reference_rate, settled)
-    sums = loop.fitness.update(carry.sums, moment)
-    return _Carry(moved, memory, angles, sums), Trajectory(error, error_rate, command, state)
+    error = row.reference - getattr(state, plant.position)
+    error_rate = row.reference_rate - getattr(state, plant.velocity)
+    moved = _moved(loop, fixed, state, command, row.loads, sample_time / loop.substeps)
+    moment = Moment(error, error_rate, command, row.reference_rate, settled)
+    return _Axis(moved, memory, angles), moment, Trajectory(error, error_rate, command, state)
 
 
 def _moved(loop: Loop, fixed: Any, state: Any, command: Any, loads: Any, dt: Any) -> Any:

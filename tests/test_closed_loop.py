@@ -20,7 +20,7 @@ def simulated(scenario, controller, gains, seconds=SECONDS):
     """States (steps, 6, individuals) and commands (steps, individuals)."""
     scenario = load_scenario(scenario, [f"simulation.duration_s={seconds}"])
     loop = simulate.closed_loop(scenario, controller)
-    _, motion = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
+    _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
     return np.stack(motion.state, axis=1), motion
 
 

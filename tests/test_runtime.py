@@ -66,7 +66,7 @@ def replayed(design, scenario):
     controller, gains = from_design(design.controller)
     scenario = load_scenario(scenario, ["simulation.duration_s=1.0"])
     loop = simulate.closed_loop(scenario, controller)
-    _, motion = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
+    _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
     state = motion.state
     signals = {
         "error": motion.error,

@@ -108,12 +108,13 @@ def test_load_adds_a_constant_sines_and_a_table(table):
 def test_samples_hold_the_load_where_the_integrator_needs_it():
     scenario = load_scenario("c-axis-ramp-cutting", ["simulation.substeps=2"])
     samples = scenario.samples()
-    assert samples.loads.shape == (5, 10_000)
+    (axis,) = samples.axes
+    assert axis.loads.shape == (5, 10_000)
     for k in range(5):  # 2 substeps of 0.5 ms: their starts, middles and ends
         wanted = oracle.cutting_load(0.777 + k * 0.00025)
-        assert samples.loads[k, 777] == pytest.approx(wanted, rel=1e-12)
-    assert samples.reference[777] == pytest.approx(0.02 * 0.777)
-    assert (samples.reference_rate == 0.02).all()
+        assert axis.loads[k, 777] == pytest.approx(wanted, rel=1e-12)
+    assert axis.reference[777] == pytest.approx(0.02 * 0.777)
+    assert (axis.reference_rate == 0.02).all()
     assert samples.settled.tolist() == [0.0] * 1000 + [1.0] * 9000  # from 1 s on
     brief = load_scenario("c-axis-ramp", ["simulation.duration_s=0.5"]).samples()
     assert (brief.settled == 1.0).all()  # it ends earlier and is looked at as a whole

@@ -59,7 +59,7 @@ def test_float32_agrees_on_published_controllers(design, scenario, published):
 def test_score_is_equation_5(random_population):
     gains = random_population(5, seed=1)
     loop = prepared(HIERARCHICAL)
-    scores, motion = simulate.trajectory(*loop, gains)
+    scores, (motion,) = simulate.trajectory(*loop, gains)
     sums = abs(motion.error).sum(axis=0), abs(motion.error_rate).sum(axis=0)
     assert scores == pytest.approx(3000 / sums[0] + 100 / sums[1], rel=1e-12)
     assert simulate.scores(*loop, gains, np.float64) == pytest.approx(scores, rel=1e-12)
@@ -134,7 +134,7 @@ def test_substeps_converge():
     for substeps in (1, 2, 4):
         changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
         loop = prepared(pd(), *changes, seconds=0.1)
-        _, motion = simulate.trajectory(*loop, gains)
+        _, (motion,) = simulate.trajectory(*loop, gains)
         assert (motion.state.spindle_velocity <= 0).all()
         finals.append(np.array([part[-1, 0] for part in motion.state]))
     exact, _ = oracle.closed_loop(
@@ -147,8 +147,8 @@ def test_substeps_converge():
 
 def test_command_limit_is_kept(published):
     controller, gains = published("lin-lee-1999-table-2")
-    _, free = simulate.trajectory(*prepared(controller), gains)
-    _, held = simulate.trajectory(*prepared(controller, "limits.voltage_V=25.0"), gains)
+    _, (free,) = simulate.trajectory(*prepared(controller), gains)
+    _, (held,) = simulate.trajectory(*prepared(controller, "limits.voltage_V=25.0"), gains)
     assert abs(free.command).max() > 30
     assert abs(held.command).max() == 25.0
     inside = free.command[:, 0] < 25.0
@@ -163,7 +163,7 @@ def test_encoder_reads_multiples_of_its_resolution():
     gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     push = ["reference.rate_rad_s=0.0", "load={constant_Nm=2.0}"]
     loop, plant, samples = prepared(pd(), *changes, *push)
-    _, motion = simulate.trajectory(loop, plant, samples, gains)
+    _, (motion,) = simulate.trajectory(loop, plant, samples, gains)
     angle = motion.state.spindle_angle
     read = -motion.command[:, 0]
     assert abs(angle[:, 0]).max() > 1e-3
@@ -181,7 +181,7 @@ def test_noise_is_that_of_its_seed():
 
     def disturbance(*changes):
         changes = ("sensors.noise_rad=1e-5", "reference.rate_rad_s=0.0", *changes)
-        _, motion = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
+        _, (motion,) = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
         return (-motion.command - motion.state.spindle_angle)[:, 0]
 
     first = disturbance()
@@ -198,7 +198,7 @@ def test_error_jacobian_is_the_central_difference(published):
     floating = (gains.kp, gains.kd, gains.scales, gains.consequents)
     start = np.concatenate([leaf.ravel() for leaf in floating])
     assert jacobian.shape == (300, len(start))
-    _, motion = simulate.trajectory(*loop, gains)
+    _, (motion,) = simulate.trajectory(*loop, gains)
     np.testing.assert_allclose(error, motion.error[:, 0], atol=1e-15)
 
     # All the moved copies are one population: a column a parameter, ahead and behind.
@@ -208,7 +208,7 @@ def test_error_jacobian_is_the_central_difference(published):
     sources = np.repeat(gains.sources, 2 * len(start), axis=2)
     tables = tables.reshape(4, 7, 7, -1)
     copies = HierarchicalGains(kp[0], kd[0], scales, sources, tables)
-    _, motion = simulate.trajectory(*loop, copies)
+    _, (motion,) = simulate.trajectory(*loop, copies)
     ahead, behind = np.split(motion.error, 2, axis=1)
     difference = abs(jacobian - (ahead - behind) / (2 * steps)).max(axis=0)
     size = abs(jacobian).max(axis=0)
