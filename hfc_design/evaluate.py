@@ -11,7 +11,18 @@ from hfc_design import controllers, fitness
 from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, parse_design, read_design
 from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
+from hfc_design.signals import AxisSamples
 from hfc_design.simulate import Trajectory, closed_loop, trajectory
+from plants import Plant
+
+
+class AxisMotion(NamedTuple):
+    """What one axis of the machine was to do, and did."""
+
+    reference: np.ndarray  # (steps,) [rad]
+    load: np.ndarray  # (steps,) [N m]
+    motion: Trajectory  # leaves (steps,)
+    readings: dict[str, np.ndarray]  # the plant's signals, each (steps,)
 
 
 class Evaluation(NamedTuple):
@@ -21,10 +32,7 @@ class Evaluation(NamedTuple):
     diverged: bool
     metrics: dict[str, float | None]
     time: np.ndarray  # (steps,) [s]
-    reference: np.ndarray  # (steps,) [rad]
-    load: np.ndarray  # (steps,) [N m]
-    motion: Trajectory  # leaves (steps,)
-    readings: dict[str, np.ndarray]  # the plant's signals, each (steps,)
+    axes: tuple[AxisMotion, ...]
 
 
 def evaluate(design: Design, scenario: Scenario) -> Evaluation:
@@ -39,26 +47,28 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     controller, gains = controllers.from_design(design.controller)
     loop = closed_loop(scenario, controller)
     samples = scenario.samples()
-    scores, (motions,) = trajectory(loop, plant.values(), samples, gains)
-    motion = Trajectory(*(_first(part) for part in motions))
-    (happens,) = samples.axes
-    (parameters,) = plant.values()
+    scores, motions = trajectory(loop, plant.values(), samples, gains)
+    axes = tuple(
+        _axis(plant.plant, parameters, happens, found)
+        for parameters, happens, found in zip(plant.values(), samples.axes, motions, strict=True)
+    )
     time = scenario.simulation.time
     found = fitness.metrics(
-        motion,
-        getattr(motion.state, plant.plant.velocity),
-        happens.reference_rate,
+        axes[0].motion,
+        axes[0].readings[plant.plant.velocity],
+        samples.axes[0].reference_rate,
         time,
         scenario.fitness.settled_after_s,
     )
     diverged = found["rms_error_rad"] is None
-    score = 0.0 if diverged else float(scores[0])
-    readings = plant.plant.signals(plant.plant.coefficients(parameters), motion.state)
-    return Evaluation(
-        score,
-        diverged,
-        found,
-        time,
+    return Evaluation(0.0 if diverged else float(scores[0]), diverged, found, time, axes)
+
+
+def _axis(plant: Plant, parameters: Any, happens: AxisSamples, found: Trajectory) -> AxisMotion:
+    """One axis of a population of one."""
+    motion = Trajectory(*(_first(part) for part in found))
+    readings = plant.signals(plant.coefficients(parameters), motion.state)
+    return AxisMotion(
         happens.reference,
         happens.loads[0],
         motion,
@@ -135,16 +145,17 @@ def _first(part: Any) -> Any:
 
 def trajectory_csv(evaluation: Evaluation) -> str:
     """The motion as CSV with units in the header, one row a control sample."""
-    state = evaluation.motion.state
+    (axis,) = evaluation.axes
+    state = axis.motion.state
     columns = {
         "time_s": evaluation.time,
-        "reference_rad": evaluation.reference,
+        "reference_rad": axis.reference,
         "spindle_angle_rad": state.spindle_angle,
-        "error_rad": evaluation.motion.error,
+        "error_rad": axis.motion.error,
         "spindle_velocity_rad_s": state.spindle_velocity,
-        "deflection_rad": evaluation.readings["deflection"],
-        "voltage_V": evaluation.motion.command,
-        "load_torque_Nm": evaluation.load,
+        "deflection_rad": axis.readings["deflection"],
+        "voltage_V": axis.motion.command,
+        "load_torque_Nm": axis.load,
     }
     lines = [",".join(columns)]
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)

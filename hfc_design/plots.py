@@ -70,24 +70,25 @@ def response(evaluation: Evaluation, title: str) -> Figure:
 
     As LL fig. 6 and 7, c to f. A diverged motion ends where it runs away.
     """
+    (axis,) = evaluation.axes
     drawn = slice(_drawn(evaluation))
     factor, unit = _angle_unit(evaluation)
-    error = evaluation.motion.error[drawn]
+    error = axis.motion.error[drawn]
     curves = {
-        "angle [rad]": evaluation.reference[drawn] - error,
+        "angle [rad]": axis.reference[drawn] - error,
         f"error [{unit}]": factor * error,
-        "deflection [mrad]": 1e3 * evaluation.readings["deflection"][drawn],
-        "voltage [V]": evaluation.motion.command[drawn],
+        "deflection [mrad]": 1e3 * axis.readings["deflection"][drawn],
+        "voltage [V]": axis.motion.command[drawn],
     }
-    if np.any(evaluation.load):
-        curves["load [N m]"] = evaluation.load[drawn]
+    if np.any(axis.load):
+        curves["load [N m]"] = axis.load[drawn]
     figure = framed(1.45 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for axes, (label, values) in zip(panels, curves.items(), strict=True):
         curve = _thinned(evaluation.time[drawn], values)
         axes.plot(*curve, color=OWN, lw=1.2, label="spindle")
         _finish(axes, label)
-    reference = _thinned(evaluation.time, evaluation.reference)
+    reference = _thinned(evaluation.time, axis.reference)
     panels[0].plot(*reference, color="black", lw=1, ls="--", label="reference")
     panels[0].legend(fontsize=9, frameon=False)
     panels[0].margins(x=0)
@@ -110,7 +111,9 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         count = _drawn(evaluation)
         starts = np.arange(0, count, -(-len(evaluation.time) // 100))
-        largest = np.maximum.reduceat(factor * np.abs(evaluation.motion.error[:count]), starts)
+        largest = np.maximum.reduceat(
+            factor * np.abs(evaluation.axes[0].motion.error[:count]), starts
+        )
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=label, **style)
     _finish(axes, f"largest error [{unit}]")
@@ -177,7 +180,7 @@ def _logarithmic(axes: Axes) -> None:
 
 def _angle_unit(evaluation: Evaluation) -> tuple[float, str]:
     """Factor and unit in which the errors of ``evaluation`` are easy to read."""
-    largest = np.abs(evaluation.motion.error[: _drawn(evaluation)]).max()
+    largest = np.abs(evaluation.axes[0].motion.error[: _drawn(evaluation)]).max()
     return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
 
 
@@ -185,9 +188,10 @@ def _drawn(evaluation: Evaluation) -> int:
     """Number of samples before a diverged motion runs away, at least one; else all."""
     if not evaluation.diverged:
         return len(evaluation.time)
-    limit = RUNAWAY * np.abs(evaluation.reference).max() or RUNAWAY
-    kept = np.isfinite(evaluation.motion.command)
-    for values in (evaluation.motion.error, evaluation.readings["deflection"]):
+    (axis,) = evaluation.axes
+    limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
+    kept = np.isfinite(axis.motion.command)
+    for values in (axis.motion.error, axis.readings["deflection"]):
         kept &= np.abs(values) < limit  # nan is not
     return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
 

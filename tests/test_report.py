@@ -170,14 +170,20 @@ def diverged(scenario):
     record["controller"]["pd"] = {"kp": -1e9, "kd": 1e7}
     found = evaluate(Design.model_validate(record), scenario)
     assert found.diverged
-    assert not np.isfinite(found.motion.error).all()
+    assert not np.isfinite(found.axes[0].motion.error).all()
     return found
+
+
+def changed(evaluation, **axis):
+    """The evaluation with parts of its only axis replaced."""
+    return evaluation._replace(axes=(evaluation.axes[0]._replace(**axis),))
 
 
 def nothing_but_nan(evaluation):
     nan = np.full(len(evaluation.time), np.nan)
-    motion = evaluation.motion._replace(error=nan, command=nan)
-    return evaluation._replace(diverged=True, motion=motion, readings={"deflection": nan})
+    motion = evaluation.axes[0].motion._replace(error=nan, command=nan)
+    lost = changed(evaluation, motion=motion, readings={"deflection": nan})
+    return lost._replace(diverged=True)
 
 
 def test_plots_of_a_diverged_evaluation(report):
@@ -190,7 +196,7 @@ def test_plots_of_a_diverged_evaluation(report):
 
 def test_response_shows_a_load_only_where_there_is_one(report):
     with_load = report[0][1].evaluation
-    without = with_load._replace(load=np.zeros_like(with_load.load))
+    without = changed(with_load, load=np.zeros_like(with_load.axes[0].load))
     assert len(plots.response(with_load, "x").axes) == 5
     assert len(plots.response(without, "x").axes) == 4
 
@@ -200,11 +206,11 @@ def test_long_curves_keep_their_peaks(report):
     time = 1e-5 * np.arange(100_001)
     error = np.sin(time)
     error[[777, 54_321, -1]] = 5.0, -7.0, 3.0
-    long = evaluation._replace(
-        time=time,
+    long = changed(
+        evaluation._replace(time=time),
         reference=time,
         load=0 * time,
-        motion=evaluation.motion._replace(error=error, command=error),
+        motion=evaluation.axes[0].motion._replace(error=error, command=error),
         readings={"deflection": error},
     )
     line = plots.response(long, "long").axes[1].lines[0]

@@ -223,8 +223,8 @@ def test_csv_tables_travel_with_the_run(tmp_path):
     found = load_design(str(moved))
     again = evaluate(found, own_scenario(found, str(moved)))
     assert again.fitness == result.evaluation.fitness
-    assert again.reference[100] == pytest.approx(0.001)
-    assert again.load[50] == pytest.approx(0.5)
+    assert again.axes[0].reference[100] == pytest.approx(0.001)
+    assert again.axes[0].load[50] == pytest.approx(0.5)
 
 
 def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
