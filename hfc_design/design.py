@@ -14,7 +14,7 @@ from hfc_design.evaluate import Evaluation, evaluate
 from hfc_design.fitness import without_sticking
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design, design_json
-from hfc_design.scenarios import Scenario, load_scenario, scenario_toml
+from hfc_design.scenarios import PlantSettings, Scenario, load_scenario, scenario_toml
 from hfc_design.search.genome import Floats, Population, controller_gains
 from hfc_design.search.lin_lee import LinLeeState
 from hfc_design.search.loop import Search, generations, strategy
@@ -186,10 +186,7 @@ def design_of(individual: Population, scenario: Scenario) -> Design:
     return Design.model_validate(
         {
             "name": scenario.name,
-            "plant": {
-                "name": scenario.plant.name,
-                "parameters": scenario.plant.values()[0]._asdict(),
-            },
+            "plant": _plant(scenario.plant),
             "controller": controller,
             "provenance": {
                 "program": f"hfc-design {__version__}",
@@ -199,6 +196,15 @@ def design_of(individual: Population, scenario: Scenario) -> Design:
             },
         }
     )
+
+
+def _plant(settings: PlantSettings) -> dict[str, Any]:
+    """The machine in full, so that the design does not depend on a program's defaults."""
+    found = [record._asdict() for record in settings.values()]
+    if not settings.axes:
+        return {"name": settings.name, "parameters": found[0]}
+    axes = dict(zip(settings.axes, found, strict=True))
+    return {"name": settings.name, "parameters": {}, "axes": axes}
 
 
 def _stored(path: Path, settings: Any, config: str) -> Search | None:

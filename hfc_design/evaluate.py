@@ -129,9 +129,14 @@ def _plant(design: Design, scenario: Scenario) -> PlantSettings:
             f"design {design.name} runs every {design.controller.sample_time_s} s, "
             f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
         )
+    own, wanted = design.plant, scenario.plant
     both = {
-        "name": design.plant.name,
-        "parameters": design.plant.parameters | scenario.plant.parameters,
+        "name": own.name,
+        "parameters": own.parameters | wanted.parameters,
+        "axes": {
+            axis: own.axes.get(axis, {}) | wanted.parameters | wanted.axes.get(axis, {})
+            for axis in wanted.axes
+        },
     }
     return checked(PlantSettings, both, f"design {design.name}: plant", Path())
 

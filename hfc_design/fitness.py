@@ -20,6 +20,7 @@ class Moment(NamedTuple):
 
     error: Any  # [rad]
     error_rate: Any  # [rad/s]
+    deviation: Any  # from where the axis should be, its sign the other way round [rad]
     command: Any  # [V]
     reference_rate: Any  # [rad/s]
     settled: Any  # 1 once the loop should have settled, before that 0
@@ -28,12 +29,13 @@ class Moment(NamedTuple):
 class Fitness(NamedTuple):
     """A score as pure functions of scalars.
 
-    ``initial(zero)`` gives empty sums, ``update(sums, moments)`` adds one sample of every axis,
-    ``score(sums)`` is the number that the search maximises.
+    ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
+    axis, ``score(sums)`` is the number that the search maximises. ``path`` is a ``PathSamples``
+    of scalars, None for a machine of one axis.
     """
 
     initial: Callable[[Any], Any]
-    update: Callable[[Any, tuple[Moment, ...]], Any]
+    update: Callable[[Any, tuple[Moment, ...], Any], Any]
     score: Callable[[Any], Any]
 
 
@@ -47,7 +49,7 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitnes
 
     return Fitness(
         initial=lambda zero: (zero, zero),
-        update=lambda sums, moments: (
+        update=lambda sums, moments, path: (
             sums[0] + sum(jnp.abs(moment.error) for moment in moments),
             sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
         ),
@@ -63,13 +65,13 @@ def without_sticking(fitness: Fitness, penalty: float) -> Fitness:
     and again; they are a dead end for a search, and no good on a machine.
     """
 
-    def update(sums: Any, moments: tuple[Moment, ...]) -> Any:
+    def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
         inner, stuck, settled = sums
         for moment in moments:
             now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
             stuck = stuck + jnp.where(now, moment.settled, 0.0)
             settled = settled + moment.settled
-        return fitness.update(inner, moments), stuck, settled
+        return fitness.update(inner, moments, path), stuck, settled
 
     def score(sums: Any) -> Any:
         inner, stuck, settled = sums

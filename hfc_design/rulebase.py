@@ -20,6 +20,7 @@ class PlantRecord(Record):
 
     name: Name
     parameters: dict[str, Finite]
+    axes: dict[Label, dict[str, Finite]] = {}  # what differs in each axis, if there are several
 
 
 class PdRecord(Record):

@@ -20,7 +20,7 @@ from hfc_design.fitness import settled_samples
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
 from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
-from hfc_design.rulebase import TERMS, InputRecord, TermRecord
+from hfc_design.rulebase import TERMS, InputRecord, Label, TermRecord
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, Ramp, Reference, Samples, Simulation
 from plants import PLANTS, Plant
@@ -29,19 +29,29 @@ MAX_STEPS = 10_000_000
 
 
 class PlantSettings(Record):
-    """Which plant, and the parameters that differ from its nominal machine."""
+    """Which plant, and the parameters that differ from its nominal machine.
+
+    A machine of several axes names them in ``axes``, each with what differs once more.
+    """
 
     name: str = "c-axis"
     parameters: dict[str, Finite] = {}
+    axes: dict[Label, dict[str, Finite]] = {}
 
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
         if self.name not in PLANTS:
             raise ValueError(f"name {self.name!r} is no plant; there is {', '.join(PLANTS)}")
-        fault = PLANTS[self.name].fault(self.parameters)
-        if fault:
-            raise ValueError(fault)
+        for place, changes in self._changes().items():
+            fault = self.plant.fault(changes)
+            if fault:
+                raise ValueError(place + fault)
         return self
+
+    def _changes(self) -> dict[str, dict[str, float]]:
+        """What differs from the nominal machine in each axis, with its place in a message."""
+        own = {f"axes.{name}: ": changes for name, changes in self.axes.items()}
+        return {place: self.parameters | changes for place, changes in (own or {"": {}}).items()}
 
     @property
     def plant(self) -> Plant:
@@ -50,7 +60,7 @@ class PlantSettings(Record):
 
     def values(self) -> tuple[Any, ...]:
         """The parameter record of each axis."""
-        return (self.plant.parameters(**self.parameters),)
+        return tuple(self.plant.parameters(**changes) for changes in self._changes().values())
 
 
 class Limits(Record):
@@ -170,14 +180,17 @@ class Scenario(Record):
         plant = self.plant.plant
         generator = np.random.default_rng(self.sensors.seed)
         noise = generator.standard_normal((len(plant.encoders), len(time)))
+        angle = self.reference.at(time)
         axis = AxisSamples(
-            self.reference.at(time),
+            angle,
             self.reference.rate(time),
+            angle,
             np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points]),
             self.sensors.noise_rad * noise,
         )
         return Samples(
             (axis,),
+            None,
             settled_samples(time, self.fitness.settled_after_s).astype(float),
             self.simulation.sample_time_s,
         )

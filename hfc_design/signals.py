@@ -16,16 +16,26 @@ Floats = NDArray[np.float64]
 class AxisSamples(NamedTuple):
     """What happens to one axis, one column a control sample."""
 
-    reference: Any  # (steps,) [rad]
+    reference: Any  # (steps,) what the control is told [rad], in whole steps if it counts
     reference_rate: Any  # (steps,) [rad/s]
+    target: Any  # (steps,) where the axis should be [rad]
     loads: Any  # (2 substeps + 1, steps) load where the integrator needs it [N m]
     noise: Any  # (encoders, steps) added to the encoder angles [rad]
+
+
+class PathSamples(NamedTuple):
+    """The path of an X-Y machine where it should be, one column a control sample."""
+
+    tangent_x: Any  # (steps,) unit vector along the path
+    tangent_y: Any
+    curvature: Any  # (steps,) positive to the left [1 / unit of the position]
 
 
 class Samples(NamedTuple):
     """Everything that happens to the loop, one column a control sample."""
 
     axes: tuple[AxisSamples, ...]
+    path: PathSamples | None  # None for a machine of one axis
     settled: Any  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Any  # scalar [s]
 

@@ -265,7 +265,7 @@ def _sample(
         axes.append(moved)
         moments.append(moment)
         outputs.append(output)
-    sums = loop.fitness.update(carry.sums, tuple(moments))
+    sums = loop.fitness.update(carry.sums, tuple(moments), row.path)
     return _Carry(tuple(axes), sums), tuple(outputs)
 
 
@@ -288,10 +288,12 @@ def _axis_sample(
     command, memory = loop.controller.step(gains, axis.memory, readings)
     if loop.command_limit is not None:
         command = jnp.clip(command, -loop.command_limit, loop.command_limit)
-    error = row.reference - getattr(state, plant.position)
+    position = getattr(state, plant.position)
+    error = row.reference - position
     error_rate = row.reference_rate - getattr(state, plant.velocity)
     moved = _moved(loop, fixed, state, command, row.loads, sample_time / loop.substeps)
-    moment = Moment(error, error_rate, command, row.reference_rate, settled)
+    deviation = position - row.target
+    moment = Moment(error, error_rate, deviation, command, row.reference_rate, settled)
     return _Axis(moved, memory, angles), moment, Trajectory(error, error_rate, command, state)
 
 

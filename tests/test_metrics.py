@@ -122,7 +122,9 @@ def scored(fitness, moments):
     """The score of samples (error, error_rate, reference_rate, settled)."""
     sums = fitness.initial(np.float64(0.0))
     for error, error_rate, reference_rate, settled in moments:
-        sums = fitness.update(sums, (Moment(error, error_rate, 0.0, reference_rate, settled),))
+        sums = fitness.update(
+            sums, (Moment(error, error_rate, -error, 0.0, reference_rate, settled),), None
+        )
     return float(fitness.score(sums))
 
 
