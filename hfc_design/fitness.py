@@ -30,7 +30,7 @@ class Fitness(NamedTuple):
     """A score as pure functions of scalars.
 
     ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
-    axis, ``score(sums)`` is the number that the search maximises. ``path`` is a ``PathSamples``
+    axis, ``score(sums)`` is the number that the search maximises. ``path`` is a ``PathFrame``
     of scalars, None for a machine of one axis.
     """
 

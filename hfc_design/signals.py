@@ -23,7 +23,7 @@ class AxisSamples(NamedTuple):
     noise: Any  # (encoders, steps) added to the encoder angles [rad]
 
 
-class PathSamples(NamedTuple):
+class PathFrame(NamedTuple):
     """The path of an X-Y machine where it should be, one column a control sample."""
 
     tangent_x: Any  # (steps,) unit vector along the path
@@ -35,7 +35,7 @@ class Samples(NamedTuple):
     """Everything that happens to the loop, one column a control sample."""
 
     axes: tuple[AxisSamples, ...]
-    path: PathSamples | None  # None for a machine of one axis
+    path: PathFrame | None  # None for a machine of one axis
     settled: Any  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Any  # scalar [s]
 
