@@ -5,9 +5,10 @@ A plant is plain data and pure functions written for one machine in scalars;
 """
 
 from plants.c_axis import C_AXIS
+from plants.feed_drive import FEED_DRIVE
 from plants.plant import Plant
 
 #: Every plant that a scenario can name.
-PLANTS: dict[str, Plant] = {plant.name: plant for plant in (C_AXIS,)}
+PLANTS: dict[str, Plant] = {plant.name: plant for plant in (C_AXIS, FEED_DRIVE)}
 
-__all__ = ["C_AXIS", "PLANTS", "Plant"]
+__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Plant"]

@@ -2,7 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Any
+
+
+def _unlimited(parameters: Any, dt: float) -> float:
+    return inf
+
+
+def _same(fixed: Any, value: Any) -> Any:
+    return value
 
 
 @dataclass(frozen=True, eq=False)  # compared by identity: a plant is a key of compiled code
@@ -13,8 +22,8 @@ class Plant:
 
         fixed = plant.coefficients(parameters)
         state = plant.initial_state(zero)
-        state = plant.step(fixed, state, command, loads, dt)
-        readings = plant.signals(fixed, state)
+        readings = plant.signals(fixed, plant.measured(fixed, state))
+        state = plant.step(fixed, state, plant.accepted(fixed, command), loads, dt)
 
     ``loads`` are the load at the start, the middle and the end of the step, because a
     fourth-order integrator asks for all three.
@@ -27,8 +36,6 @@ class Plant:
     fault: Callable[[dict[str, float]], str | None]
     #: Unit of each signal, for messages and plots.
     units: dict[str, str]
-    #: Speed [of the position, per s] up to which an integration step of some length is stable.
-    fastest: Callable[[Any, float], float]
     coefficients: Callable[[Any], Any]
     initial_state: Callable[[Any], Any]
     step: Callable[[Any, Any, Any, tuple[Any, Any, Any], Any], Any]
@@ -39,3 +46,9 @@ class Plant:
     velocity: str
     #: Each angle that an encoder reads, with the state field of its rate.
     encoders: dict[str, str]
+    #: Speed [of the position, per s] up to which an integration step of some length is stable.
+    fastest: Callable[[Any, float], float] = _unlimited
+    #: The command that reaches the drive, in the steps and within the limits of its converter.
+    accepted: Callable[[Any, Any], Any] = _same
+    #: The state as the control's own sensors report it, in their resolution.
+    measured: Callable[[Any, Any], Any] = _same

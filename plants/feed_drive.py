@@ -1,0 +1,252 @@
+"""One axis of a milling machine's feed drive with stiction (Jee & Koren 2004, cited as JK04).
+
+A DC servo-motor behind an amplifier with an 8-bit converter moves a table; the command counts
+converter units, the position basic length-units (BLU). Friction is counted in command units.
+"""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from plants.plant import Plant
+
+
+class FeedDriveParameters(NamedTuple):
+    """Physical parameters; the defaults are the X-axis of ``PARAMETER_SETS["x-coulomb"]``.
+
+    Above the Coulomb level, friction at V [mm/s] is ``start + slope V + curvature V^2``: the
+    start and negative viscous friction of JK04 eq. 28, signed as printed for either direction.
+    """
+
+    gain: float = 28.3  # K [(BLU/s)/unit]
+    time_constant: float = 0.055  # tau [s]
+    coulomb: float = 15.0  # F_c [unit]; not printed in JK04
+    positive_start: float = 6.54  # [unit]
+    positive_slope: float = -1.16  # [unit/(mm/s)]
+    positive_curvature: float = 0.05  # [unit/(mm/s)^2]
+    negative_start: float = -6.43  # [unit]
+    negative_slope: float = -1.00  # [unit/(mm/s)]
+    negative_curvature: float = -0.04  # [unit/(mm/s)^2]
+    low_velocity: float = 12.0  # speed below which the polynomial acts [mm/s]
+    stiction_rise: float = 0.0  # break-away level minus sliding friction at V -> 0 [unit]
+    blu: float = 0.01  # basic length-unit [mm]
+    lowest_command: float = -128.0  # [unit]
+    highest_command: float = 127.0  # [unit]
+
+
+FRICTION = (
+    "coulomb",
+    "stiction_rise",
+    *(f"positive_{part}" for part in ("start", "slope", "curvature")),
+    *(f"negative_{part}" for part in ("start", "slope", "curvature")),
+)
+
+
+def without_friction(p: FeedDriveParameters) -> FeedDriveParameters:
+    """The same axis without any friction: JK04 eq. 18 alone."""
+    return p._replace(**dict.fromkeys(FRICTION, 0.0))
+
+
+_X = FeedDriveParameters()
+_Y = _X._replace(
+    positive_start=7.23,
+    positive_slope=-1.12,
+    positive_curvature=0.04,
+    negative_start=-5.04,
+    negative_slope=-0.68,
+    negative_curvature=-0.02,
+)
+#: JK04 prints neither F_c nor the gain of each figure, and no single pair gives all of them.
+#: "coulomb" has the printed K = 28.3 and gives the PID's contour errors of Fig. 12; "start" has
+#: only the nonlinear part of the friction and, with K = 40, gives the FLC's axial error of Fig. 10
+#: (with K = 28.3 its largest singleton, 32 units, cannot keep up with that circle's 44).
+PARAMETER_SETS = {
+    "x-coulomb": _X,
+    "y-coulomb": _Y,
+    "x-start": _X._replace(gain=40.0, coulomb=0.0),
+    "y-start": _Y._replace(gain=40.0, coulomb=0.0),
+    "frictionless": without_friction(_X),
+}
+
+
+class FeedDriveState(NamedTuple):
+    """Where the axis is; every field a scalar."""
+
+    position: Any  # [BLU]
+    velocity: Any  # [BLU/s]
+
+
+class FrictionCurve(NamedTuple):
+    """Sliding friction against the speed in one direction."""
+
+    start: Any  # [unit]
+    slope: Any  # [unit/(BLU/s)]
+    curvature: Any  # [unit/(BLU/s)^2]
+
+
+class FeedDriveCoefficients(NamedTuple):
+    """What a step needs of the parameters, computed once."""
+
+    gain: Any  # K [(BLU/s)/unit]
+    time_constant: Any  # tau [s]
+    coulomb: Any  # F_c [unit]
+    positive: FrictionCurve
+    negative: FrictionCurve
+    low_speed: Any  # [BLU/s]
+    stiction_rise: Any  # [unit]
+    lowest_command: Any  # [unit]
+    highest_command: Any  # [unit]
+
+
+def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
+    """Coefficients per BLU/s; both friction curves become positive functions of the speed."""
+    return FeedDriveCoefficients(
+        gain=p.gain,
+        time_constant=p.time_constant,
+        coulomb=p.coulomb,
+        positive=FrictionCurve(
+            p.positive_start, p.positive_slope * p.blu, p.positive_curvature * p.blu**2
+        ),
+        negative=FrictionCurve(
+            -p.negative_start, p.negative_slope * p.blu, -p.negative_curvature * p.blu**2
+        ),
+        low_speed=p.low_velocity / p.blu,
+        stiction_rise=p.stiction_rise,
+        lowest_command=p.lowest_command,
+        highest_command=p.highest_command,
+    )
+
+
+def friction(c: FeedDriveCoefficients, direction: Any, speed: Any) -> Any:
+    """Sliding friction [unit], never negative at rest, at ``speed`` [BLU/s] in ``direction``."""
+    start, slope, curvature = (
+        jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True)
+    )
+    low = start + speed * (slope + speed * curvature)
+    return c.coulomb + jnp.where(speed < c.low_speed, low, 0.0)
+
+
+def step(
+    c: FeedDriveCoefficients, x: FeedDriveState, command: Any, loads: tuple[Any, Any, Any], dt: Any
+) -> FeedDriveState:
+    """The state ``dt`` [s] later under a constant ``command`` and ``loads``, all in units.
+
+    Solves tau dv/dt = K (u - load - friction) - v, dp/dt = v. A first leg goes on until the
+    axis stops, a second one uses what is left of the step: it rests, or breaks away from there.
+    Each is the exact solution of the linear part under the mean of the friction at its ends:
+    second-order, without error where friction is constant, stable for every ``dt``, and a stop
+    is met at its time, which a fixed Runge-Kutta step would run past.
+    """
+    start, middle, end = loads
+    drive = command - (start + 4.0 * middle + end) / 6.0
+    stopped, left = _leg(c, x, drive, dt)
+    return _leg(c, stopped, drive, left)[0]
+
+
+def _leg(
+    c: FeedDriveCoefficients, x: FeedDriveState, drive: Any, time: Any
+) -> tuple[FeedDriveState, Any]:
+    """Motion in one direction for ``time`` [s], or until it stops; and the time [s] left then."""
+    # (at rest, only what exceeds the break-away level decides the direction)
+    rises = drive > friction(c, 1.0, 0.0) + c.stiction_rise
+    falls = -drive > friction(c, -1.0, 0.0) + c.stiction_rise
+    at_rest = jnp.where(rises, 1.0, jnp.where(falls, -1.0, 0.0))
+    direction = jnp.where(x.velocity == 0, at_rest, jnp.sign(x.velocity))
+    settled = -jnp.expm1(-time / c.time_constant)
+
+    before = friction(c, direction, jnp.abs(x.velocity))
+    target = c.gain * (drive - direction * before)  # velocity that the drive tends to
+    foreseen = direction * (x.velocity + (target - x.velocity) * settled)
+    after = friction(c, direction, jnp.maximum(foreseen, 0.0))
+    target = c.gain * (drive - direction * 0.5 * (before + after))
+    change = (target - x.velocity) * settled
+    velocity = x.velocity + change
+
+    stops = velocity * direction < 0.0
+    duration = jnp.where(
+        stops, c.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
+    )
+    change = jnp.where(stops, -x.velocity, change)
+    moved = FeedDriveState(
+        # from the integral of the drive's equation: tau (v - v_0) = target t - (p - p_0)
+        position=x.position + target * duration - c.time_constant * change,
+        velocity=jnp.where(stops, 0.0, velocity),
+    )
+    sticks = direction == 0.0
+    return (
+        FeedDriveState(*(jnp.where(sticks, a, b) for a, b in zip(x, moved, strict=True))),
+        jnp.where(stops, time - duration, 0.0),
+    )
+
+
+def accepted(c: FeedDriveCoefficients, command: Any) -> Any:
+    """What the converter makes of ``command`` [unit]: the nearest whole unit within its limits."""
+    return jnp.clip(jnp.round(command), c.lowest_command, c.highest_command)
+
+
+def measured(c: FeedDriveCoefficients, x: FeedDriveState) -> FeedDriveState:
+    """The state with the position as the linear encoder reports it: the nearest whole BLU."""
+    return x._replace(position=jnp.round(x.position))
+
+
+def signals(c: FeedDriveCoefficients, x: FeedDriveState) -> dict[str, Any]:
+    """What the drive's sensors tell a controller, beside the tracking error."""
+    return {"position": x.position, "velocity": x.velocity}
+
+
+MORE_THAN_ZERO = frozenset({"gain", "time_constant", "blu", "highest_command"})
+ZERO_OR_MORE = frozenset({"coulomb", "positive_start", "low_velocity", "stiction_rise"})
+
+
+def fault(changes: dict[str, float]) -> str | None:
+    """What makes the nominal axis with ``changes`` impossible, or None."""
+    for name, value in changes.items():
+        if name not in FeedDriveParameters._fields:
+            return f"parameters.{name}: unknown; there is {', '.join(FeedDriveParameters._fields)}"
+        if name in MORE_THAN_ZERO and not value > 0:
+            return f"parameters.{name} = {value}: has to be more than zero"
+        if name in ZERO_OR_MORE and not value >= 0:
+            return f"parameters.{name} = {value}: has to be zero or more"
+        if name == "negative_start" and not value <= 0:
+            return f"parameters.{name} = {value}: has to be zero or less, as in JK04 eq. 28"
+        if name == "lowest_command" and not value < 0:
+            return f"parameters.{name} = {value}: has to be less than zero"
+    return _driving_friction(FeedDriveParameters(**changes))
+
+
+def _driving_friction(p: FeedDriveParameters) -> str | None:
+    """A line if friction would speed the free axis up somewhere, against its damping."""
+    for direction, sign in (("positive", 1.0), ("negative", -1.0)):
+        start, slope, curvature = (
+            sign * getattr(p, f"{direction}_{part}") for part in ("start", "slope", "curvature")
+        )
+        level = p.coulomb + start
+        # Braking per unit of command, a parabola of the speed V [mm/s].
+        rate = sign * slope + 1.0 / (p.gain * p.blu)
+        speeds = [p.low_velocity]
+        if curvature > 0 and 0 < -rate < 2 * curvature * p.low_velocity:
+            speeds.append(-rate / (2 * curvature))
+        for speed in speeds:
+            if level + speed * (rate + speed * curvature) < 0:
+                return (
+                    f"parameters.{direction}_slope = {getattr(p, f'{direction}_slope')}: friction "
+                    f"would drive the axis at {sign * speed:.3g} mm/s"
+                )
+    return None
+
+
+FEED_DRIVE = Plant(
+    name="feed-drive",
+    parameters=FeedDriveParameters,
+    fault=fault,
+    units={"position": "BLU", "velocity": "BLU/s"},
+    coefficients=coefficients,
+    initial_state=lambda zero: FeedDriveState(zero, zero),
+    step=step,
+    signals=signals,
+    position="position",
+    velocity="velocity",
+    encoders={"position": "velocity"},
+    accepted=accepted,
+    measured=measured,
+)
