@@ -35,24 +35,42 @@ def local_error(dx: Any, dy: Any, tx: Any, ty: Any, curvature: Any) -> Any:
     return 2.0 * f / (1.0 + abs(1.0 - 2.0 * curvature * f) ** 0.5)
 
 
+class Nearest(NamedTuple):
+    """The points of the contour that the machine is nearest to."""
+
+    point: Floats  # (2, steps) [mm]
+    error: Floats  # (steps,) contour error [mm]
+
+
 def contour_error(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Floats:
-    """(steps,) contour error of the actual positions (2, steps) [mm].
+    """(steps,) contour error of the actual positions (2, steps) [mm]; see ``nearest``."""
+    return nearest(trajectory, samples, actual).error
+
+
+@np.errstate(invalid="ignore")  # a diverged motion, or one at the centre
+def nearest(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Nearest:
+    """Nearest points and contour error of the actual positions (2, steps) [mm].
 
     Circle: distance from the centre less the radius. Line: distance to the left of the line
-    without its ends. Otherwise ``nearest_error``.
+    without its ends. Otherwise ``nearest_on_path``.
     """
     if isinstance(trajectory, Circle):
-        return np.asarray(np.hypot(actual[0], actual[1]) - trajectory.radius_mm)
+        distance = np.hypot(actual[0], actual[1])
+        return Nearest(
+            trajectory.radius_mm * actual / np.where(distance > 0, distance, np.nan),
+            distance - trajectory.radius_mm,
+        )
     if isinstance(trajectory, Line):
         dx, dy = actual - samples.position
         tx, ty = samples.tangent
-        return np.asarray(local_error(dx, dy, tx, ty, samples.curvature))
-    return nearest_error(trajectory.path, samples, actual)
+        error = np.asarray(local_error(dx, dy, tx, ty, samples.curvature))
+        return Nearest(actual - error * np.stack([-ty, tx]), error)
+    return nearest_on_path(trajectory.path, samples, actual)
 
 
 @np.errstate(invalid="ignore")  # a diverged motion
-def nearest_error(path: Path, samples: PathSamples, actual: Floats) -> Floats:
-    """(steps,) distance to the nearest point of the path [mm], positive to the left.
+def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest:
+    """Nearest point of the path and the distance to it, positive to the left.
 
     Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
     branch that passes by is not taken for the one being cut. At a corner the left side is that
@@ -67,6 +85,7 @@ def nearest_error(path: Path, samples: PathSamples, actual: Floats) -> Floats:
     final = np.clip(np.searchsorted(path.knots, end, side="right") - 1, 0, last)
     best = np.full(len(begin), np.inf)
     side = np.zeros(len(begin))
+    point = np.empty_like(actual)
     for turn in range(int((final - first).max(initial=0)) + 1):
         now = np.flatnonzero(first + turn <= final)
         k = first[now] + turn
@@ -81,7 +100,8 @@ def nearest_error(path: Path, samples: PathSamples, actual: Floats) -> Floats:
         nearer = ~same & ~(gap > best[now])  # nan stays nan
         side[now] = np.where(same, side[now] + left, np.where(nearer, left, side[now]))
         best[now] = np.where(nearer, gap, best[now])
-    return np.where(side < 0, -best, best)
+        point[:, now] = np.where(nearer, place.position, point[:, now])
+    return Nearest(point, np.where(side < 0, -best, best))
 
 
 def _nearest_on(

@@ -3,11 +3,12 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from hfc_design.contour import Glitch, contour_error, glitches
+from hfc_design.contour import glitches, nearest
 from hfc_design.paths import Floats
 from hfc_design.plots import OTHER, OWN, framed
-from hfc_design.trajectories import BLU, Circle, PathSamples, Trajectory
+from hfc_design.trajectories import BLU, PathSamples, Trajectory
 
 #: Share of the path's size that a division of the error takes.
 SHARE = 0.08
@@ -28,51 +29,43 @@ def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) ->
         title: stands above.
     """
     samples = trajectory.samples(time)
-    error = contour_error(trajectory, samples, actual)
+    base, error = nearest(trajectory, samples, actual)
     marks = glitches(time, samples, error)
-    figure = framed(8.4, top=0.4)
-    upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.42})
-    _draw_path(upper, trajectory, time, error, marks)
-    _draw_error(lower, time, error / BLU, marks)
-    upper.set_title(title, fontsize=11)
+    figure = framed(8.0, top=0.85)
+    upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
+    worst = np.searchsorted(time, [mark.worst_s for mark in marks])
+    _draw_path(upper, trajectory, base, actual - base, worst)
+    _draw_error(lower, time, error / BLU, worst)
+    upper.set_title(title, fontsize=11, pad=38)
     return figure
 
 
 def _draw_path(
-    axes: Axes, trajectory: Trajectory, time: Floats, error: Floats, marks: list[Glitch]
+    axes: Axes, trajectory: Trajectory, base: Floats, away: Floats, worst: NDArray[np.intp]
 ) -> None:
-    samples = trajectory.samples(time)
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
-    division = _round_above(np.abs(error).max(initial=0.0) / 2 or BLU)
+    division = _round_above(np.hypot(*away).max(initial=0.0) / 2 or BLU)
     enlarged = SHARE * size / division
-    left = -trajectory.side if isinstance(trajectory, Circle) else 1
-    for offset in (-division, division):
-        axes.plot(*_beside(outline, left * enlarged * offset), color="0.8", lw=0.8)
-    axes.plot(*outline.position, color="black", lw=1, ls="--", label="path")
-    label = f"error, {enlarged:.0f} times enlarged"
-    drawn = _beside(samples, left * enlarged * error)
-    axes.plot(*drawn, color=OWN, lw=1.2, label=label)
-    if marks:
-        at = [int(np.searchsorted(time, mark.worst_s)) for mark in marks]
-        axes.plot(*drawn[:, at], "o", color=OTHER, ms=4, label="after a reversal")
+    axes.plot(*outline.position, color="black", lw=0.8, label="path")
+    drawn = base + enlarged * away
+    axes.plot(*drawn, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
+    for offset, label in ((-division, f"{division / BLU:g} BLU off"), (division, None)):
+        beside = _beside(outline, enlarged * offset)
+        axes.plot(*beside, color="0.75", lw=0.8, zorder=1, label=label)
+    if len(worst):
+        axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
     axes.set_aspect("equal", adjustable="datalim")
     axes.grid(color="0.95")
     axes.set_axisbelow(True)
-    axes.set_xlabel(f"X [mm]; a grey line is {division / BLU:g} BLU off the path")
+    axes.set_xlabel("X [mm]")
     axes.set_ylabel("Y [mm]")
-    axes.legend(fontsize=9, frameon=False, loc="best")
+    axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
 
 
-def _draw_error(axes: Axes, time: Floats, error: Floats, marks: list[Glitch]) -> None:
+def _draw_error(axes: Axes, time: Floats, error: Floats, worst: NDArray[np.intp]) -> None:
     axes.plot(time, error, color=OWN, lw=1)
-    axes.plot(
-        [mark.worst_s for mark in marks],
-        [mark.error / BLU for mark in marks],
-        "o",
-        color=OTHER,
-        ms=4,
-    )
+    axes.plot(time[worst], error[worst], "o", color=OTHER, ms=4)
     axes.grid(color="0.9")
     axes.set_axisbelow(True)
     axes.margins(x=0)
@@ -80,10 +73,13 @@ def _draw_error(axes: Axes, time: Floats, error: Floats, marks: list[Glitch]) ->
     axes.set_ylabel("contour error [BLU]")
 
 
-def _beside(samples: PathSamples, left: Floats | float) -> Floats:
-    """(2, steps) the positions moved to the left of the motion [mm]."""
-    normal = np.stack([-samples.tangent[1], samples.tangent[0]])
-    return samples.position + left * normal
+def _beside(samples: PathSamples, left: float) -> Floats:
+    """(2, steps) the positions moved to the left of the motion [mm], torn at corners."""
+    tangent = samples.tangent
+    moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
+    ahead = (tangent[:, :-1] * tangent[:, 1:]).sum(axis=0)
+    moved[:, :-1][:, ahead < 0.9] = np.nan
+    return moved
 
 
 def _round_above(value: float) -> float:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_paths import chained, segments
 
-from hfc_design.contour import REACH, contour_error, glitches, local_error, nearest_error
+from hfc_design.contour import REACH, contour_error, glitches, local_error, nearest, nearest_on_path
 from hfc_design.paths import Path, arc, line
 from hfc_design.trajectories import Circle, Line, PathSamples, Polyline
 
@@ -24,7 +24,7 @@ def commanded(path, distance):
 def off_path(path, distance, points):
     """Nearest-point errors at actual points (x, y) while the path is at these lengths."""
     actual = np.array(points, dtype=float).T
-    return nearest_error(path, commanded(path, distance), actual).tolist()
+    return nearest_on_path(path, commanded(path, distance), actual).error.tolist()
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.05, -0.05, 2.0])
@@ -55,9 +55,11 @@ def test_circle_counts_the_distance_from_its_centre(direction):
     circle = Circle(radius_mm=20.0, feed_mm_min=600.0, direction=direction, cycles=2)
     samples = circle.samples(np.arange(4.0))
     actual = np.array([[20.5, 0.0, -12.0, 0.0], [0.0, 19.0, 16.0, -21.0]])
-    assert contour_error(circle, samples, actual).tolist() == pytest.approx([0.5, -1, 0, 1])
+    point, error = nearest(circle, samples, actual)
+    assert error.tolist() == pytest.approx([0.5, -1, 0, 1])
+    np.testing.assert_allclose(point, [[20, 0, -12, 0], [0, 20, 16, -20]], atol=1e-12)
     # To the left is inside of a circle that is run counter-clockwise.
-    left = nearest_error(circle.path, circle.samples(np.full(4, 2.0)), actual)
+    left = nearest_on_path(circle.path, circle.samples(np.full(4, 2.0)), actual).error
     sign = -1 if direction == "ccw" else 1
     assert (sign * left).tolist() == pytest.approx([0.5, -1, 0, 1], abs=1e-12)
 
@@ -67,8 +69,10 @@ def test_line_counts_the_normal_distance_also_beyond_its_end():
     samples = ray.samples(np.array([0.0, 0.5, 9.0]))
     along, left = np.array([sqrt(3) / 2, 0.5]), np.array([-0.5, sqrt(3) / 2])
     actual = np.stack([-2 * along + 0.3 * left, 4 * along - 0.1 * left, 12 * along], axis=1)
-    error = contour_error(ray, samples, actual)
+    point, error = nearest(ray, samples, actual)
     assert error.tolist() == pytest.approx([0.3, -0.1, 0.0], abs=1e-12)
+    foot = np.stack([-2 * along, 4 * along, 12 * along], axis=1)
+    np.testing.assert_allclose(point, foot, atol=1e-12)
 
 
 def test_square_with_a_machine_that_lags():
@@ -120,7 +124,9 @@ def test_nearest_point_by_dense_search(parts, share, dx, dy):
     dense = np.linspace(max(now - reach, 0.0), min(now + reach, path.knots[-1]), 20_001)
     gaps = np.hypot(*(path.at(dense).position - actual))
     pitch = dense[1] - dense[0]
-    error = abs(nearest_error(path, samples, actual)[0])
+    found = nearest_on_path(path, samples, actual)
+    error = abs(found.error[0])
+    assert np.hypot(*(actual - found.point))[0] == pytest.approx(error)
     assert gaps.min() - pitch - 1e-9 <= error <= gaps.min() + 1e-9
     k = gaps.argmin()
     if 0 < k < 20_000 and gaps[k] > 10 * pitch and not path.corners().any():
@@ -129,7 +135,7 @@ def test_nearest_point_by_dense_search(parts, share, dx, dy):
         left = tangent[0] * away[1] - tangent[1] * away[0]
         second = gaps[(np.abs(dense - dense[k]) > 20 * pitch)].min(initial=np.inf)
         if second > gaps[k] + pitch:  # else two sides are equally near
-            assert np.sign(left[0]) == np.sign(nearest_error(path, samples, actual)[0])
+            assert np.sign(left[0]) == np.sign(found.error[0])
 
 
 def test_nearest_on_many_samples_is_each_alone():
@@ -137,7 +143,7 @@ def test_nearest_on_many_samples_is_each_alone():
     random = np.random.default_rng(1)
     distance = np.linspace(0.0, path.knots[-1], 60)
     actual = path.at(distance).position + random.normal(scale=0.5, size=(2, 60))
-    together = nearest_error(path, commanded(path, distance), actual)
+    together = nearest_on_path(path, commanded(path, distance), actual).error
     alone = [off_path(path, distance[k : k + 1], [actual[:, k]])[0] for k in range(60)]
     np.testing.assert_array_equal(together, alone)
 
