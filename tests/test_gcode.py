@@ -1,0 +1,212 @@
+"""G-code programs of known geometry, and what a bad one is told."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hfc_design import gcode
+from hfc_design.paths import Path
+from hfc_design.records import Record, UserError, checked
+from hfc_design.trajectories import GCode, PathReference
+
+# Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.
+SLOT = """%
+O1234 (a slot: G1 X99 Y99 is a comment)
+N10 g21 G17 G90 G40 G94 T1 M6 ; head
+N20 M3 S1200
+G0 X10 Y0 Z2.
+G1 Z-1 F100
+X30. F600
+G3 X30 Y10 I0 J5
+G1 X 10
+G91 G3 Y-10 R5.
+G90 G0 Z5 M9
+M30
+G1 X0
+"""
+
+
+@pytest.fixture
+def program(tmp_path):
+    def write(text):
+        file = tmp_path / "part.ngc"
+        file.write_text(text)
+        return file
+
+    return write
+
+
+@pytest.fixture
+def path_of(program):
+    return lambda text: Path.of(gcode.read(program(text), rapid=1500.0))
+
+
+def ends(path):
+    """Where each segment ends: (segments, 2)."""
+    return path.on(np.arange(len(path.length)), path.length).position.T
+
+
+def test_slot_with_arcs_in_both_forms(path_of):
+    path = path_of(SLOT)
+    assert path.length.tolist() == pytest.approx([10.0, 20.0, 5 * pi, 20.0, 5 * pi])
+    assert path.curvature.tolist() == pytest.approx([0.0, 0.0, 0.2, 0.0, 0.2])
+    assert path.feed.tolist() == [1500.0, 600.0, 600.0, 600.0, 600.0]
+    wanted = np.array([[10, 0], [30, 0], [30, 10], [10, 10], [10, 0]])
+    np.testing.assert_allclose(ends(path), wanted, atol=1e-12)
+    assert not path.corners().any()
+
+
+@pytest.mark.parametrize(
+    ("block", "turn"),
+    [
+        ("G3 X0 Y10 I-10", pi / 2),
+        ("G3 X0 Y10 R10", pi / 2),
+        ("G2 X0 Y10 I-10 J0", -3 * pi / 2),
+        ("G2 X0 Y10 R-10 ", -3 * pi / 2),
+        ("G2 X0 Y10 R10", -pi / 2),  # about (10, 10)
+        ("G3 X0 Y10 R-10", 3 * pi / 2),
+        ("G3 X-10 Y0 R10", pi),
+        ("G3 X10 Y0 I-10", 2 * pi),
+        ("G2 I-10", -2 * pi),
+        ("G91 G3 X-10 Y10 I-10", pi / 2),
+    ],
+)
+def test_arcs_of_radius_10_from_10_0(path_of, block, turn):
+    path = path_of(f"G0 X10\nF300 {block}\n")
+    assert path.length[1] == pytest.approx(10 * abs(turn))
+    assert path.curvature[1] == pytest.approx(np.sign(turn) / 10)
+    whole = abs(turn) == 2 * pi
+    wanted = [10, 0] if whole else [-10, 0] if abs(turn) == pi else [0, 10]
+    np.testing.assert_allclose(ends(path)[1], wanted, atol=1e-6)
+
+
+def test_arc_whose_radii_differ_by_rounding_leaves_no_accumulated_error(path_of):
+    """Radii 10 and 10.008: the arc ends 8 um off, the line after it where it should."""
+    path = path_of("F300 G0 X10\nG3 X0 Y10.008 I-10\nG1 X-5\n")
+    np.testing.assert_allclose(ends(path)[1:], [[0, 10], [-5, 10.008]], atol=1e-12)
+    assert path.start[:, 2].tolist() == pytest.approx([0.0, 10.0], abs=1e-12)
+
+
+def test_relative_and_absolute_say_the_same(path_of):
+    absolute = path_of("G1 X1 Y2 F60\nX4\nG2 X6 Y0 J-2\nG1 Y-3")
+    relative = path_of("G91 G1 X1 Y2 F60\nX3\nG2 X2 Y-2 J-2\nG1 Y-3")
+    np.testing.assert_allclose(ends(relative), ends(absolute), atol=1e-12)
+    np.testing.assert_allclose(relative.length, [np.sqrt(5), 3.0, pi, 3.0])
+
+
+def test_feed_is_modal_and_moves_to_the_same_place_are_none(path_of):
+    path = path_of("G1 F60 X1\nX1\nX2\nF90\nX3\nG0 X3\n")
+    assert path.feed.tolist() == [60.0, 60.0, 90.0]
+
+
+def test_m2_ends_the_program(path_of):
+    assert len(path_of("G1 F60 X1\nX2 M2\nX3\nG77\n").length) == 2
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(*[st.floats(-999, 999)] * 2), min_size=1, max_size=9))
+def test_any_points_come_back(tmp_path_factory, points):
+    file = tmp_path_factory.getbasetemp() / "points.ngc"
+    lines = [f"G1 X{x:.6f} Y{y:.6f}" for x, y in points]
+    file.write_text("\n".join(["F100", *lines]))
+    corners = np.round(np.array([(0.0, 0.0), *points]), 6)
+    moved = np.hypot(*np.diff(corners, axis=0).T) >= 1e-6
+    if moved.any():
+        path = Path.of(gcode.read(file, rapid=1.0))
+        total = np.hypot(*np.diff(corners, axis=0).T).sum()
+        assert path.knots[-1] == pytest.approx(total, abs=1e-4)
+        np.testing.assert_allclose(ends(path)[-1], corners[-1], atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("G1 F60 X1\nG1 X2 Q3\n", "line 2: Q3: unknown word; there is F, G, I"),
+        ("G1 F60 X1\n\nX\n", "line 3: X has no number"),
+        ("G1 F60 X Y2\n", "line 1: X has no number"),
+        ("G1 F60 X1 E5\n", "line 1: E5: unknown word"),
+        ("G1 F60 X1e5\n", "line 1: E5: unknown word"),
+        ("G1 F60 Xnan\n", "line 1: X has no number"),
+        ("G1 F60 Xinf\n", "line 1: X has no number"),
+        (f"G1 F60 X{'9' * 400}\n", "line 1: X has a number that is not finite"),
+        ("G1 F60 X1 X2\n", "line 1: X stands there twice"),
+        ("G1 F60 X1,5\n", "line 1: cannot be understood at column 10"),
+        ("G1 F60 X1\n#1=5\n", "line 2: cannot be understood at column 1"),
+        ("(never closed\nG1 F60 X1\n", "line 1: cannot be understood at column 1"),
+        ("/G1 F60 X1\n", "line 1: cannot be understood at column 1"),
+        ("G1 F60 X1 1\n", "line 1: cannot be understood at column 11"),
+        ("G20\nG1 F60 X1\n", "line 1: G20: inches are not read, only millimetres (G21)"),
+        ("G18\nG1 F60 X1\n", "line 1: G18: unknown code"),
+        ("G91.1\nG1 F60 X1\n", "line 1: G91.1: unknown code"),
+        ("M98\nG1 F60 X1\n", "line 1: M98: unknown code"),
+        ("G0 X1\nG1 X2\n", "line 2: G1 before any F"),
+        ("G0 X1\nG2 X2 I1\n", "line 2: G2 before any F"),
+        ("F0\nG1 X2\n", "line 1: F0: a feed has to be more than 0 mm/min"),
+        ("G1 F-5 X2\n", "line 1: F-5: a feed has to be more than 0 mm/min"),
+        ("X1\n", "line 1: moves before any of G0, G1, G2, G3"),
+        ("G0 G1 X1\n", "line 1: G0 and G1 in one block"),
+        ("G1 F60 X1 Z1\n", "line 1: Z moves together with X or Y"),
+        ("G1 F60 X1 I1\n", "line 1: I, J or R with G1"),
+        ("F60\nG2 X1\n", "line 2: an arc without a centre"),
+        ("F60\nG2 X1 I0 J0\n", "line 2: an arc without a centre"),
+        ("F60\nG2 X2 I1 R1\n", "line 2: an arc with R as well as I or J"),
+        ("F60\nG2 X0 R1\n", "line 2: an arc with R has to end elsewhere"),
+        ("F60\nG2 X3 R1.48\n", "line 2: R1.48 is too small for ends 3 mm apart"),
+        (
+            "F60\nG2 X2.02 I1\n",
+            "line 2: the arc's radii differ: 1 mm at its start, 1.02 mm at its end",
+        ),
+        ("", "has no motion in X or Y"),
+        ("G21 G90 (nothing)\nM30\n", "has no motion in X or Y"),
+        ("G0 X0 Y0\nG1 F5 Z-3\nM2\nX5\n", "has no motion in X or Y"),
+    ],
+)
+def test_bad_program_is_one_line(program, text, message):
+    file = program(text)
+    with pytest.raises(UserError) as caught:
+        gcode.read(file, rapid=1500.0)
+    assert str(caught.value).startswith(f"{file}: {message}")
+    assert "\n" not in str(caught.value)
+
+
+@settings(deadline=None)
+@given(st.text(alphabet="GXYIJRFM0123.- \n(;%Zg", max_size=60))
+def test_any_text_is_read_or_refused_with_one_line(tmp_path_factory, text):
+    file = tmp_path_factory.getbasetemp() / "any.ngc"
+    file.write_text(text)
+    try:
+        path = Path.of(gcode.read(file, rapid=1500.0))
+    except UserError as error:
+        assert str(error).startswith(f"{file}: ")
+    else:
+        assert (path.length > 0).all()
+        assert np.isfinite(path.at(path.knots).position).all()
+
+
+def test_missing_file_and_folder(tmp_path):
+    with pytest.raises(UserError, match=r"none\.ngc: cannot be read: No such file"):
+        gcode.read(tmp_path / "none.ngc", rapid=1500.0)
+    with pytest.raises(UserError, match=r"cannot be read: "):
+        gcode.read(tmp_path, rapid=1500.0)
+
+
+class Holder(Record):
+    reference: PathReference
+
+
+def test_reference_finds_its_program_beside_the_scenario(program):
+    file = program(SLOT)
+    data = {"reference": {"kind": "gcode", "file": "part.ngc", "acceleration_mm_s2": 1e6}}
+    held = checked(Holder, data, "mine.toml", file.parent).reference
+    assert isinstance(held, GCode)
+    # 1 m/s2 and more: what is left of the ramps is 0.1 ms.
+    assert held.duration_s == pytest.approx(0.4 + 4 + 2 * pi / 2, abs=1e-3)
+    file.write_text("G1 X1\n")
+    with pytest.raises(UserError, match=r"mine.toml: reference.file = .*: line 1: G1 before any F"):
+        checked(Holder, data, "mine.toml", file.parent)
+    data["reference"]["kind"] = "spiral"
+    with pytest.raises(UserError, match=r"mine.toml: reference"):
+        checked(Holder, data, "mine.toml", file.parent)
