@@ -6,13 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfc_design.records import UserError
-from hfc_design.sectors import (
-    Triangle,
-    bilinear,
-    k2_of_rule_base_1,
-    sectors_at_centres,
-    true_sectors,
-)
+from hfc_design.sectors import bilinear, k2_of_rule_base_1, sectors_at_centres
+from hfc_design.true_sectors import Triangle, true_sectors
 
 LABELS = {"NL": -3, "NM": -2, "NS": -1, "ZR": 0, "PS": 1, "PM": 2, "PL": 3}
 # JK04 tables 1, 5 and 6.
@@ -189,6 +184,14 @@ def test_a_gap_between_terms_pulls_the_command_to_zero():
     assert not found.confined
 
 
+def test_terms_that_only_touch_leave_a_place_without_a_rule():
+    touching = [*CHANGE_TERMS]
+    touching[4] = Triangle(1.0, 1.5, 2.5)
+    assert command(ERROR_TERMS, touching, table("I"), 21.0, 1.0) == 0.0
+    found = true_sectors(ERROR_TERMS, touching, table("I"))
+    assert found.k2_low == pytest.approx(-32 / 1.0, rel=1e-14)
+
+
 def test_a_command_that_jumps_at_zero_has_an_infinite_gain():
     singletons = np.array(table("I"))
     singletons[3, 3] = 1.0
@@ -245,7 +248,40 @@ def test_terms_and_tables_that_cannot_be_used():
         sectors_at_centres(ERROR_CENTRES, CHANGE_CENTRES[::-1], good)
     with pytest.raises(UserError, match="middle centre of the error = 1"):
         sectors_at_centres((-3, -2, -1, 1, 2, 3, 4), CHANGE_CENTRES, good)
-    with pytest.raises(UserError, match="term 2 of the error: left -14"):
+    with pytest.raises(UserError, match=r"term 2 of the error: left -14\.0, centre -14\.0"):
         true_sectors(
             (ERROR_TERMS[0], Triangle(-14.0, -14.0, -9.0), *ERROR_TERMS[2:]), CHANGE_TERMS, good
         )
+
+
+numbers = st.floats() | st.floats(-40.0, 40.0) | st.integers(-3, 3).map(float)
+sevens = st.lists(numbers, min_size=7, max_size=7)
+ascending = st.lists(st.floats(1e-6, 1e3), min_size=3, max_size=3, unique=True).map(
+    lambda x: sorted([0.0, *x, *(-v for v in x)])
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(sevens, min_size=7, max_size=7),
+    ascending | sevens,
+    ascending,
+    st.lists(st.none() | numbers, min_size=14, max_size=14),
+)
+def test_any_numbers_give_sectors_or_one_line(singletons, errors, changes, edges):
+    odd = [Triangle(edges[k], errors[k], edges[k + 7]) for k in range(7)]
+    good = np.nan_to_num(np.clip(singletons, -1e3, 1e3))
+    for call in (
+        lambda: sectors_at_centres(errors, changes, singletons),
+        lambda: sectors_at_centres(errors, changes, good),
+        lambda: true_sectors(odd, meeting(changes), good),
+        lambda: true_sectors(meeting(errors), meeting(changes), singletons),
+        lambda: true_sectors(meeting(errors), meeting(changes), good),
+    ):
+        try:
+            found = call()
+        except UserError as error:
+            assert "\n" not in str(error)
+        else:
+            assert found.k1_low <= found.k1
+            assert found.k2_low <= found.k2
