@@ -150,6 +150,34 @@ def export(design: str, target: str, out: Path | None) -> None:
     click.echo(path)
 
 
+@main.command()
+@click.option("--gain", type=float, default=28.3, show_default=True, help="K [(BLU/s)/unit].")
+@click.option("--time-constant", type=float, default=0.055, show_default=True, help="tau [s].")
+@click.option("--sample-time", type=float, default=0.01, show_default=True, help="T [s].")
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the range (png, svg or pdf).")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def stability(
+    gain: float, time_constant: float, sample_time: float, plot: Path | None, as_json: bool
+) -> None:
+    """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
+
+    Without options: the drive of Jee & Koren 2004.
+    """
+    from hfc_design import stability_report
+    from hfc_design.stability import stable_range
+
+    found = stable_range(gain, time_constant, sample_time)
+    if plot is not None:
+        from hfc_design.plots import save
+        from hfc_design.stability_plot import stability_figure
+
+        save(stability_figure(found), plot)
+    if as_json:
+        click.echo(json.dumps(stability_report.numbers(found)))
+    else:
+        stability_report.show(found)
+
+
 @main.command("list")
 @click.argument(
     "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])

@@ -44,7 +44,12 @@ FORMATS: dict[str, dict[str, Any]] = {
 
 
 def save_response(evaluation: Evaluation, title: str, path: Path) -> None:
-    """Draw ``response`` into a file; its suffix says whether png, svg or pdf.
+    """Draw ``response`` into a file; see ``save``."""
+    save(response(evaluation, title), path)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure; the suffix of the file says whether png, svg or pdf.
 
     Raises:
         UserError: another suffix.
@@ -53,7 +58,7 @@ def save_response(evaluation: Evaluation, title: str, path: Path) -> None:
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise UserError(f"{path}: a plot has to end in .png, .svg or .pdf")
-    write_whole(path, image(response(evaluation, title), kind))
+    write_whole(path, image(figure, kind))
 
 
 def image(figure: Figure, kind: str) -> bytes:

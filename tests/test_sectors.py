@@ -1,0 +1,287 @@
+"""Sectors of rule tables against loops over the rules and against JK04's equations."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hfc_design.records import UserError
+from hfc_design.sectors import bilinear, k2_of_rule_base_1, sectors_at_centres
+from hfc_design.true_sectors import Triangle, true_sectors
+
+LABELS = {"NL": -3, "NM": -2, "NS": -1, "ZR": 0, "PS": 1, "PM": 2, "PL": 3}
+# JK04 tables 1, 5 and 6.
+RULES = {
+    "I": """NL NL NL NL NL NL NL
+            NL NL NM NM NS NS NS
+            NL NM NM NS NS NS ZR
+            ZR ZR ZR ZR ZR ZR ZR
+            ZR PS PS PS PM PM PL
+            PS PS PS PM PM PL PL
+            PL PL PL PL PL PL PL""",
+    "II": """NL NL NL NL NM NS ZR
+             NL NL NL NM NS ZR PS
+             NL NL NM NS ZR PS PM
+             NL NM NS ZR PS PM PL
+             NM NS ZR PS PM PL PL
+             NS ZR PS PM PL PL PL
+             ZR PS PM PL PL PL PL""",
+    "III": """NL NL NL NL NM NS ZR
+              NL NL NM NM NS ZR PS
+              NL NM NS NS ZR PS PM
+              NM NM NS ZR PS PM PM
+              NM NS ZR PS PS PM PL
+              NS ZR PS PM PM PL PL
+              ZR PS PM PL PL PL PL""",
+}
+# JK04 table 3.
+ERROR_CENTRES = (-21.0, -14.0, -7.0, 0.0, 7.0, 14.0, 21.0)
+CHANGE_CENTRES = (-4.5, -3.0, -1.5, 0.0, 1.5, 3.0, 4.5)
+ERROR_TERMS = (
+    Triangle(None, -21.0, -16.0),
+    Triangle(-19.0, -14.0, -9.0),
+    Triangle(-12.0, -7.0, -2.0),
+    Triangle(-5.0, 0.0, 5.0),
+    Triangle(2.0, 7.0, 12.0),
+    Triangle(9.0, 14.0, 19.0),
+    Triangle(16.0, 21.0, None),
+)
+CHANGE_TERMS = (
+    Triangle(None, -4.5, -3.5),
+    Triangle(-4.0, -3.0, -2.0),
+    Triangle(-2.5, -1.5, -0.5),
+    Triangle(-1.0, 0.0, 1.0),
+    Triangle(0.5, 1.5, 2.5),
+    Triangle(2.0, 3.0, 4.0),
+    Triangle(3.5, 4.5, None),
+)
+
+
+def table(base, small=8.0, medium=16.0, large=32.0):
+    sizes = (0.0, small, medium, large)
+    rows = [[LABELS[label] for label in row.split()] for row in RULES[base].split("\n")]
+    return [[np.sign(k) * sizes[abs(k)] for k in row] for row in rows]
+
+
+def degree(term, x):
+    """JK04 eq. 1, branch by branch; an outermost term is 1 outside its centre."""
+    left, centre, right = term
+    if x < centre:
+        if left is None:
+            return 1.0
+        return (x - left) / (centre - left) if x >= left else 0.0
+    if right is None:
+        return 1.0
+    return (right - x) / (right - centre) if x < right else 0.0
+
+
+def command(error_terms, change_terms, singletons, e, de):
+    """Product, centre average, rule by rule."""
+    above = below = 0.0
+    for i, rows in enumerate(error_terms):
+        for j, columns in enumerate(change_terms):
+            fires = degree(rows, e) * degree(columns, de)
+            above += fires * singletons[i][j]
+            below += fires
+    return above / below if below > 0.0 else 0.0
+
+
+def meeting(centres):
+    """Terms whose edges meet the neighbours' centres."""
+    edges = [None, *centres, None]
+    return [
+        Triangle(None if k == 1 else edges[k - 1], edges[k], None if k == 7 else edges[k + 1])
+        for k in range(1, 8)
+    ]
+
+
+def searched(error_terms, change_terms, singletons, e_values, de_values):
+    """Extreme gains over a grid, 0 (that is, infinity) among them."""
+    first, second = [0.0], [0.0]
+    for e in e_values:
+        start = command(error_terms, change_terms, singletons, e, 0.0)
+        if e:
+            first.append(start / e)
+        for de in de_values:
+            if de:
+                end = command(error_terms, change_terms, singletons, e, de)
+                second.append((end - start) / de)
+    return min(first), max(first), min(second), max(second)
+
+
+def test_table_3_at_its_centres():
+    found = sectors_at_centres(ERROR_CENTRES, CHANGE_CENTRES, table("I"))
+    assert found.k1 == 32 / 21
+    assert found.k1_low == 8 / 7
+    assert found.k2 == (16 - 8) / 1.5
+    assert found.k2_low == 0.0
+    assert found.confined
+
+
+def test_table_3_with_its_edges_is_steeper():
+    """PM ends at 19 and leaves PL alone: 32 units there. ZR ends at de = 1: PM - PS there."""
+    found = true_sectors(ERROR_TERMS, CHANGE_TERMS, table("I"))
+    assert found.k1 == pytest.approx(32 / 19, rel=1e-14)
+    assert found.k2 == pytest.approx((16 - 8) / 1.0, rel=1e-14)
+    assert command(ERROR_TERMS, CHANGE_TERMS, table("I"), 5.0, 0.0) == 8.0
+    assert found.confined
+
+
+@pytest.mark.parametrize("base", ["I", "II", "III"])
+def test_both_sectors_agree_where_edges_meet_the_centres(base):
+    centres = sectors_at_centres(ERROR_CENTRES, CHANGE_CENTRES, table(base))
+    found = true_sectors(meeting(ERROR_CENTRES), meeting(CHANGE_CENTRES), table(base))
+    assert (found.k1, found.k2) == pytest.approx((centres.k1, centres.k2), rel=1e-14)
+    assert (found.k1_low, found.k2_low) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("base", ["I", "II", "III"])
+def test_true_sectors_of_table_3_are_those_of_a_search(base):
+    # A grid that holds every edge and centre.
+    e_values, de_values = np.arange(-24, 24.5, 0.5), np.arange(-6, 6.125, 0.125)
+    low_1, k1, low_2, k2 = searched(ERROR_TERMS, CHANGE_TERMS, table(base), e_values, de_values)
+    found = true_sectors(ERROR_TERMS, CHANGE_TERMS, table(base))
+    assert found == pytest.approx((low_1, k1, low_2, k2), rel=1e-12, abs=1e-12)
+
+
+def test_true_sectors_of_random_terms_enclose_a_search_closely():
+    random = np.random.default_rng(4)
+    for _ in range(12):
+        terms = []
+        for centres in (ERROR_CENTRES, CHANGE_CENTRES):
+            spacing, reach = centres[4], random.uniform(0.35, 1.0, (7, 2))
+            own = [
+                Triangle(c - spacing * left, c, c + spacing * right)
+                for c, (left, right) in zip(centres, reach, strict=True)
+            ]
+            own[0], own[6] = own[0]._replace(left=None), own[6]._replace(right=None)
+            terms.append(own)
+        singletons = np.array(table("I")) + random.uniform(-4.0, 4.0, (7, 7))
+        singletons[3] = 0.0
+        grids = [
+            np.concatenate(
+                [np.linspace(-1.2, 1.2, 81) * centres[6], [x for t in own for x in t if x]]
+            )
+            for own, centres in zip(terms, (ERROR_CENTRES, CHANGE_CENTRES), strict=True)
+        ]
+        close = [np.concatenate([g, g - 1e-9, g + 1e-9]) for g in grids]
+        wanted = np.array(searched(*terms, singletons, grids[0], close[1]))
+        wanted[:2] = searched(*terms, singletons, close[0], [])[:2]
+        found = np.array(true_sectors(*terms, singletons))
+        slack = 1e-6 * abs(wanted).max()
+        assert np.all(found[[1, 3]] >= wanted[[1, 3]] - slack)
+        assert np.all(found[[0, 2]] <= wanted[[0, 2]] + slack)
+        np.testing.assert_allclose(found, wanted, rtol=0.02, atol=0.02)  # the grid is that coarse
+
+
+def test_a_gap_between_terms_pulls_the_command_to_zero():
+    """Where no rule fires the command is 0: u_2 = -u_1 there, against the change of error."""
+    narrow = [*CHANGE_TERMS]
+    narrow[4] = Triangle(1.0, 1.5, 2.0)
+    narrow[3] = Triangle(-1.0, 0.0, 0.75)
+    found = true_sectors(ERROR_TERMS, narrow, table("I"))
+    assert found.k2_low == pytest.approx(-32 / 0.75, rel=1e-14)
+    assert not found.confined
+
+
+def test_terms_that_only_touch_leave_a_place_without_a_rule():
+    touching = [*CHANGE_TERMS]
+    touching[4] = Triangle(1.0, 1.5, 2.5)
+    assert command(ERROR_TERMS, touching, table("I"), 21.0, 1.0) == 0.0
+    found = true_sectors(ERROR_TERMS, touching, table("I"))
+    assert found.k2_low == pytest.approx(-32 / 1.0, rel=1e-14)
+
+
+def test_a_command_that_jumps_at_zero_has_an_infinite_gain():
+    singletons = np.array(table("I"))
+    singletons[3, 3] = 1.0
+    found = true_sectors(ERROR_TERMS, CHANGE_TERMS, singletons)
+    assert found.k1 == np.inf
+    assert found.k1_low == -np.inf
+    assert not found.confined
+
+
+def test_a_table_against_the_change_of_error_is_not_confined():
+    backward = np.array(table("II"))[:, ::-1]
+    assert not sectors_at_centres(ERROR_CENTRES, CHANGE_CENTRES, backward).confined
+    assert not true_sectors(ERROR_TERMS, CHANGE_TERMS, backward).confined
+
+
+@settings(max_examples=200, deadline=None)
+@given(*[st.floats(0.01, 100.0)] * 4)
+def test_equation_23_is_equation_14_for_rule_base_1(small, medium, large, spacing):
+    changes = [spacing * j for j in range(-3, 4)]
+    found = sectors_at_centres(ERROR_CENTRES, changes, table("I", small, medium, large))
+    closed = k2_of_rule_base_1(small, medium, large, spacing)
+    assert closed == pytest.approx(found.k2, rel=1e-9)
+
+
+def test_equation_7_with_its_cross_term_is_what_the_rules_say():
+    random = np.random.default_rng(7)
+    error_terms, change_terms = meeting(ERROR_CENTRES), meeting(CHANGE_CENTRES)
+    for _ in range(300):
+        singletons = random.uniform(-32.0, 32.0, (7, 7))
+        e, de = random.uniform(-30.0, 30.0), random.uniform(-6.0, 6.0)
+        wanted = command(error_terms, change_terms, singletons, e, de)
+        found = bilinear(ERROR_CENTRES, CHANGE_CENTRES, singletons, e, de)
+        assert found == pytest.approx(wanted, rel=1e-11, abs=1e-11)
+
+
+def test_equation_7_as_printed_misses_the_corner():
+    singletons = np.zeros((7, 7))
+    singletons[4, 4] = 8.0
+    assert bilinear(ERROR_CENTRES, CHANGE_CENTRES, singletons, 7.0, 1.5) == 8.0
+    assert bilinear(ERROR_CENTRES, CHANGE_CENTRES, singletons, 3.5, 0.75) == 2.0  # printed: 0
+
+
+def test_terms_and_tables_that_cannot_be_used():
+    good = table("I")
+    bad = [row[:] for row in good]
+    bad[2][5] = float("nan")
+    with pytest.raises(UserError, match="row 3, column 6 = nan"):
+        sectors_at_centres(ERROR_CENTRES, CHANGE_CENTRES, bad)
+    with pytest.raises(UserError, match=r"shape \(6, 7\): 7 rows of 7"):
+        true_sectors(ERROR_TERMS, CHANGE_TERMS, good[:6])
+    with pytest.raises(UserError, match="7 rows of 7 numbers"):
+        true_sectors(ERROR_TERMS, CHANGE_TERMS, [*good[:6], good[6][:5]])
+    with pytest.raises(UserError, match=r"centres of the change of error .* 7 ascending"):
+        sectors_at_centres(ERROR_CENTRES, CHANGE_CENTRES[::-1], good)
+    with pytest.raises(UserError, match="middle centre of the error = 1"):
+        sectors_at_centres((-3, -2, -1, 1, 2, 3, 4), CHANGE_CENTRES, good)
+    with pytest.raises(UserError, match=r"term 2 of the error: left -14\.0, centre -14\.0"):
+        true_sectors(
+            (ERROR_TERMS[0], Triangle(-14.0, -14.0, -9.0), *ERROR_TERMS[2:]), CHANGE_TERMS, good
+        )
+
+
+numbers = st.floats() | st.floats(-40.0, 40.0) | st.integers(-3, 3).map(float)
+sevens = st.lists(numbers, min_size=7, max_size=7)
+ascending = st.lists(st.floats(1e-6, 1e3), min_size=3, max_size=3, unique=True).map(
+    lambda x: sorted([0.0, *x, *(-v for v in x)])
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(sevens, min_size=7, max_size=7),
+    ascending | sevens,
+    ascending,
+    st.lists(st.none() | numbers, min_size=14, max_size=14),
+)
+def test_any_numbers_give_sectors_or_one_line(singletons, errors, changes, edges):
+    odd = [Triangle(edges[k], errors[k], edges[k + 7]) for k in range(7)]
+    good = np.nan_to_num(np.clip(singletons, -1e3, 1e3))
+    for call in (
+        lambda: sectors_at_centres(errors, changes, singletons),
+        lambda: sectors_at_centres(errors, changes, good),
+        lambda: true_sectors(odd, meeting(changes), good),
+        lambda: true_sectors(meeting(errors), meeting(changes), singletons),
+        lambda: true_sectors(meeting(errors), meeting(changes), good),
+    ):
+        try:
+            found = call()
+        except UserError as error:
+            assert "\n" not in str(error)
+        else:
+            assert found.k1_low <= found.k1
+            assert found.k2_low <= found.k2
