@@ -10,6 +10,11 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
 
+#: Linguistic terms of an input; a rule table is TERMS x TERMS.
+TERMS = 7
+Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
+Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
+
 
 class Record(BaseModel):
     """An immutable record; unknown keys are refused."""

@@ -7,11 +7,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, model_validator
 
-from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
+from hfc_design.feed_records import FeedDesign
+from hfc_design.records import (
+    TERMS,
+    Finite,
+    Name,
+    NotNegative,
+    Positive,
+    Record,
+    Table,
+    UserError,
+    checked,
+)
 
-TERMS = 7
-Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
-Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
 
 
@@ -109,7 +117,7 @@ class Design(Record):
     version: Literal[1] = 1
     name: Name
     plant: PlantRecord
-    controller: Annotated[PdDesign | HierarchicalDesign, Field(discriminator="kind")]
+    controller: Annotated[PdDesign | HierarchicalDesign | FeedDesign, Field(discriminator="kind")]
     score: dict[str, JsonValue] = {}
     provenance: dict[str, JsonValue] = {}
 
@@ -145,9 +153,9 @@ def _refused(name: str) -> Any:
 
 
 def design_json(design: Design) -> str:
-    """The design as JSON; every float reads back bit for bit, a row of numbers is a line."""
+    """The design as JSON; every float reads back bit for bit, a row of a table is a line."""
     text = json.dumps(design.model_dump(mode="json"), indent=1, allow_nan=False)
-    rows = re.compile(r"\[[\s\d.,eE+-]+\]")
+    rows = re.compile(r'\[[\s\d.,eE+-]+\]|\[\s*"[A-Z]{2}"[\s,"A-Z]+\]')
     return rows.sub(
         lambda row: re.sub(r"\s+", " ", row[0]).replace("[ ", "[").replace(" ]", "]"), text
     )

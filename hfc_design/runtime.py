@@ -4,11 +4,16 @@
 >>> voltage = controller.step({"error": 1e-3, "error_rate": 0.0, ...})  # doctest: +SKIP
 """
 
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from hfc_design.rulebase import Design, HierarchicalDesign, read_design
+from hfc_design import aflc, flc, pid
+from hfc_design.adaptation import blamed_aflc, blamed_soflc
+from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign
+from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign, read_design
 
 PREVIOUS = "previous_"
 
@@ -19,7 +24,10 @@ class Controller:
     def __init__(self, design: Design):
         self.design = design.controller
         self._previous: dict[str, float] = {}
-        if isinstance(self.design, HierarchicalDesign):
+        if not isinstance(self.design, PdDesign | HierarchicalDesign):
+            self._initial, self._law = _feed_drive(self.design)
+            self._memory = self._initial
+        elif isinstance(self.design, HierarchicalDesign):
             terms = self.design.terms
             self._centres = np.array([term.centre for term in terms])
             self._half_widths = np.array([term.half_width for term in terms])
@@ -28,12 +36,18 @@ class Controller:
             self._sources = self.design.sources()
 
     def step(self, signals: dict[str, float]) -> float:
-        """The command [V] for this sample's ``signals``: error [rad], error_rate [rad/s], ...
+        """The command for this sample's ``signals``.
+
+        A C-axis takes volts for error [rad], error_rate [rad/s], ...; a feed drive takes units of
+        its converter for error [BLU] and, with low-velocity compensation, velocity [BLU/s].
 
         Raises:
             KeyError: a signal that the design reads is missing.
         """
         design = self.design
+        if not isinstance(design, PdDesign | HierarchicalDesign):
+            command, self._memory = self._law(self._memory, signals)
+            return float(command)
         command = design.pd.kp * signals["error"] + design.pd.kd * signals["error_rate"]
         if isinstance(design, HierarchicalDesign):
             command += design.output_scale * self._hierarchy(design, signals)
@@ -42,6 +56,8 @@ class Controller:
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
         self._previous = {}
+        if not isinstance(self.design, PdDesign | HierarchicalDesign):
+            self._memory = self._initial
 
     def _hierarchy(self, design: HierarchicalDesign, signals: dict[str, float]) -> float:
         values = []
@@ -68,6 +84,18 @@ class Controller:
         """Degrees to which ``u`` belongs to the seven terms (LL eq. 3)."""
         distance = np.maximum(np.abs(u - self._centres) - self._half_widths, 0.0)
         return np.exp(-self._rates * distance * distance)
+
+
+def _feed_drive(record: FeedDesign) -> tuple[Any, Any]:
+    """Memory before the first sample, and the step of the simulator on Python floats."""
+    every = record.sample_time_s
+    if isinstance(record, PidDesign):
+        return pid.initial_memory(0.0), partial(pid.step, every, record.gains())
+    if isinstance(record, FlcDesign):
+        law = partial(flc.step, flc.SCALARS, record.form, every, record.gains())
+        return flc.initial_memory(0.0), law
+    blamed = blamed_aflc if isinstance(record, AflcDesign) else blamed_soflc
+    return aflc.initial_memory(0.0), partial(aflc.step, flc.SCALARS, blamed, every, record.gains())
 
 
 def load(path: str | Path) -> Controller:

@@ -19,8 +19,18 @@ from hfc_design.controllers.hierarchical import PREVIOUS
 from hfc_design.fitness import settled_samples
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
-from hfc_design.records import Finite, Name, NotNegative, Positive, Record, UserError, checked
-from hfc_design.rulebase import TERMS, InputRecord, Label, TermRecord
+from hfc_design.records import (
+    TERMS,
+    Finite,
+    Label,
+    Name,
+    NotNegative,
+    Positive,
+    Record,
+    UserError,
+    checked,
+)
+from hfc_design.rulebase import InputRecord, TermRecord
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, Ramp, Reference, Samples, Simulation
 from plants import PLANTS, Plant

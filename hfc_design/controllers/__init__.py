@@ -4,9 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from hfc_design.controllers.aflc import aflc
 from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.flc import flc
 from hfc_design.controllers.hierarchical import HierarchicalGains, Layout, hierarchical
 from hfc_design.controllers.pd import PdGains, pd
+from hfc_design.controllers.pid import pid
+from hfc_design.controllers.soflc import soflc
+from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign
 from hfc_design.fuzzy import Term
 from hfc_design.rulebase import HierarchicalDesign, PdDesign
 
@@ -14,11 +19,17 @@ from hfc_design.rulebase import HierarchicalDesign, PdDesign
 KINDS = {
     "pd": "proportional-derivative: v = kp e + kd de/dt",
     "pd+hierarchical-fuzzy": "PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)",
+    "pid": "proportional-integral-derivative on an error in BLU",
+    "flc": "two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)",
+    "aflc": "flc that adapts its terms and rules within a stable range (Jee & Koren 2004)",
+    "soflc": "flc that organises its terms and rules itself (Jee & Koren 1995)",
 }
 
 
-def from_design(record: PdDesign | HierarchicalDesign) -> tuple[Controller, Any]:
+def from_design(record: PdDesign | HierarchicalDesign | FeedDesign) -> tuple[Controller, Any]:
     """The controller that a design file describes and its gains, as a population of one."""
+    if not isinstance(record, PdDesign | HierarchicalDesign):
+        return _feed_drive(record), _population_of_one(record.gains())
     gains = PdGains(np.array([record.pd.kp]), np.array([record.pd.kd]))
     if isinstance(record, PdDesign):
         return pd(), gains
@@ -36,13 +47,34 @@ def from_design(record: PdDesign | HierarchicalDesign) -> tuple[Controller, Any]
     )
 
 
+def _feed_drive(record: FeedDesign) -> Controller:
+    if isinstance(record, FlcDesign):
+        return flc(record.form, record.sample_time_s)
+    if isinstance(record, PidDesign):
+        return pid(record.sample_time_s)
+    return (aflc if isinstance(record, AflcDesign) else soflc)(record.sample_time_s)
+
+
+def _population_of_one(gains: Any) -> Any:
+    """A record of numbers and tables with an axis of individuals behind each."""
+    if gains is None:
+        return None
+    if hasattr(gains, "_fields"):
+        return type(gains)(*(_population_of_one(part) for part in gains))
+    return np.array(gains)[..., None]
+
+
 __all__ = [
     "KINDS",
     "Controller",
     "HierarchicalGains",
     "Layout",
     "PdGains",
+    "aflc",
+    "flc",
     "from_design",
     "hierarchical",
     "pd",
+    "pid",
+    "soflc",
 ]

@@ -1,0 +1,140 @@
+"""What the adaptive fuzzy controllers decide: which rules are judged how, and what bounds a move.
+
+JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars; ``xp`` as in
+``flc``. Never imports JAX.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+ZR = 3  # place of the middle term
+#: Two actions or two degrees that differ by less are the same: rounding decides nothing.
+ALIKE = 1e-4
+
+
+class Sectors(NamedTuple):
+    """The rectangle in the stable range that the table may not leave (JK04 eq. 12-14)."""
+
+    k1_max: Any  # 0 <= u_1 / e <= k1_max [units/BLU]
+    k2_max: Any  # 0 <= u_2 / de <= k2_max [units/BLU]
+
+
+def performance_index(before: int, now: int) -> int:
+    """p(k) of a rule of the error term E_before when the error is now in E_now (-3 to 3).
+
+    JK04 eq. 24 and 25 with the exceptions of Table 2: from E_3 to E_0 is good, and what a rule of
+    E_0 did is not considered.
+    """
+    if before == 0 or (abs(before) == 3 and now == 0):
+        return 0
+    fall = before - now if before > 0 else now - before  # in terms, towards the other side
+    return (fall - 2) // 2 if fall % 2 == 0 else (fall - 1) // 2
+
+
+#: JK04 Table 2, [E(k-1)][E(k)], both NL to PL.
+PERFORMANCE = tuple(
+    tuple(float(performance_index(before, now)) for now in range(-3, 4)) for before in range(-3, 4)
+)
+
+
+def performance(xp: Any, in_error: Sequence[Any]) -> list[Any]:
+    """p(k) of the rules of each error term, from the degrees (7) of e(k) in the error terms.
+
+    The error counts for the term of the highest degree, of two equal ones for that nearer ZR.
+    """
+    highest, place = in_error[ZR], 0.0
+    for k in (ZR - 1, ZR + 1, ZR - 2, ZR + 2, ZR - 3, ZR + 3):
+        higher = in_error[k] > highest + ALIKE
+        highest = xp.where(higher, in_error[k], highest)
+        place = xp.where(higher, k - ZR, place)
+    found = []
+    for row in PERFORMANCE:
+        index: Any = row[0]
+        for k, value in enumerate(row):
+            index = xp.where(place == k - ZR, value, index)
+        found.append(index)
+    return found
+
+
+def blamed_aflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
+    """Whether a rule pulled the action the wrong way (JK04 Appendix B).
+
+    ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In the
+    cases I and IV the action was too large and rules with excess >= 0 are to blame, in II and III
+    it was too small and those with excess <= 0 are.
+    """
+    return xp.where(error * index > 0.0, excess >= -ALIKE, excess <= ALIKE)
+
+
+def blamed_soflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
+    """Whether a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
+
+    Differs from JK04 for e > 0 with p < 0, where the rules change places, and in the first and
+    fourth case where a singleton equals the overall action.
+    """
+    third = xp.where(error < 0.0, index, 0.0) > 0.0
+    return xp.where(third, excess <= ALIKE, excess > ALIKE)
+
+
+def joined(xp: Any, terms: Sequence[Any], steps: Sequence[Any], size: Any) -> list[Any]:
+    """Terms (7, 3) after each was narrowed by ``steps`` (7) of ``size`` on both sides.
+
+    Where two terms overlap, both edges stay between the two centres (JK04 section 4.1), and the
+    overlap stays one step wide or more: edges that would come closer are set half a step to
+    either side of their middle, because an error in a gap would have no command.
+    """
+    lefts, rights = [terms[0][0]], []
+    for k in range(len(terms) - 1):
+        lower, upper = terms[k][1], terms[k + 1][1]
+        right = clipped(xp, terms[k][2] - size * steps[k], lower, upper)
+        left = clipped(xp, terms[k + 1][0] + size * steps[k + 1], lower, upper)
+        half = 0.5 * size
+        middle = clipped(xp, 0.5 * (left + right), lower + half, upper - half)
+        tight = right - left < size
+        rights.append(xp.where(tight, middle + half, right))
+        lefts.append(xp.where(tight, middle - half, left))
+    rights.append(terms[-1][2])
+    return [(lefts[k], terms[k][1], rights[k]) for k in range(len(terms))]
+
+
+def bounded(
+    xp: Any,
+    sectors: Sectors,
+    error_terms: Sequence[Any],
+    change_terms: Sequence[Any],
+    singletons: Sequence[Any],
+    signs: Any,
+) -> list[Any]:
+    """Singletons (7, 7) moved to the nearest values that keep the table in ``sectors``.
+
+    A singleton is the whole output from the inner neighbour's edge outwards, so this is where its
+    slope is steepest; between two such points the product rule stays under the chord. The column
+    de = ZR makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton
+    takes another sign than in ``signs`` (7, 7), unless its sector demands it; one that is 0 there
+    may take the sign of its row. The row e = ZR stays.
+    """
+    table = []
+    for i, row in enumerate(singletons):
+        if i == ZR:
+            table.append(list(row))
+            continue
+        reach = sectors.k1_max * (error_terms[i - 1][2] if i > ZR else error_terms[i + 1][0])
+        low, high = (0.0, reach) if i > ZR else (reach, 0.0)
+        own = clipped(xp, row[ZR], low, high)
+        bound = []
+        for j, singleton in enumerate(row):
+            if j == ZR:
+                bound.append(own)
+                continue
+            positive = signs[i][j] >= 0.0 if i > ZR else signs[i][j] > 0.0
+            kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
+            reach = sectors.k2_max * (change_terms[j - 1][2] if j > ZR else change_terms[j + 1][0])
+            low, high = (own, own + reach) if j > ZR else (own + reach, own)
+            bound.append(clipped(xp, kept, low, high))
+        table.append(bound)
+    return table
+
+
+def clipped(xp: Any, value: Any, low: Any, high: Any) -> Any:
+    """``value`` between two bounds."""
+    return xp.minimum(xp.maximum(value, low), high)

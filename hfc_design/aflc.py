@@ -1,0 +1,156 @@
+"""The adaptive fuzzy controllers of a feed drive: AFLC and SOFLC. Never imports JAX.
+
+AFLC is Jee & Koren 2004 (JK04), section 4 and Appendix B; SOFLC its ancestor, Jee & Koren 1995
+(JK95), section 3. At sample k the rules that fired at k - 1 are judged by what became of the
+error, terms and singletons are moved, and the moved table gives the command. Written for one
+axis in scalars; ``xp`` as in ``flc``.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from hfc_design.adaptation import Sectors, bounded, joined, performance
+from hfc_design.flc import FlcGains, compensate, infer, memberships, total
+
+
+class Rates(NamedTuple):
+    """Steps of the adaptation for a performance index of 1 or -1."""
+
+    k_a: Any  # of an edge of an error term [BLU]
+    k_b: Any  # of an edge of a change term [BLU]
+    k_c: Any  # of a singleton, units of the command
+
+
+class AdaptiveGains(NamedTuple):
+    """The table that the adaptation starts from, its steps and its bounds."""
+
+    flc: FlcGains
+    rates: Rates
+    sectors: Sectors | None  # None: no bound, as in JK95
+
+
+class AdaptiveMemory(NamedTuple):
+    """What the controller remembers; all zero before the first sample.
+
+    The moves are counted from the gains. A joint is where two neighbours overlap: the right edge
+    of the lower term and the left edge of the upper one.
+    """
+
+    error: Any  # e(k-1) [BLU]
+    change: Any  # e(k-1) - e(k-2) [BLU]
+    action: Any  # u_0(k-1)
+    integral: Any
+    error_moves: Any  # (6, 2) of the joints between the error terms
+    change_moves: Any  # (6, 2)
+    singleton_moves: Any  # (7, 7)
+
+
+def initial_memory(zero: Any) -> AdaptiveMemory:
+    """Memory before the first sample: the axis stood on its reference, nothing has moved."""
+    joints = ((zero,) * 2,) * 6
+    return AdaptiveMemory(zero, zero, zero, zero, joints, joints, ((zero,) * 7,) * 7)
+
+
+def step(
+    xp: Any,
+    blamed: Callable[..., Any],
+    sample_time: float,
+    gains: AdaptiveGains,
+    memory: AdaptiveMemory,
+    signals: Any,
+) -> tuple[Any, AdaptiveMemory]:
+    """Command [units] of one sample of ``sample_time`` [s], and what to remember.
+
+    ``blamed`` is ``adaptation.blamed_aflc`` or ``blamed_soflc``; signals as in ``flc.step``.
+    """
+    table = gains.flc
+    error = signals["error"]
+    change = error - memory.error
+    error_terms, change_terms, singletons = adapted(xp, blamed, gains, memory, error)
+    in_error = memberships(xp, error_terms, error)
+    in_change = memberships(xp, change_terms, change)
+    action = infer(xp, in_error, in_change, singletons)
+    integral = memory.integral + table.k_i * sample_time * error
+    command = action + integral
+    if table.compensation is not None:
+        command = command + compensate(xp, table.compensation, signals["velocity"], error)
+    return command, AdaptiveMemory(
+        error,
+        change,
+        action,
+        integral,
+        _difference(_joints(error_terms), _joints(table.error_terms)),
+        _difference(_joints(change_terms), _joints(table.change_terms)),
+        _difference(singletons, table.singletons),
+    )
+
+
+def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> tuple[list[Any], list[Any], list[Any]]:
+    """Error terms (7, 3), change terms (7, 3) and singletons (7, 7) as last adapted."""
+    table = gains.flc
+    singletons = [
+        [u + move for u, move in zip(row, moves, strict=True)]
+        for row, moves in zip(table.singletons, memory.singleton_moves, strict=True)
+    ]
+    return (
+        _moved(table.error_terms, memory.error_moves),
+        _moved(table.change_terms, memory.change_moves),
+        singletons,
+    )
+
+
+def adapted(
+    xp: Any, blamed: Callable[..., Any], gains: AdaptiveGains, memory: AdaptiveMemory, error: Any
+) -> tuple[list[Any], list[Any], list[Any]]:
+    """Terms and singletons after the sample k - 1 is judged by the ``error`` of sample k.
+
+    Of a rule that is to blame both terms are narrowed and the singleton moves, of another both
+    terms are widened, |p| steps each. Several rules that move the same term add up, so their
+    order does not matter; only then the edges are held between the neighbours' centres.
+    """
+    error_terms, change_terms, singletons = current(gains, memory)
+    in_error = memberships(xp, error_terms, memory.error)
+    in_change = memberships(xp, change_terms, memory.change)
+    indices = performance(xp, memberships(xp, error_terms, error))
+    narrowed = []  # by each rule, in steps
+    for i, row in enumerate(singletons):
+        size = abs(indices[i])
+        # Which way the action should have been: larger where a positive error fell too slowly.
+        wanted = xp.where(memory.error * indices[i] > 0.0, -1.0, 1.0)
+        size = xp.where(memory.error == 0.0, 0.0, size)
+        steps = []
+        for j, singleton in enumerate(row):
+            guilty = blamed(xp, memory.error, indices[i], singleton - memory.action)
+            fired = xp.where(in_error[i] * in_change[j] > 0.0, size, 0.0)
+            steps.append(xp.where(guilty, fired, -fired))
+            row[j] = singleton + xp.where(guilty, wanted * gains.rates.k_c * fired, 0.0)
+        narrowed.append(steps)
+    by_row = [total(steps) for steps in narrowed]
+    by_column = [total(steps) for steps in zip(*narrowed, strict=True)]
+    error_terms = joined(xp, error_terms, by_row, gains.rates.k_a)
+    change_terms = joined(xp, change_terms, by_column, gains.rates.k_b)
+    if gains.sectors is not None:
+        signs = gains.flc.singletons
+        singletons = bounded(xp, gains.sectors, error_terms, change_terms, singletons, signs)
+    return error_terms, change_terms, singletons
+
+
+def _joints(terms: Any) -> Any:
+    """(right edge of the lower term, left edge of the upper one) of each pair of neighbours."""
+    return tuple((lower[2], upper[0]) for lower, upper in pairwise(terms))
+
+
+def _moved(terms: Any, moves: Any) -> list[Any]:
+    """Terms (7, 3) with the edges of their joints moved."""
+    lefts = [terms[0][0], *(t[0] + move[1] for t, move in zip(terms[1:], moves, strict=True))]
+    rights = [*(t[2] + move[0] for t, move in zip(terms, moves, strict=False)), terms[-1][2]]
+    return [(left, t[1], right) for left, t, right in zip(lefts, terms, rights, strict=True)]
+
+
+def _difference(table: Any, start: Any) -> Any:
+    """How far the numbers of a table of rows are from those it started from."""
+    return tuple(
+        tuple(now - then for now, then in zip(row, first, strict=True))
+        for row, first in zip(table, start, strict=True)
+    )

@@ -1,0 +1,19 @@
+"""The adaptive fuzzy controller of a feed drive (Jee & Koren 2004), for the simulator."""
+
+from functools import cache, partial
+
+import jax.numpy as jnp
+
+from hfc_design import aflc as law
+from hfc_design.adaptation import blamed_aflc
+from hfc_design.controllers.controller import Controller
+
+
+@cache
+def aflc(sample_time: float) -> Controller:
+    """The controller of kind ``aflc``, sampled every ``sample_time`` [s].
+
+    Its gains are ``AdaptiveGains``.
+    """
+    step = partial(law.step, jnp, blamed_aflc, sample_time)
+    return Controller("aflc", law.initial_memory, step)

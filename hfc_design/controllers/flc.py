@@ -1,0 +1,17 @@
+"""The fuzzy controller of a feed drive, for the population simulator."""
+
+from functools import cache, partial
+
+import jax.numpy as jnp
+
+from hfc_design import flc as law
+from hfc_design.controllers.controller import Controller
+
+
+@cache
+def flc(form: str, sample_time: float) -> Controller:
+    """The controller of kind ``flc`` and ``form`` P, PI or PD, sampled every ``sample_time`` [s].
+
+    Its gains are ``FlcGains``.
+    """
+    return Controller("flc", law.initial_memory, partial(law.step, jnp, form, sample_time))

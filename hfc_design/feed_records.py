@@ -1,0 +1,219 @@
+"""Feed-drive controllers in a design file: kinds pid, flc, aflc, soflc. Never imports JAX."""
+
+from itertools import pairwise
+from math import inf
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import Field, model_validator
+
+from hfc_design.adaptation import Sectors
+from hfc_design.aflc import AdaptiveGains, Rates
+from hfc_design.flc import Compensation, FlcGains
+from hfc_design.pid import PidGains
+from hfc_design.records import TERMS, Finite, NotNegative, Positive, Record, Table
+from hfc_design.rule_bases import LABELS
+
+TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
+LabelRow = Annotated[tuple[TermLabel, ...], Field(min_length=TERMS, max_length=TERMS)]
+LabelTable = Annotated[tuple[LabelRow, ...], Field(min_length=TERMS, max_length=TERMS)]
+
+
+class PidRecord(Record):
+    """Gains of ``pid.step``."""
+
+    k_p: Finite  # [units/BLU]
+    k_i: Finite  # [units/(BLU s)]
+    k_d: Finite  # [units s/BLU]
+
+
+class PidDesign(Record):
+    """A controller of kind ``pid``."""
+
+    kind: Literal["pid"] = "pid"
+    sample_time_s: Positive
+    pid: PidRecord
+
+    def gains(self) -> PidGains:
+        """The gains of one individual."""
+        return PidGains(self.pid.k_p, self.pid.k_i, self.pid.k_d)
+
+
+class TriangleRecord(Record):
+    """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite."""
+
+    label: TermLabel
+    left: Finite | None  # [BLU]
+    centre: Finite  # [BLU]
+    right: Finite | None  # [BLU]
+
+
+Triangles = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+
+
+class RulesRecord(Record):
+    """The rule base, rows by error and columns by its change, both NL to PL."""
+
+    labels: LabelTable
+    centroids: Table  # units of the command
+
+
+class CompensationRecord(Record):
+    """Low-velocity compensation in units of the command (JK04 eq. 28-30), V in mm/s."""
+
+    forward: tuple[Finite, Finite, Finite]  # coefficients of V^2, V, 1 for V >= 0
+    backward: tuple[Finite, Finite, Finite]  # the same for V < 0
+    highest_velocity_mm_s: Positive
+    breakaway: tuple[Finite, Finite]  # command at rest towards + and towards -
+    smallest_error: Positive  # [BLU]
+
+    def law(self) -> Compensation:
+        """The same as numbers."""
+        return Compensation(
+            self.forward,
+            self.backward,
+            self.highest_velocity_mm_s,
+            self.breakaway,
+            self.smallest_error,
+        )
+
+
+class FuzzyRecord(Record):
+    """What the three fuzzy kinds have in common."""
+
+    kind: str
+    sample_time_s: Positive
+    error_terms: Triangles
+    error_change_terms: Triangles
+    rules: RulesRecord
+    integral_gain: Finite  # [units/(BLU s)]
+    low_velocity: CompensationRecord | None = None
+
+    @model_validator(mode="after")
+    def _has_no_gap(self) -> "FuzzyRecord":
+        for key in ("error_terms", "error_change_terms"):
+            if fault := _fault(getattr(self, key)):
+                raise ValueError(f"{key}: {fault}")
+        return self
+
+    def table(self) -> FlcGains:
+        """The fuzzy controller of one individual."""
+        low = self.low_velocity
+        return FlcGains(
+            _edges(self.error_terms),
+            _edges(self.error_change_terms),
+            self.rules.centroids,
+            self.integral_gain,
+            low.law() if low else None,
+        )
+
+
+class FlcDesign(FuzzyRecord):
+    """A controller of kind ``flc``; ``form`` as in JK95 eq. 1."""
+
+    kind: Literal["flc"] = "flc"
+    form: Literal["P", "PI", "PD"] = "PD"
+
+    def gains(self) -> FlcGains:
+        """The gains of one individual."""
+        return self.table()
+
+
+class RatesRecord(Record):
+    """Steps of the adaptation, see ``aflc.Rates``."""
+
+    k_a: NotNegative  # [BLU]
+    k_b: NotNegative  # [BLU]
+    k_c: NotNegative  # units of the command
+
+
+class SectorsRecord(Record):
+    """The rectangle that the table may not leave, see ``adaptation.Sectors``."""
+
+    k1_max: Positive  # [units/BLU]
+    k2_max: Positive  # [units/BLU]
+
+
+class BoundedRatesRecord(RatesRecord):
+    """Steps of the adaptation and its bounds."""
+
+    stable_range: SectorsRecord
+
+
+def _steps_fit(design: "AnyAdaptive") -> "AnyAdaptive":
+    rates = design.adaptation
+    for key, step, terms in (
+        ("k_a", rates.k_a, design.error_terms),
+        ("k_b", rates.k_b, design.error_change_terms),
+    ):
+        room = min(upper.centre - lower.centre for lower, upper in pairwise(terms))
+        if step >= room:
+            raise ValueError(
+                f"adaptation.{key} = {step}: has to be less than {room}, the smallest distance "
+                "between two centres"
+            )
+    return design
+
+
+class AflcDesign(FuzzyRecord):
+    """A controller of kind ``aflc``."""
+
+    kind: Literal["aflc"] = "aflc"
+    adaptation: BoundedRatesRecord
+
+    _steps_fit = model_validator(mode="after")(_steps_fit)
+
+    def gains(self) -> AdaptiveGains:
+        """The gains of one individual."""
+        rates = self.adaptation
+        sectors = Sectors(rates.stable_range.k1_max, rates.stable_range.k2_max)
+        return AdaptiveGains(self.table(), Rates(rates.k_a, rates.k_b, rates.k_c), sectors)
+
+
+class SoflcDesign(FuzzyRecord):
+    """A controller of kind ``soflc``."""
+
+    kind: Literal["soflc"] = "soflc"
+    adaptation: RatesRecord
+
+    _steps_fit = model_validator(mode="after")(_steps_fit)
+
+    def gains(self) -> AdaptiveGains:
+        """The gains of one individual."""
+        rates = self.adaptation
+        return AdaptiveGains(self.table(), Rates(rates.k_a, rates.k_b, rates.k_c), None)
+
+
+AnyAdaptive = TypeVar("AnyAdaptive", AflcDesign, SoflcDesign)
+FeedDesign = PidDesign | FlcDesign | AflcDesign | SoflcDesign
+
+
+def _edges(terms: tuple[TriangleRecord, ...]) -> tuple[tuple[float, float, float], ...]:
+    return tuple(
+        (
+            -inf if term.left is None else term.left,
+            term.centre,
+            inf if term.right is None else term.right,
+        )
+        for term in terms
+    )
+
+
+def _fault(terms: tuple[TriangleRecord, ...]) -> str | None:
+    """What is wrong with a row of terms, in one line; None if nothing is."""
+    if [term.label for term in terms] != list(LABELS):
+        return f"has to hold the labels {', '.join(LABELS)} in this order"
+    for k, term in enumerate(terms):
+        if (term.left is None) != (k == 0) or (term.right is None) != (k == TERMS - 1):
+            return f"{term.label}: null has to stand left of NL and right of PL and nowhere else"
+    edges = _edges(terms)
+    for term, (left, centre, right) in zip(terms, edges, strict=True):
+        if not left < centre < right:
+            return f"{term.label}: left, centre, right = {left}, {centre}, {right} have to rise"
+    for (low, high), (a, b) in zip(pairwise(terms), pairwise(edges), strict=True):
+        if a[2] <= b[0]:
+            return (
+                f"there is a gap between {low.label}, right {a[2]}, and {high.label}, left {b[0]}"
+            )
+        if not (a[1] <= b[0] and a[2] <= b[1]):
+            return f"an edge between {low.label} and {high.label} passes the other's centre"
+    return None

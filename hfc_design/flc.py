@@ -1,0 +1,131 @@
+"""The two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
+
+Everything is written for one axis in scalars and without branches on their values. The first
+argument ``xp`` brings ``where``, ``minimum`` and ``maximum``: ``jax.numpy`` in the population
+simulator, ``SCALARS`` in ``runtime``. Never imports JAX.
+"""
+
+from collections.abc import Iterable, Sequence
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+#: ``xp`` of Python floats.
+SCALARS = SimpleNamespace(where=lambda c, a, b: a if c else b, minimum=min, maximum=max)
+
+MM_PER_BLU = 0.01
+#: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
+STANDSTILL = 0.5
+
+
+class Compensation(NamedTuple):
+    """Low-velocity friction in units of the command, without its Coulomb part (JK04 eq. 28-30)."""
+
+    forward: Any  # (3,) coefficients of V^2, V, 1 for V >= 0 in mm/s
+    backward: Any  # (3,) the same for V < 0
+    highest_velocity: Any  # [mm/s] at and above it there is no compensation
+    breakaway: Any  # (2,) command at rest towards + and towards -
+    smallest_error: Any  # [BLU] below it an axis at rest is left alone
+
+
+class FlcGains(NamedTuple):
+    """The fuzzy controller as numbers: one individual, or a population in the trailing axis."""
+
+    error_terms: Any  # (7, 3) left, centre, right [BLU]; the outermost edges are not read
+    change_terms: Any  # (7, 3) the same for e(k) - e(k-1) [BLU]
+    singletons: Any  # (7, 7) [row: term of e][column: term of its change], units of the command
+    k_i: Any  # integral gain [units/(BLU s)]: K_I T is the K_I of JK95 eq. 3
+    compensation: Compensation | None = None
+
+
+class FlcMemory(NamedTuple):
+    """What the controller remembers; all zero before the first sample."""
+
+    error: Any  # e(k-1) [BLU]
+    fuzzy: Any  # u_F(k-1), for the form PI
+    integral: Any  # u_I(k-1)
+
+
+def initial_memory(zero: Any) -> FlcMemory:
+    """Memory before the first sample: the axis stood on its reference."""
+    return FlcMemory(zero, zero, zero)
+
+
+def step(
+    xp: Any, form: str, sample_time: float, gains: FlcGains, memory: FlcMemory, signals: Any
+) -> tuple[Any, FlcMemory]:
+    """Command [units] of one sample of ``sample_time`` [s], and what to remember.
+
+    ``form`` is one of JK95 eq. 1: ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de). In
+    each the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
+    compensation, velocity [BLU/s].
+    """
+    error = signals["error"]
+    change = 0.0 * error if form == "P" else error - memory.error
+    in_error = memberships(xp, gains.error_terms, error)
+    in_change = memberships(xp, gains.change_terms, change)
+    fuzzy = infer(xp, in_error, in_change, gains.singletons)
+    if form == "PI":
+        fuzzy = memory.fuzzy + fuzzy
+    integral = memory.integral + gains.k_i * sample_time * error
+    command = fuzzy + integral
+    if gains.compensation is not None:
+        command = command + compensate(xp, gains.compensation, signals["velocity"], error)
+    return command, FlcMemory(error, fuzzy, integral)
+
+
+def memberships(xp: Any, terms: Sequence[Any], u: Any) -> list[Any]:
+    """Degrees of ``u`` in terms (left, centre, right): triangles, the outermost saturate at 1.
+
+    JK04 eq. 1. A degree is 0 on an edge.
+    """
+    degrees = []
+    for k, (left, centre, right) in enumerate(terms):
+        degree: Any = 1.0
+        if k > 0:
+            degree = xp.minimum(degree, (u - left) / (centre - left))
+        if k < len(terms) - 1:
+            degree = xp.minimum(degree, (right - u) / (right - centre))
+        degrees.append(xp.maximum(degree, 0.0))
+    return degrees
+
+
+def infer(xp: Any, in_error: Sequence[Any], in_change: Sequence[Any], singletons: Any) -> Any:
+    """Overall action u_0: product of the degrees, average of the singletons' centres.
+
+    Where no rule fires the action is 0; terms without gaps (see ``design``) always fire one.
+    Between evenly spaced centres E_i, E_i + alpha and D_j, D_j + beta, with edges on the
+    neighbours' centres, this is the bilinear form that JK04 eq. 7 prints without its last term::
+
+        u = U_ij + (U_i+1,j - U_ij) x + (U_i,j+1 - U_ij) y
+            + (U_i+1,j+1 - U_i+1,j - U_i,j+1 + U_ij) x y,    x = (e - E_i) / alpha, y likewise
+    """
+    weighted = total(
+        degree * total(d * u for d, u in zip(in_change, row, strict=True))
+        for degree, row in zip(in_error, singletons, strict=True)
+    )
+    firing = total(in_error) * total(in_change)
+    return weighted / xp.where(firing > 0.0, firing, 1.0)
+
+
+def compensate(xp: Any, law: Compensation, velocity: Any, error: Any) -> Any:
+    """u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
+
+    Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed
+    towards its reference, and only when the error is a command and not the encoder's noise.
+    """
+    v = MM_PER_BLU * velocity
+    (a, b, c), (d, e, f) = law.forward, law.backward
+    sliding = xp.where(v >= 0.0, (a * v + b) * v + c, (d * v + e) * v + f)
+    sliding = xp.where(abs(v) < law.highest_velocity, sliding, 0.0)
+    ahead, back = law.breakaway
+    resting = xp.where(error >= law.smallest_error, ahead, 0.0)
+    resting = xp.where(error <= -law.smallest_error, back, resting)
+    return xp.where(abs(v) < STANDSTILL, resting, sliding)
+
+
+def total(values: Iterable[Any]) -> Any:
+    """Sum of scalars, left to right, without starting from an integer zero."""
+    first, *others = values
+    for value in others:
+        first = first + value
+    return first

@@ -1,0 +1,211 @@
+"""Feed-drive design files: the loop and the runtime agree; what is wrong in one is named."""
+
+import json
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax import lax
+
+from hfc_design import devices
+from hfc_design.controllers import KINDS, from_design
+from hfc_design.evaluate import load_design
+from hfc_design.records import UserError
+from hfc_design.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from hfc_design.rulebase import design_json, parse_design
+from hfc_design.runtime import Controller
+from hfc_design.simulate import _rows
+
+devices.configure()
+
+NAMES = [
+    "jee-koren-2004-pid",
+    "jee-koren-2004-flc",
+    "jee-koren-2004-aflc",
+    "jee-koren-1995-soflc",
+]
+X_AXIS = {
+    "forward": [0.05, -1.16, 6.54],
+    "backward": [-0.04, -1.0, -6.43],
+    "highest_velocity_mm_s": 12.0,
+    "breakaway": [6.54, -6.43],
+    "smallest_error": 2.0,
+}
+
+
+def changed(name, **controller):
+    """A built-in design with keys of its controller replaced."""
+    data = json.loads(design_json(load_design(name)))
+    data["controller"] |= controller
+    return parse_design(json.dumps(data), "mine.json")
+
+
+DESIGNS = {name: load_design(name) for name in NAMES}
+for kind in ("2004-flc", "2004-aflc", "1995-soflc"):
+    DESIGNS[f"{kind} with all terms"] = changed(
+        f"jee-koren-{kind}", integral_gain=8.0, low_velocity=X_AXIS
+    )
+for form in ("P", "PI"):
+    DESIGNS[f"flc {form}"] = changed("jee-koren-2004-flc", form=form)
+
+
+def circle(count=600):
+    """Reference of a circle's axis in whole BLU."""
+    return np.rint(1000.0 * (1 - np.cos(2 * np.pi * np.arange(count) / 400))).tolist()
+
+
+def drive(position, velocity, command):
+    """A drive of gain 28.3 and 55 ms under a held command, in 10 ms."""
+    velocity = velocity + 0.01 / 0.055 * (28.3 * command - velocity)
+    return position + 0.01 * velocity, velocity
+
+
+def signals_of(position, velocity, reference, floor):
+    return {"error": reference - floor(position + 0.5), "velocity": velocity, "position": position}
+
+
+def runtime_motion(design, references):
+    controller = Controller(design)
+    position = velocity = 0.0
+    for reference in references:
+        command = controller.step(signals_of(position, velocity, reference, np.floor))
+        yield command
+        position, velocity = drive(position, velocity, float(np.clip(command, -128, 127)))
+
+
+def jax_motion(controller, gains, references, dtype=np.float64):
+    """Commands (steps, individuals) of a population under vmap, sliced as in the simulator."""
+    gains = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), gains)
+    zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], dtype)
+    start = controller.initial_memory(zeros), zeros, zeros
+
+    def sample(gains, carry, reference):
+        memory, position, velocity = carry
+        signals = signals_of(position, velocity, reference, jnp.floor)
+        command, memory = controller.step(gains, memory, signals)
+        moved = drive(position, velocity, jnp.clip(command, -128, 127))
+        return (memory, *moved), command
+
+    every = jax.vmap(sample, in_axes=(0, 0, None))
+
+    def body(carry, reference):
+        return every(jax.tree.map(_rows, gains), carry, reference)
+
+    run = jax.jit(lambda start, references: lax.scan(body, start, references))
+    _, found = run(start, jnp.asarray(references, dtype))
+    assert found.dtype == dtype
+    return np.asarray(found)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_the_loop_equals_the_runtime(name):
+    design = DESIGNS[name]
+    expected = np.array(list(runtime_motion(design, circle())))
+    found = jax_motion(*from_design(design.controller), circle())
+    assert np.abs(expected).max() > 10.0
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["2004-aflc with all terms", "1995-soflc with all terms"])
+def test_a_population_equals_its_individuals(name):
+    controller, one = from_design(DESIGNS[name].controller)
+    random = np.random.default_rng(3)
+    many = jax.tree.map(
+        lambda leaf: leaf * random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,)), one
+    )
+    together = jax_motion(controller, many, circle(200))
+    assert np.ptp(together[-1]) > 0.1
+    for k in range(5):
+        alone = jax_motion(
+            controller, jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], many), circle(200)
+        )
+        np.testing.assert_allclose(together[:, k], alone[:, 0], rtol=1e-12, atol=1e-12)
+
+
+def test_single_precision_stays_single():
+    controller, gains = from_design(DESIGNS["2004-aflc with all terms"].controller)
+    found = jax_motion(controller, gains, circle(50), np.float32)
+    expected = list(runtime_motion(DESIGNS["2004-aflc with all terms"], circle(50)))
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-4, atol=1e-3)
+
+
+def test_the_aflc_follows_better_each_turn():
+    turns = circle(1200)
+    error = {}
+    for kind in ("flc", "aflc"):
+        controller = Controller(DESIGNS[f"jee-koren-2004-{kind}"])
+        position = velocity = 0.0
+        errors = []
+        for reference in turns:
+            signals = signals_of(position, velocity, reference, np.floor)
+            errors.append(signals["error"])
+            command = float(np.clip(controller.step(signals), -128, 127))
+            position, velocity = drive(position, velocity, command)
+        error[kind] = np.sqrt(np.mean(np.reshape(errors, (3, 400)) ** 2, axis=1))
+    assert error["aflc"][2] < error["aflc"][0] < error["flc"][0]
+
+
+def test_reset_forgets_what_was_learned():
+    controller = Controller(DESIGNS["jee-koren-2004-aflc"])
+    errors = [3.0, 9.0, 15.0, 20.0, 12.0, 6.0]
+    first = [controller.step({"error": e}) for e in errors]
+    assert [controller.step({"error": e}) for e in errors] != first
+    controller.reset()
+    assert [controller.step({"error": e}) for e in errors] == first
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_built_in_designs_are_as_published(name):
+    record = DESIGNS[name].controller
+    assert record.kind in KINDS
+    assert parse_design(design_json(DESIGNS[name]), name) == DESIGNS[name]
+    gains = record.gains()
+    if record.kind == "pid":
+        assert gains == (1.5, 8.1, 0.1)
+        return
+    table = gains if record.kind == "flc" else gains.flc
+    assert table[:4] == (ERROR_TERMS, CHANGE_TERMS, rule_singletons("I"), 0.0)
+    if record.kind != "flc":
+        assert gains.rates == ((0.5, 0.125, 1.0) if record.kind == "aflc" else (0.5, 0.2, 1.0))
+
+
+def broken(*keys, value):
+    data = json.loads(design_json(DESIGNS["jee-koren-2004-aflc"]))
+    place = data["controller"]
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    return json.dumps(data)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (broken("error_terms", 4, "left", value=8.0), ["error_terms", "PS", "rise"]),
+        (broken("error_terms", 4, "left", value=5.0), ["error_terms", "gap", "ZR", "PS"]),
+        (broken("error_terms", 4, "left", value=-1.0), ["error_terms", "ZR", "centre"]),
+        (broken("error_change_terms", 2, "right", value=0.5), ["error_change_terms", "centre"]),
+        (broken("error_terms", 0, "left", value=-30.0), ["error_terms", "NL", "null"]),
+        (broken("error_terms", 3, "right", value=None), ["error_terms", "ZR", "null"]),
+        (broken("error_terms", 3, "label", value="PS"), ["error_terms", "NL, NM"]),
+        (broken("error_terms", 3, "label", value="XX"), ["error_terms.3.label = 'XX'", "'ZR'"]),
+        (broken("error_terms", value=[]), ["error_terms", "at least 7"]),
+        (broken("rules", "labels", 2, 1, value="BIG"), ["rules.labels.2.1 = 'BIG'", "'PM'"]),
+        (broken("rules", "labels", value=[["ZR"] * 7] * 6), ["rules.labels", "at least 7"]),
+        (broken("rules", "centroids", 3, value=[0.0] * 8), ["rules.centroids.3", "at most 7"]),
+        (broken("rules", "centroids", 3, 3, value=float("inf")), ["Infinity"]),
+        (broken("integral_gain", value="much"), ["controller.integral_gain = 'much'"]),
+        (broken("adaptation", "k_a", value=-0.5), ["adaptation.k_a = -0.5"]),
+        (broken("adaptation", "k_b", value=2.0), ["adaptation.k_b = 2.0", "less than 1.5"]),
+        (broken("adaptation", "stable_range", "k1_max", value=0), ["k1_max = 0", "greater"]),
+        (broken("low_velocity", value={**X_AXIS, "forward": [1.0]}), ["low_velocity.forward"]),
+        (broken("form", value="PD"), ["controller.form", "not permitted"]),
+    ],
+)
+def test_design_files_that_cannot_run(text, words):
+    with pytest.raises(UserError) as caught:
+        parse_design(text, "bad.json")
+    for word in ["bad.json", *words]:
+        assert word in str(caught.value)
+    assert "\n" not in str(caught.value)
