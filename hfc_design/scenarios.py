@@ -22,7 +22,6 @@ from hfc_design.hierarchy import MAX_INPUTS
 from hfc_design.records import (
     TERMS,
     Finite,
-    Label,
     Name,
     NotNegative,
     Positive,
@@ -30,7 +29,7 @@ from hfc_design.records import (
     UserError,
     checked,
 )
-from hfc_design.rulebase import InputRecord, TermRecord
+from hfc_design.rulebase import InputRecord, Label, TermRecord
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, Ramp, Reference, Samples, Simulation
 from plants import PLANTS, Plant
