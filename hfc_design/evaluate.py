@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design import controllers, fitness
+from hfc_design import controllers, fitness, simulate
+from hfc_design.contour_metrics import Contour, contour, contour_metrics
 from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, parse_design, read_design
 from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
 from hfc_design.signals import AxisSamples
-from hfc_design.simulate import Trajectory, closed_loop, trajectory
+from hfc_design.trajectories import Trajectory
 from plants import Plant
 
 
@@ -21,7 +22,7 @@ class AxisMotion(NamedTuple):
 
     reference: np.ndarray  # (steps,) [rad]
     load: np.ndarray  # (steps,) [N m]
-    motion: Trajectory  # leaves (steps,)
+    motion: simulate.Trajectory  # leaves (steps,)
     readings: dict[str, np.ndarray]  # the plant's signals, each (steps,)
 
 
@@ -33,6 +34,7 @@ class Evaluation(NamedTuple):
     metrics: dict[str, float | None]
     time: np.ndarray  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
+    contour: Contour | None  # of an X-Y machine
 
 
 def evaluate(design: Design, scenario: Scenario) -> Evaluation:
@@ -45,28 +47,47 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     """
     plant = _plant(design, scenario)
     controller, gains = controllers.from_design(design.controller)
-    loop = closed_loop(scenario, controller)
+    loop = simulate.closed_loop(scenario, controller)
     samples = scenario.samples()
-    scores, motions = trajectory(loop, plant.values(), samples, gains)
+    scores, motions = simulate.trajectory(loop, plant.values(), samples, gains)
     axes = tuple(
         _axis(plant.plant, parameters, happens, found)
         for parameters, happens, found in zip(plant.values(), samples.axes, motions, strict=True)
     )
     time = scenario.simulation.time
-    found = fitness.metrics(
-        axes[0].motion,
-        axes[0].readings[plant.plant.velocity],
-        samples.axes[0].reference_rate,
-        time,
-        scenario.fitness.settled_after_s,
-    )
-    diverged = found["rms_error_rad"] is None
-    return Evaluation(0.0 if diverged else float(scores[0]), diverged, found, time, axes)
+    path = _contour(scenario, axes, plant)
+    if path is None:
+        found = fitness.metrics(
+            axes[0].motion,
+            axes[0].readings[plant.plant.velocity],
+            samples.axes[0].reference_rate,
+            time,
+            scenario.fitness.settled_after_s,
+        )
+    else:
+        errors = np.stack([axis.motion.error for axis in axes])
+        commands = np.stack([axis.motion.command for axis in axes])
+        found = contour_metrics(path, errors, commands)
+    diverged = next(iter(found.values())) is None
+    return Evaluation(0.0 if diverged else float(scores[0]), diverged, found, time, axes, path)
 
 
-def _axis(plant: Plant, parameters: Any, happens: AxisSamples, found: Trajectory) -> AxisMotion:
+def _contour(
+    scenario: Scenario, axes: tuple[AxisMotion, ...], plant: PlantSettings
+) -> Contour | None:
+    """How far an X-Y machine was off its path; None for a machine of one axis."""
+    reference = scenario.reference
+    if not isinstance(reference, Trajectory):
+        return None
+    positions = np.stack([getattr(axis.motion.state, plant.plant.position) for axis in axes])
+    return contour(reference, scenario.simulation.time, positions, plant.values()[0].blu)
+
+
+def _axis(
+    plant: Plant, parameters: Any, happens: AxisSamples, found: simulate.Trajectory
+) -> AxisMotion:
     """One axis of a population of one."""
-    motion = Trajectory(*(_first(part) for part in found))
+    motion = simulate.Trajectory(*(_first(part) for part in found))
     readings = plant.signals(plant.coefficients(parameters), motion.state)
     return AxisMotion(
         happens.reference,
@@ -100,13 +121,17 @@ def load_design(name: str) -> Design:
     return design
 
 
+#: Plant -> the scenario of a design that does not name its own.
+DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
+
+
 def own_scenario(design: Design, name: str, changes: Iterable[str] = ()) -> Scenario:
-    """The scenario that ``design`` was made for, as its provenance tells; the ramp if it is silent.
+    """The scenario that ``design`` was made for, as its provenance tells; a default if it is silent.
 
     Raises:
         UserError: the provenance holds a scenario that is not valid.
     """
-    data = design.provenance.get("scenario", "c-axis-ramp")
+    data = design.provenance.get("scenario", DEFAULT_SCENARIOS[design.plant.name])
     if isinstance(data, str):
         return load_scenario(data, changes)
     source = f"{name}: provenance.scenario"
@@ -150,9 +175,17 @@ def _first(part: Any) -> Any:
 
 def trajectory_csv(evaluation: Evaluation) -> str:
     """The motion as CSV with units in the header, one row a control sample."""
+    columns = _one_axis(evaluation) if evaluation.contour is None else _two_axes(evaluation)
+    lines = [",".join(columns)]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    lines += [",".join(map(repr, row)) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _one_axis(evaluation: Evaluation) -> dict[str, np.ndarray]:
     (axis,) = evaluation.axes
     state = axis.motion.state
-    columns = {
+    return {
         "time_s": evaluation.time,
         "reference_rad": axis.reference,
         "spindle_angle_rad": state.spindle_angle,
@@ -162,7 +195,17 @@ def trajectory_csv(evaluation: Evaluation) -> str:
         "voltage_V": axis.motion.command,
         "load_torque_Nm": axis.load,
     }
-    lines = [",".join(columns)]
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    lines += [",".join(map(repr, row)) for row in rows]
-    return "\n".join(lines) + "\n"
+
+
+def _two_axes(evaluation: Evaluation) -> dict[str, np.ndarray]:
+    assert evaluation.contour is not None
+    columns = {"time_s": evaluation.time}
+    for name, axis in zip("xy", evaluation.axes, strict=True):
+        columns |= {
+            f"{name}_reference_BLU": axis.reference,
+            f"{name}_position_BLU": axis.motion.state.position,
+            f"{name}_error_BLU": axis.motion.error,
+            f"{name}_velocity_BLU_s": axis.motion.state.velocity,
+            f"{name}_command_unit": axis.motion.command,
+        }
+    return columns | {"contour_error_BLU": evaluation.contour.error}

@@ -12,6 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
+from hfc_design.contour import local_error
+
 Floats = NDArray[np.float64]
 
 
@@ -55,6 +57,25 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitnes
         ),
         score=score,
     )
+
+
+@cache
+def contour(worst: float) -> Fitness:
+    """``1 / (rms + worst * largest)`` of the contour error of an X-Y machine [1/BLU]."""
+
+    def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
+        squares, largest, count = sums
+        x, y = moments
+        error = local_error(
+            x.deviation, y.deviation, path.tangent_x, path.tangent_y, path.curvature
+        )
+        return squares + error * error, jnp.maximum(largest, jnp.abs(error)), count + 1.0
+
+    def score(sums: Any) -> Any:
+        squares, largest, count = sums
+        return 1.0 / (jnp.sqrt(squares / count) + worst * largest)
+
+    return Fitness(lambda zero: (zero, zero, zero), update, score)
 
 
 @cache

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from hfc_design.controllers import Layout
 from hfc_design.controllers.hierarchical import PREVIOUS
-from hfc_design.fitness import settled_samples
+from hfc_design.fitness import Fitness, contour, lin_lee, settled_samples
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
 from hfc_design.records import (
@@ -31,7 +31,8 @@ from hfc_design.records import (
 )
 from hfc_design.rulebase import InputRecord, Label, TermRecord
 from hfc_design.search.settings import RaceSettings, SearchSettings
-from hfc_design.signals import AxisSamples, Load, Ramp, Reference, Samples, Simulation
+from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Samples, Simulation
+from hfc_design.trajectories import PathReference, Trajectory, check_speed, largest_drive_speed
 from plants import PLANTS, Plant
 
 MAX_STEPS = 10_000_000
@@ -87,12 +88,38 @@ class SensorSettings(Record):
     velocity: Literal["tachometer", "encoder"] = "tachometer"
 
 
-class FitnessSettings(Record):
+class LinLeeSettings(Record):
     """Weights a and b of LL eq. 5, and from when on the metrics look at the settled motion."""
 
+    kind: Literal["lin-lee"] = "lin-lee"
     error: NotNegative = 3.0
     error_rate: NotNegative = 0.1
     settled_after_s: NotNegative = 1.0
+
+    @model_validator(mode="after")
+    def _weighs_something(self) -> "LinLeeSettings":
+        if not self.error and not self.error_rate:
+            raise ValueError("one of the two weights has to be positive")
+        return self
+
+    def fitness(self) -> Fitness:
+        """The same as functions."""
+        return lin_lee(self.error, self.error_rate)
+
+
+class ContourSettings(Record):
+    """Contour error of an X-Y machine; see ``fitness.contour``."""
+
+    kind: Literal["contour"] = "contour"
+    worst: NotNegative = 0.1
+    settled_after_s: NotNegative = 1.0
+
+    def fitness(self) -> Fitness:
+        """The same as functions."""
+        return contour(self.worst)
+
+
+FitnessSettings = Annotated[LinLeeSettings | ContourSettings, Field(discriminator="kind")]
 
 
 class RunSettings(Record):
@@ -131,6 +158,10 @@ class ControllerSettings(Record):
         )
 
 
+def _with_kind(fitness: Any) -> Any:
+    return {"kind": "lin-lee"} | fitness if isinstance(fitness, dict) else fitness
+
+
 def _with_preset(search: Any) -> Any:
     return {"preset": "race"} | search if isinstance(search, dict) else search
 
@@ -142,11 +173,11 @@ class Scenario(Record):
     description: str = ""
     plant: PlantSettings = PlantSettings()
     simulation: Simulation = Simulation()
-    reference: Reference = Ramp()
+    reference: Annotated[Reference | PathReference, Field(discriminator="kind")] = Ramp()
     load: Load = Load()
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
-    fitness: FitnessSettings = FitnessSettings()
+    fitness: Annotated[FitnessSettings, BeforeValidator(_with_kind)] = LinLeeSettings()
     controller: ControllerSettings = ControllerSettings()
     search: Annotated[SearchSettings, BeforeValidator(_with_preset)] = RaceSettings()
     run: RunSettings = RunSettings()
@@ -159,17 +190,7 @@ class Scenario(Record):
                 f"{self.simulation.sample_time_s} s are {self.simulation.steps} samples; "
                 f"allowed are 1 to {MAX_STEPS}"
             )
-        if not self.fitness.error and not self.fitness.error_rate:
-            raise ValueError("fitness: one of the two weights has to be positive")
-        speed = float(np.abs(self.reference.rate(self.simulation.time)).max())
-        step = self.simulation.sample_time_s / self.simulation.substeps
-        fastest = min(self.plant.plant.fastest(axis, step) for axis in self.plant.values())
-        if speed > fastest:
-            needed = int(np.ceil(self.simulation.substeps * speed / fastest))
-            raise ValueError(
-                f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
-                f"{speed:.3g} rad/s needs at least {needed} with this friction and sample time"
-            )
+        self._can_follow()
         known = input_names(self.plant.plant)
         names = [item.name for item in self.controller.inputs]
         for name in names:
@@ -182,27 +203,54 @@ class Scenario(Record):
                 raise ValueError(f"controller.inputs: {name!r} stands there twice")
         return self
 
+    def _can_follow(self) -> None:
+        axes = self.plant.values()
+        if isinstance(self.reference, Trajectory) != (len(axes) == 2):
+            raise ValueError(
+                f"reference.kind = {self.reference.kind!r}: a machine of {len(axes)} axes follows "
+                f"{'a path in X-Y' if len(axes) == 2 else 'a reference for one axis'}"
+            )
+        if isinstance(self.fitness, ContourSettings) and len(axes) != 2:
+            raise ValueError("fitness.kind = 'contour': a machine of one axis has no contour")
+        if isinstance(self.reference, Trajectory):
+            fastest = min(largest_drive_speed(axis.gain, axis.coulomb) for axis in axes)
+            try:
+                check_speed(self.reference, fastest, "reference")
+            except UserError as error:
+                raise ValueError(str(error)) from None
+            return
+        speed = float(np.abs(self.reference.rate(self.simulation.time)).max())
+        step = self.simulation.sample_time_s / self.simulation.substeps
+        limit = min(self.plant.plant.fastest(axis, step) for axis in axes)
+        if speed > limit:
+            needed = int(np.ceil(self.simulation.substeps * speed / limit))
+            raise ValueError(
+                f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
+                f"{speed:.3g} rad/s needs at least {needed} with this friction and sample time"
+            )
+
     def samples(self) -> Samples:
         """What happens to the loop, sampled, in float64."""
         time = self.simulation.time
         points = np.arange(2 * self.simulation.substeps + 1) / (2 * self.simulation.substeps)
-        plant = self.plant.plant
+        axes = self.plant.values()
         generator = np.random.default_rng(self.sensors.seed)
-        noise = generator.standard_normal((len(plant.encoders), len(time)))
-        angle = self.reference.at(time)
-        axis = AxisSamples(
-            angle,
-            self.reference.rate(time),
-            angle,
-            np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points]),
-            self.sensors.noise_rad * noise,
+        shape = (len(axes), len(self.plant.plant.encoders), len(time))
+        noise = self.sensors.noise_rad * generator.standard_normal(shape)
+        loads = np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points])
+        settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
+        if not isinstance(self.reference, Trajectory):
+            angle, rate = self.reference.at(time), self.reference.rate(time)
+            found = (AxisSamples(angle, rate, loads, noise[0], angle),)
+            return Samples(found, None, settled, self.simulation.sample_time_s)
+        way, blu = self.reference.samples(time), axes[0].blu
+        target = (way.position - way.position[:, :1]) / blu  # the machine starts where it stands
+        both = tuple(
+            AxisSamples(np.round(place), velocity / blu, loads, noise_of_axis, place)
+            for place, velocity, noise_of_axis in zip(target, way.velocity, noise, strict=True)
         )
-        return Samples(
-            (axis,),
-            None,
-            settled_samples(time, self.fitness.settled_after_s).astype(float),
-            self.simulation.sample_time_s,
-        )
+        frame = PathFrame(way.tangent[0], way.tangent[1], way.curvature * blu)
+        return Samples(both, frame, settled, self.simulation.sample_time_s)
 
 
 def input_names(plant: Plant) -> list[str]:

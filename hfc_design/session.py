@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hfc_design import controllers, evaluate, fitness, scenarios
+from hfc_design import controllers, evaluate, scenarios
 from hfc_design import design as designs
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import FORMATS
@@ -136,7 +136,7 @@ def show_table(rows: dict[str, Evaluation], caption: str = "") -> None:
         table.add_column(name, justify="right", overflow="fold")
     cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
     table.add_row("fitness, LL eq. 5", *cells)
-    for key in fitness.METRICS:
+    for key in next(iter(rows.values())).metrics:
         found = (row.metrics[key] for row in rows.values())
         table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
     Console().print(table)

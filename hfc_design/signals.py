@@ -18,9 +18,9 @@ class AxisSamples(NamedTuple):
 
     reference: Any  # (steps,) what the control is told [rad], in whole steps if it counts
     reference_rate: Any  # (steps,) [rad/s]
-    target: Any  # (steps,) where the axis should be [rad]
     loads: Any  # (2 substeps + 1, steps) load where the integrator needs it [N m]
     noise: Any  # (encoders, steps) added to the encoder angles [rad]
+    target: Any  # (steps,) where the axis should be [rad]
 
 
 class PathFrame(NamedTuple):

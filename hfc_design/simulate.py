@@ -17,7 +17,7 @@ from jax.sharding import Mesh, PartitionSpec
 
 from hfc_design import devices
 from hfc_design.controllers import Controller
-from hfc_design.fitness import Fitness, Moment, lin_lee
+from hfc_design.fitness import Fitness, Moment
 from hfc_design.scenarios import Scenario
 from hfc_design.signals import AxisSamples, Samples
 from plants import Plant
@@ -55,7 +55,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     return Loop(
         plant=scenario.plant.plant,
         controller=controller,
-        fitness=lin_lee(scenario.fitness.error, scenario.fitness.error_rate),
+        fitness=scenario.fitness.fitness(),
         substeps=scenario.simulation.substeps,
         command_limit=scenario.limits.voltage_V,
         sensors=None if ideal else sensors,
@@ -281,13 +281,16 @@ def _axis_sample(
     """One control sample of one axis: measure, control, hold the command, move."""
     plant = loop.plant
     state = axis.state
-    seen, angles = _measured(loop, state, axis.angles, row.noise, sample_time)
+    seen, angles = _measured(
+        loop, plant.measured(fixed, state), axis.angles, row.noise, sample_time
+    )
     readings = plant.signals(fixed, seen)
     readings["error"] = row.reference - getattr(seen, plant.position)
     readings["error_rate"] = row.reference_rate - getattr(seen, plant.velocity)
     command, memory = loop.controller.step(gains, axis.memory, readings)
     if loop.command_limit is not None:
         command = jnp.clip(command, -loop.command_limit, loop.command_limit)
+    command = plant.accepted(fixed, command)
     position = getattr(state, plant.position)
     error = row.reference - position
     error_rate = row.reference_rate - getattr(state, plant.velocity)

@@ -1,0 +1,65 @@
+"""What is read off the motion of an X-Y machine: contour error, axial errors, glitches."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.contour import Glitch, contour_error, glitches
+from hfc_design.paths import Floats
+from hfc_design.trajectories import PathSamples, Trajectory
+
+#: Unit and meaning of each metric, in the order of every table.
+CONTOUR_METRICS = {
+    "rms_contour_error_BLU": "root mean square of the contour error [BLU]",
+    "max_contour_error_BLU": "largest contour error [BLU]",
+    "worst_glitch_BLU": "largest contour error after an axis reverses [BLU]",
+    "x_rms_error_BLU": "root mean square of the tracking error of X [BLU]",
+    "y_rms_error_BLU": "root mean square of the tracking error of Y [BLU]",
+    "x_max_error_BLU": "largest tracking error of X [BLU]",
+    "y_max_error_BLU": "largest tracking error of Y [BLU]",
+    "peak_command": "largest command of an axis [unit]",
+}
+
+
+class Contour(NamedTuple):
+    """The path of an X-Y machine and how far off it was."""
+
+    trajectory: Trajectory
+    samples: PathSamples
+    actual: Floats  # (2, steps) [mm]
+    error: Floats  # (steps,) [BLU]
+    glitches: list[Glitch]  # errors in BLU
+
+
+def contour(trajectory: Trajectory, time: Floats, positions: Floats, blu: float) -> Contour:
+    """The contour error of ``positions`` (2, steps) [BLU], counted from where the path starts."""
+    samples = trajectory.samples(time)
+    actual = positions * blu + samples.position[:, :1]
+    error = contour_error(trajectory, samples, actual) / blu
+    return Contour(trajectory, samples, actual, error, glitches(time, samples, error))
+
+
+def contour_metrics(found: Contour, errors: Floats, commands: Floats) -> dict[str, float | None]:
+    """``CONTOUR_METRICS``; all None where the motion diverged.
+
+    Args:
+        found: the path and its contour error.
+        errors: (2, steps) tracking errors of both axes [BLU].
+        commands: (2, steps) [unit].
+    """
+    if not all(np.isfinite(part).all() for part in (found.error, errors, commands)):
+        return dict.fromkeys(CONTOUR_METRICS)
+    values = (
+        _rms(found.error),
+        np.abs(found.error).max(),
+        max((abs(glitch.error) for glitch in found.glitches), default=None),
+        *(_rms(error) for error in errors),
+        *(np.abs(error).max() for error in errors),
+        np.abs(commands).max(),
+    )
+    numbers = (None if value is None else float(value) for value in values)
+    return dict(zip(CONTOUR_METRICS, numbers, strict=True))
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))
