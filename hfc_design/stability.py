@@ -9,7 +9,9 @@ to ``theorem_k1`` and no K_2 above 0 at all, because the integrator makes |G| gr
 towards z = 1 and condition (ii) cannot hold there.
 
 ``StableRange`` therefore is the published range, the one JK's adaptation keeps to, cut off where
-the linear loop becomes unstable. It is a design rule that simulations have to confirm, no proof.
+the linear loop becomes unstable (for T/tau below about 0.9 that is the shorter one). It is a
+design rule, no proof: in the last percent of K_1 a K_2 that comes and goes with the state can
+still make the loop grow. Below that no such table was found for JK's drive.
 
 Everything depends on K_0 K_1, K_0 K_2 and T/tau only. The polynomials are written in
 y = 1 - x = 1 - cos(omega T), from 0 to 2, because they almost vanish near x = 1.
@@ -80,8 +82,9 @@ def k1_bound(drive: Discrete) -> float:
 def k2_bound(drive: Discrete, k1: ArrayLike) -> NDArray[np.float64]:
     """The K_2 [unit/BLU] below which condition (ii) holds as printed (JK04 eq. 22).
 
-    ``k1`` is a number or an array [unit/BLU], the result has its shape. Where condition (i)
-    does not hold the bound is 0.
+    ``k1`` is a number or an array [unit/BLU], the result has its shape. The bound falls with K_1,
+    so that its value at the end of a stretch of K_1 is safe for all of the stretch. Where condition
+    (i) does not hold the bound is 0.
 
     Raises:
         UserError: a K_1 is not a finite number greater than 0.

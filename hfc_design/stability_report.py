@@ -40,7 +40,7 @@ def show(found: StableRange) -> None:
         "K_1 below, the range": data["k1_bound"],
         "K_1 below, eq. 21 as printed": data["k1_printed"],
         "K_1 below, linear loop": data["k1_linear"],
-        "K_1 below, eq. 21 by the theorem": data["k1_theorem"],
+        "K_1 below, eq. 21, sign corrected": data["k1_theorem"],
         **{f"K_2 below, at K_1 = {p['k1']:.5g}": p["k2"] for p in data["k2_bounds"]},
     }
     for name, value in rows.items():

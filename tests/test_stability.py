@@ -162,6 +162,39 @@ def test_linear_gains_in_the_sectors_of_the_range_are_stable(drive, p, q, r, s):
     assert largest_pole(drive, k1, k2) < 1
 
 
+def grown(k1, k2, steps):
+    """Logarithm by which the error grows if K_2 acts only in one half of the (e, de) plane."""
+    k0, a, b = DRIVE
+    error, before, command, size = 1.0, 1.0, 0.0, 0.0
+    for _ in range(steps):
+        change = error - before
+        gain = k2 if np.arctan2(6 * change, error) % np.pi < np.pi / 3 else 0.0
+        last, command = command, k1 * error + gain * change
+        following = (1 + b) * error - b * before - k0 * command - k0 * a * last
+        scale = max(abs(error), abs(following))
+        size += np.log(scale)
+        error, before, command = following / scale, error / scale, command / scale
+    return size
+
+
+def test_the_range_is_no_proof_at_its_very_end():
+    """A K_2 that comes and goes with the state is worse there than a constant one."""
+    found = stable_range(28.3, TAU, T)
+    assert found.contains(7.27, 1.94)
+    assert largest_pole(DRIVE, 7.27, 1.94) < 1
+    assert grown(7.27, 1.94, 20_000) > 10
+    assert grown(6.5, 1.94, 20_000) < -100
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0.001, 50.0))
+def test_k2_falls_with_k1(ratio):
+    drive = discrete(28.3, TAU, ratio * TAU)
+    bounds = k2_bound(drive, k1_bound(drive) * np.linspace(0.001, 0.999, 60))
+    assert np.all(np.diff(bounds) <= 1e-9 * bounds[0])
+    assert bounds[0] > bounds[-1] > 0
+
+
 def test_range_answers_for_points():
     found = stable_range(28.3, TAU, T)
     assert found.drive == DRIVE
