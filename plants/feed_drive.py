@@ -7,6 +7,7 @@ converter units, the position basic length-units (BLU). Friction is counted in c
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 
 from plants.plant import Plant
 
@@ -105,10 +106,10 @@ def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
         time_constant=p.time_constant,
         coulomb=p.coulomb,
         positive=FrictionCurve(
-            p.positive_start, p.positive_slope * p.blu, p.positive_curvature * p.blu**2
+            p.positive_start, p.positive_slope * p.blu, p.positive_curvature * p.blu * p.blu
         ),
         negative=FrictionCurve(
-            -p.negative_start, p.negative_slope * p.blu, -p.negative_curvature * p.blu**2
+            -p.negative_start, p.negative_slope * p.blu, -p.negative_curvature * p.blu * p.blu
         ),
         low_speed=p.low_velocity / p.blu,
         stiction_rise=p.stiction_rise,
@@ -147,11 +148,13 @@ def _leg(
     c: FeedDriveCoefficients, x: FeedDriveState, drive: Any, time: Any
 ) -> tuple[FeedDriveState, Any]:
     """Motion in one direction for ``time`` [s], or until it stops; and the time [s] left then."""
-    # (at rest, only what exceeds the break-away level decides the direction)
-    rises = drive > friction(c, 1.0, 0.0) + c.stiction_rise
-    falls = -drive > friction(c, -1.0, 0.0) + c.stiction_rise
-    at_rest = jnp.where(rises, 1.0, jnp.where(falls, -1.0, 0.0))
-    direction = jnp.where(x.velocity == 0, at_rest, jnp.sign(x.velocity))
+    rests = x.velocity == 0
+    sticks = (
+        rests
+        & (drive <= friction(c, 1.0, 0.0) + c.stiction_rise)
+        & (-drive <= friction(c, -1.0, 0.0) + c.stiction_rise)
+    )
+    direction = jnp.sign(jnp.where(rests, drive, x.velocity))
     settled = -jnp.expm1(-time / c.time_constant)
 
     before = friction(c, direction, jnp.abs(x.velocity))
@@ -172,7 +175,6 @@ def _leg(
         position=x.position + target * duration - c.time_constant * change,
         velocity=jnp.where(stops, 0.0, velocity),
     )
-    sticks = direction == 0.0
     return (
         FeedDriveState(*(jnp.where(sticks, a, b) for a, b in zip(x, moved, strict=True))),
         jnp.where(stops, time - duration, 0.0),
@@ -216,22 +218,17 @@ def fault(changes: dict[str, float]) -> str | None:
 
 def _driving_friction(p: FeedDriveParameters) -> str | None:
     """A line if friction would speed the free axis up somewhere, against its damping."""
-    for direction, sign in (("positive", 1.0), ("negative", -1.0)):
-        start, slope, curvature = (
-            sign * getattr(p, f"{direction}_{part}") for part in ("start", "slope", "curvature")
-        )
-        level = p.coulomb + start
-        # Braking per unit of command, a parabola of the speed V [mm/s].
-        rate = sign * slope + 1.0 / (p.gain * p.blu)
-        speeds = [p.low_velocity]
-        if curvature > 0 and 0 < -rate < 2 * curvature * p.low_velocity:
-            speeds.append(-rate / (2 * curvature))
-        for speed in speeds:
-            if level + speed * (rate + speed * curvature) < 0:
-                return (
-                    f"parameters.{direction}_slope = {getattr(p, f'{direction}_slope')}: friction "
-                    f"would drive the axis at {sign * speed:.3g} mm/s"
-                )
+    for direction, name in ((1.0, "positive"), (-1.0, "negative")):
+        with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
+            speeds = p.low_velocity / p.blu * np.arange(1000) / 1000
+            braking = friction(coefficients(p), direction, speeds) + speeds / p.gain
+        if not braking.min() >= 0:
+            slope, curvature = (getattr(p, f"{name}_{part}") for part in ("slope", "curvature"))
+            speed = direction * p.blu * speeds[braking.argmin()]
+            return (
+                f"parameters.{name}_slope = {slope}: with {name}_curvature = {curvature} friction "
+                f"would drive the axis at {speed:.3g} mm/s"
+            )
     return None
 
 

@@ -166,6 +166,12 @@ def test_without_command_the_axis_only_slows_down(name):
         assert (last.velocity == 0).all()
 
 
+def test_command_that_is_no_number_shows_in_the_state_even_at_rest():
+    c = coefficients(FeedDriveParameters())
+    moved = step(c, FeedDriveState(0.0, 0.0), accepted(c, math.nan), FREE, 0.01)
+    assert all(math.isnan(value) for value in moved)
+
+
 def test_load_that_changes_within_a_step_acts_with_its_mean():
     c = coefficients(PARAMETER_SETS["x-coulomb"])
     x = FeedDriveState(0.0, 2000.0)
@@ -229,8 +235,12 @@ def test_population_moves_like_its_members(dtype, tolerance):
         ({"negative_start": 6.4}, "parameters.negative_start = 6.4: has to be zero or less"),
         ({"lowest_command": 0.0}, "parameters.lowest_command = 0.0: has to be less than zero"),
         ({"mass": 1.0}, "parameters.mass: unknown; there is gain, time_constant, coulomb"),
-        ({"positive_slope": -9.0}, "positive_slope = -9.0: friction would drive the axis at 12 mm"),
-        ({"negative_slope": -8.0}, "negative_slope = -8.0: friction would drive the axis at -12 "),
+        (
+            {"positive_slope": -9.0},
+            "parameters.positive_slope = -9.0: with positive_curvature = 0.05 friction",
+        ),
+        ({"negative_slope": -8.0}, "curvature = -0.04 friction would drive the axis at -12 mm/s"),
+        ({"positive_slope": -1e300}, "parameters.positive_slope = -1e+300: with"),
         ({"gain": float("nan")}, "parameters.gain = nan: has to be more than zero"),
     ],
 )
