@@ -119,9 +119,10 @@ def simulate(
     found, where = _loaded(design, scenario, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
-        from hfc_design.plots import save_response
+        from hfc_design.contour_plots import motion
+        from hfc_design.plots import save
 
-        save_response(evaluation, f"{found.name} on {where.name}", plot)
+        save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:
         from hfc_design.checkpoint import write_whole
 

@@ -6,14 +6,25 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hfc_design.contour import glitches, nearest
+from hfc_design.evaluate import Evaluation
 from hfc_design.paths import Floats
-from hfc_design.plots import OTHER, OWN, framed
+from hfc_design.plots import OTHER, OWN, framed, response
 from hfc_design.trajectories import BLU, PathSamples, Trajectory
 
 #: Share of the path's size that a division of the error takes.
 SHARE = 0.08
 #: Points that an outline of the path is drawn with, at least.
 POINTS = 2000
+
+
+def motion(evaluation: Evaluation, title: str) -> Figure:
+    """What a design did: ``contour`` of an X-Y machine, else ``plots.response``."""
+    path = evaluation.contour
+    if path is None:
+        return response(evaluation, title)
+    if evaluation.diverged:
+        title += " (diverged)"
+    return contour(path.trajectory, evaluation.time, path.actual, title)
 
 
 def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) -> Figure:

@@ -149,7 +149,7 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
     penalty = scenario.search.stick_penalty
 
     def merit(item: tuple[Design, Evaluation]) -> float:
-        return item[1].fitness / (1.0 + penalty * (item[1].metrics["stick_share"] or 0.0))
+        return item[1].fitness / (1.0 + penalty * (item[1].metrics.get("stick_share") or 0.0))
 
     design, evaluation = max(found, key=merit)
     score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}

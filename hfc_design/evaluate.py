@@ -126,7 +126,7 @@ DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
 
 
 def own_scenario(design: Design, name: str, changes: Iterable[str] = ()) -> Scenario:
-    """The scenario that ``design`` was made for, as its provenance tells; a default if it is silent.
+    """The scenario that ``design`` was made for, or a default of its plant.
 
     Raises:
         UserError: the provenance holds a scenario that is not valid.

@@ -43,11 +43,6 @@ FORMATS: dict[str, dict[str, Any]] = {
 }
 
 
-def save_response(evaluation: Evaluation, title: str, path: Path) -> None:
-    """Draw ``response`` into a file; see ``save``."""
-    save(response(evaluation, title), path)
-
-
 def save(figure: Figure, path: Path) -> None:
     """Write a figure; the suffix of the file says whether png, svg or pdf.
 
@@ -105,7 +100,9 @@ def response(evaluation: Evaluation, title: str) -> Figure:
 
 
 def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
-    """Largest tracking error in each hundredth of the time, logarithmic; the first stands out.
+    """Largest error in each hundredth of the time, logarithmic; the first stands out.
+
+    The contour error of an X-Y machine, else the tracking error.
 
     Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
     """
@@ -116,9 +113,7 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         count = _drawn(evaluation)
         starts = np.arange(0, count, -(-len(evaluation.time) // 100))
-        largest = np.maximum.reduceat(
-            factor * np.abs(evaluation.axes[0].motion.error[:count]), starts
-        )
+        largest = np.maximum.reduceat(factor * np.abs(_error(evaluation)[:count]), starts)
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=label, **style)
     _finish(axes, f"largest error [{unit}]")
@@ -183,9 +178,17 @@ def _logarithmic(axes: Axes) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
+def _error(evaluation: Evaluation) -> Floats:
+    """(steps,) what the controller is to make small."""
+    path = evaluation.contour
+    return evaluation.axes[0].motion.error if path is None else path.error
+
+
 def _angle_unit(evaluation: Evaluation) -> tuple[float, str]:
     """Factor and unit in which the errors of ``evaluation`` are easy to read."""
-    largest = np.abs(evaluation.axes[0].motion.error[: _drawn(evaluation)]).max()
+    if evaluation.contour is not None:
+        return 1.0, "BLU"
+    largest = np.abs(_error(evaluation)[: _drawn(evaluation)]).max()
     return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
 
 
@@ -193,6 +196,9 @@ def _drawn(evaluation: Evaluation) -> int:
     """Number of samples before a diverged motion runs away, at least one; else all."""
     if not evaluation.diverged:
         return len(evaluation.time)
+    if evaluation.contour is not None:
+        kept = np.isfinite(evaluation.contour.error)
+        return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
     (axis,) = evaluation.axes
     limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
     kept = np.isfinite(axis.motion.command)

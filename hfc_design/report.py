@@ -8,8 +8,9 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from hfc_design import diagrams, fitness, hierarchy, plots
+from hfc_design import contour_plots, diagrams, fitness, hierarchy, plots
 from hfc_design.checkpoint import write_whole
+from hfc_design.contour_metrics import CONTOUR_METRICS
 from hfc_design.design import CONFIG, Result
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import csv_tables
@@ -55,7 +56,7 @@ def write_report(
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
         scores=_scores(evaluations),
-        response=plots.response(own, f"{OWN} on {scenario.name}"),
+        response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
         parameters=_parameters(design),
         tree=diagrams.tree(design),
@@ -103,7 +104,8 @@ def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:
     rows = [
         ["fitness", *("diverged" if item.diverged else f"{item.fitness:.4f}" for item in found)]
     ]
-    for key, meaning in fitness.METRICS.items():
+    for key in next(iter(found)).metrics:
+        meaning = (fitness.METRICS | CONTOUR_METRICS)[key]
         values = (item.metrics[key] for item in found)
         rows.append([meaning, *("–" if value is None else f"{value:.4g}" for value in values)])
     return rows

@@ -135,8 +135,9 @@ def show_table(rows: dict[str, Evaluation], caption: str = "") -> None:
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
     cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
-    table.add_row("fitness, LL eq. 5", *cells)
-    for key in next(iter(rows.values())).metrics:
+    first = next(iter(rows.values()))
+    table.add_row("fitness, LL eq. 5" if first.contour is None else "fitness [1/BLU]", *cells)
+    for key in first.metrics:
         found = (row.metrics[key] for row in rows.values())
         table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
     Console().print(table)

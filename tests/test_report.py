@@ -251,19 +251,19 @@ def test_diagrams_need_a_hierarchy():
 def test_save_response(report, tmp_path, suffix, magic):
     path = tmp_path / f"plot.{suffix}"
     for _ in range(2):
-        plots.save_response(report[0][1].evaluation, "title", path)
+        plots.save(plots.response(report[0][1].evaluation, "title"), path)
         first = path.read_bytes()
         assert first.startswith(magic)
-    plots.save_response(report[0][1].evaluation, "title", path)
+    plots.save(plots.response(report[0][1].evaluation, "title"), path)
     assert path.read_bytes() == first
 
 
 def test_save_response_refuses_a_suffix(report, tmp_path):
     for name in ("plot.gif", "plot"):
         with pytest.raises(UserError, match=r"has to end in \.png, \.svg or \.pdf$"):
-            plots.save_response(report[0][1].evaluation, "title", tmp_path / name)
+            plots.save(plots.response(report[0][1].evaluation, "title"), tmp_path / name)
     with pytest.raises(RunError, match="cannot be written"):
-        plots.save_response(report[0][1].evaluation, "title", tmp_path / "none" / "plot.png")
+        plots.save(plots.response(report[0][1].evaluation, "title"), tmp_path / "none" / "plot.png")
 
 
 # The smallest window of a desktop browser is wider than a phone; a frame is not.
