@@ -48,6 +48,8 @@ def test_overshoot_at_a_corner_points_beyond_the_corner():
     drawn = next(v for name, v in lines_of(upper).items() if "enlarged" in name)
     # 0.141 mm: a division is 0.1 mm and 8 % of 20 mm, so 16 times.
     assert drawn[:, k] == pytest.approx([20 + 1.6, -1.6])
+    grey = lines_of(upper)["10 BLU off"]
+    assert np.isnan(grey).any()  # torn at the corner, where it would run across
     assert lower.lines[0].get_ydata()[k] == pytest.approx(-10 * np.sqrt(2))
     assert not any("reversal" in name for name in lines_of(upper))
 

@@ -88,7 +88,9 @@ def test_polyline_that_goes_on_straight_does_not_stop():
     assert straight.duration_s == pytest.approx(1.0 + 0.5)  # 10 mm like one line
 
 
-@pytest.mark.parametrize(("jump_deg", "stops"), [(0.9, False), (-0.9, False), (1.1, True)])
+@pytest.mark.parametrize(
+    ("jump_deg", "stops"), [(0.9, False), (-0.9, False), (1.1, True), (-1.1, True)]
+)
 def test_a_corner_starts_at_one_degree(jump_deg, stops):
     """Programs with three digits of a millimetre are not quite smooth where they should be."""
     turn = radians(jump_deg)
