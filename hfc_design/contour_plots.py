@@ -13,6 +13,8 @@ from hfc_design.trajectories import BLU, PathSamples, Trajectory
 
 #: Share of the path's size that a division of the error takes.
 SHARE = 0.08
+#: The smallest division [mm]; rounding is not worth a picture.
+SMALLEST = 0.1 * BLU
 #: Points that an outline of the path is drawn with, at least.
 POINTS = 2000
 
@@ -31,7 +33,7 @@ def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) ->
     """The path with the contour error enlarged across it, and the error against time.
 
     As on the chart of a ballbar test: grey lines run one division on both sides of the path.
-    Dots mark what follows where an axis reverses.
+    Dots mark what follows where an axis reverses. A diverged motion ends where it is no number.
 
     Args:
         trajectory: what was commanded.
@@ -39,6 +41,8 @@ def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) ->
         actual: (2, steps) positions of the machine [mm].
         title: stands above.
     """
+    drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
+    time, actual = time[:drawn], actual[:, :drawn]
     samples = trajectory.samples(time)
     base, error = nearest(trajectory, samples, actual)
     marks = glitches(time, samples, error)
@@ -56,7 +60,7 @@ def _draw_path(
 ) -> None:
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
-    division = _round_above(np.hypot(*away).max(initial=0.0) / 2 or BLU)
+    division = _round_above(max(np.hypot(*away).max() / 2, SMALLEST))
     enlarged = SHARE * size / division
     axes.plot(*outline.position, color="black", lw=0.8, label="path")
     drawn = base + enlarged * away

@@ -9,7 +9,7 @@ that is understood in part would be simulated wrongly.
 
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from math import atan2, hypot, isfinite, pi, sqrt
+from math import atan2, hypot, pi, sqrt
 from pathlib import Path
 
 from lark import Lark, Token, Tree
@@ -37,6 +37,8 @@ IDLE_LETTERS = frozenset("NOST")
 LETTERS = "FGIJMRXYZ"
 #: By how much the radii at both ends of an arc may differ [mm].
 ROUNDING = 0.01
+#: Numbers that no machine has a use for; larger ones would overflow when squared.
+LARGEST = 1e6
 
 Words = dict[str, float]
 
@@ -60,7 +62,7 @@ def text_of(file: Path) -> str:
         ValueError: the file cannot be read.
     """
     try:
-        return file.read_text(encoding="utf-8", errors="replace")
+        return file.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror or error}") from None
 
@@ -107,14 +109,14 @@ def _sorted(block: Tree[Token]) -> tuple[list[float], list[float], Words]:
         if len(word.children) < 2:
             raise ValueError(f"{letter} has no number")
         value = float(str(word.children[1]))
-        if not isfinite(value):
-            raise ValueError(f"{letter} has a number that is not finite")
+        if letter in IDLE_LETTERS:
+            continue
+        if letter not in LETTERS:
+            raise ValueError(f"{letter}{value:g}: unknown word; there is {', '.join(LETTERS)}")
+        if abs(value) > LARGEST:
+            raise ValueError(f"{letter}{value:g}: more than {LARGEST:g} is no machine's")
         if letter in codes:
             codes[letter].append(value)
-        elif letter in IDLE_LETTERS:
-            continue
-        elif letter not in LETTERS:
-            raise ValueError(f"{letter}{value:g}: unknown word; there is {', '.join(LETTERS)}")
         elif letter in words:
             raise ValueError(f"{letter} stands there twice")
         else:
@@ -172,7 +174,7 @@ class _Machine:
             for k, axis in enumerate("XYZ")
         }
         start, end = self.place, (goal["X"], goal["Y"])
-        in_plane = distance(start, end) >= SAME_PLACE
+        in_plane = distance(start, end) >= SAME_PLACE or words.keys() & set("IJ")
         if in_plane and self.mode > 0 and goal["Z"] != self.height:
             raise ValueError("Z moves together with X or Y; only motion in X-Y is read")
         if self.mode > 0 and self.feed is None:
@@ -186,6 +188,8 @@ class _Machine:
                 self.reached = end
         elif words.keys() & set("XYIJR"):
             centre = _centre(start, end, words, self.mode == 3)
+            if distance(self.reached, centre) < SAME_PLACE:
+                raise ValueError("an arc smaller than the rounding of the one before")
             sweep = _sweep(start, end, centre, self.mode == 3)
             self.done.append(arc(self.reached, centre, sweep, feed))
             share = distance(self.reached, centre) / distance(end, centre)

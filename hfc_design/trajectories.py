@@ -70,14 +70,10 @@ class Circle(Trajectory):
     cycles: Positive = 1.0
 
     @property
-    def side(self) -> int:
-        """1 where the centre is to the left of the motion, -1 where it is to the right."""
-        return 1 if self.direction == "ccw" else -1
-
-    @property
     def path(self) -> Path:
         """Where it goes."""
-        return circle(self.radius_mm, self.feed_mm_min, self.side * 2 * pi * self.cycles)
+        turns = self.cycles if self.direction == "ccw" else -self.cycles
+        return circle(self.radius_mm, self.feed_mm_min, 2 * pi * turns)
 
 
 class Line(Trajectory):

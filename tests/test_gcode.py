@@ -102,6 +102,12 @@ def test_feed_is_modal_and_moves_to_the_same_place_are_none(path_of):
     assert path.feed.tolist() == [60.0, 60.0, 90.0]
 
 
+def test_windows_files_are_read(program):
+    file = program("")
+    file.write_bytes(b"\xef\xbb\xbfG1 F60 X1\r\n(caf\xe9)\r\nX2\r\n")
+    assert len(gcode.read(file, rapid=1500.0)) == 2
+
+
 def test_m2_ends_the_program(path_of):
     assert len(path_of("G1 F60 X1\nX2 M2\nX3\nG77\n").length) == 2
 
@@ -131,7 +137,8 @@ def test_any_points_come_back(tmp_path_factory, points):
         ("G1 F60 X1e5\n", "line 1: E5: unknown word"),
         ("G1 F60 Xnan\n", "line 1: X has no number"),
         ("G1 F60 Xinf\n", "line 1: X has no number"),
-        (f"G1 F60 X{'9' * 400}\n", "line 1: X has a number that is not finite"),
+        (f"G1 F60 X{'9' * 400}\n", "line 1: Xinf: more than 1e+06 is no machine's"),
+        (f"F60\nG2 X1 R1{'0' * 200}\n", "line 2: R1e+200: more than 1e+06"),
         ("G1 F60 X1 X2\n", "line 1: X stands there twice"),
         ("G1 F60 X1,5\n", "line 1: cannot be understood at column 10"),
         ("G1 F60 X1\n#1=5\n", "line 2: cannot be understood at column 1"),
@@ -150,6 +157,8 @@ def test_any_points_come_back(tmp_path_factory, points):
         ("G0 G1 X1\n", "line 1: G0 and G1 in one block"),
         ("G1 F60 X1 Z1\n", "line 1: Z moves together with X or Y"),
         ("G1 F60 X1 I1\n", "line 1: I, J or R with G1"),
+        ("G1 F60 Z1\nX1 Z1\nX2 Z0\n", "line 3: Z moves together with X or Y"),
+        ("F60\nG2 I1 Z1\n", "line 2: Z moves together with X or Y"),
         ("F60\nG2 X1\n", "line 2: an arc without a centre"),
         ("F60\nG2 X1 I0 J0\n", "line 2: an arc without a centre"),
         ("F60\nG2 X2 I1 R1\n", "line 2: an arc with R as well as I or J"),
