@@ -112,7 +112,7 @@ class Watch(Quiet):
         begun, since = self._first
         rate = (done - begun) * self._steps / (now - since) if now > since else 0.0
         line = (
-            f"best {history.best[-1]:.1f}  median {history.median[-1]:.1f}  "
+            f"best {history.best[-1]:.5g}  median {history.median[-1]:.5g}  "
             f"diverged {history.diverged[-1]}  structures {history.structures[-1]}  "
             f"{rate:.2g} individual-steps/s"
         )

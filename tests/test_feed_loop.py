@@ -1,0 +1,98 @@
+"""X-Y machines in the population simulator: the published figures, contour fitness, bad input."""
+
+import csv
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+from hfc_design.evaluate import evaluate, load_design, own_scenario
+from hfc_design.records import UserError
+from hfc_design.scenarios import load_scenario
+
+CIRCLE = "feed-drive-circle"
+#: Jee & Koren 2004, fig. 12: the lower feed, with the Coulomb friction that spec and plant settle.
+SLOW = [
+    "reference.radius_mm=20.0",
+    "reference.feed_mm_min=377.0",
+    "plant.parameters.gain=28.3",
+    "plant.parameters.coulomb=15.0",
+]
+
+
+@pytest.fixture(scope="module")
+def flc():
+    design = load_design("jee-koren-2004-flc")
+    return evaluate(design, own_scenario(design, "jee-koren-2004-flc"))
+
+
+def test_flc_has_the_published_axial_error_in_every_cycle(flc):
+    error = flc.axes[0].motion.error.reshape(3, 2000)  # 20 s a cycle
+    rms = np.sqrt((error**2).mean(axis=1))
+    assert rms == pytest.approx(3 * [16.2], abs=0.3)  # fig. 10
+
+
+def test_pid_has_the_published_contour_error_under_friction():
+    found = evaluate(load_design("jee-koren-2004-pid"), load_scenario(CIRCLE, SLOW))
+    assert found.metrics["rms_contour_error_BLU"] == pytest.approx(3.4, rel=0.1)  # fig. 12
+    assert found.metrics["max_contour_error_BLU"] == pytest.approx(15.6, rel=0.1)
+
+
+def test_contour_metrics_and_fitness_are_those_of_the_radius(flc):
+    x, y = (axis.motion.state.position for axis in flc.axes)
+    radius = np.hypot(x + 4000.0, y)  # the circle starts at (R, 0)
+    rms, worst = np.sqrt(((radius - 4000.0) ** 2).mean()), abs(radius - 4000.0).max()
+    assert flc.metrics["rms_contour_error_BLU"] == pytest.approx(rms, rel=1e-9)
+    assert flc.metrics["max_contour_error_BLU"] == pytest.approx(worst, rel=1e-9)
+    assert flc.fitness == pytest.approx(1 / (rms + 0.1 * worst), rel=1e-6)
+
+
+def test_commands_and_readings_are_whole_numbers(flc):
+    for axis in flc.axes:
+        command = axis.motion.command
+        assert (command == np.round(command)).all()
+        assert (axis.reference == np.round(axis.reference)).all()
+        assert abs(command).max() <= 32  # the table's largest singleton
+
+
+def test_trajectory_csv_names_axes_and_units(tmp_path):
+    path = tmp_path / "motion.csv"
+    arguments = ["simulate", "jee-koren-2004-aflc", "--set", "simulation.duration_s=0.05"]
+    result = CliRunner().invoke(main, [*arguments, "--csv", str(path)])
+    assert result.exit_code == 0, result.output
+    rows = list(csv.DictReader(path.read_text().splitlines()))
+    assert len(rows) == 5
+    for axis in "xy":
+        error = float(rows[3][f"{axis}_reference_BLU"]) - float(rows[3][f"{axis}_position_BLU"])
+        assert float(rows[3][f"{axis}_error_BLU"]) == pytest.approx(error)
+    assert "contour_error_BLU" in rows[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (["reference.feed_mm_min=99999.0"], ["feed of 99999 mm/min", "largest feed"]),
+        (["reference={kind='ramp'}"], ["reference.kind = 'ramp'", "2 axes", "X-Y"]),
+        (["plant.axes={}"], ["reference.kind = 'circle'", "1 axes"]),
+        (["plant.axes.x.gain=-1.0"], ["plant.axes.x", "gain = -1.0", "more than zero"]),
+        (["fitness.kind='best'"], ["fitness", "'best'", "'contour'"]),
+    ],
+)
+def test_machines_that_cannot_follow_are_refused(changes, words):
+    with pytest.raises(UserError) as refusal:
+        load_scenario(CIRCLE, changes)
+    for word in [CIRCLE, *words]:
+        assert word in str(refusal.value)
+
+
+def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path):
+    sizes = ["--population", "24", "--generations", "2", "--set", "simulation.duration_s=0.5"]
+    folder = tmp_path / "run"
+    result = CliRunner().invoke(main, ["design", CIRCLE, *sizes, "--out", str(folder), "--quiet"])
+    assert result.exit_code == 0, result.output
+    found = load_design(str(folder))
+    assert set(found.plant.axes) == {"x", "y"}
+    assert found.plant.axes["y"]["positive_start"] == 7.23
+    assert evaluate(found, own_scenario(found, str(folder))).fitness == found.score["fitness"]
+    assert (folder / "report.html").exists()
