@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 ZR = 3  # place of the middle term
-#: Two actions or two degrees that differ by less are the same: rounding decides nothing.
+#: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
+#: has not fired: rounding decides nothing.
 ALIKE = 1e-4
 
 

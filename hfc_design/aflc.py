@@ -10,7 +10,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from hfc_design.adaptation import Sectors, bounded, joined, performance
+from hfc_design.adaptation import ALIKE, Sectors, bounded, joined, performance
 from hfc_design.flc import FlcGains, compensate, infer, memberships, total
 
 
@@ -115,7 +115,7 @@ def adapted(
     indices = [xp.once(p) for p in performance(xp, memberships(xp, error_terms, error))]
     narrowed = []  # by each rule, in steps
     for i, row in enumerate(singletons):
-        judged = (in_error[i] > 0.0) & (memory.error != 0.0)
+        judged = (in_error[i] > ALIKE) & (memory.error != 0.0)
         size = xp.once(xp.where(judged, abs(indices[i]), 0.0))
         shift = gains.rates.k_c * size
         # Down where a positive error fell too far or a negative one too slowly.
@@ -123,7 +123,7 @@ def adapted(
         steps = []
         for j, singleton in enumerate(row):
             guilty = blamed(xp, memory.error, indices[i], singleton - memory.action)
-            fired = in_change[j] > 0.0
+            fired = in_change[j] > ALIKE
             steps.append(xp.where(fired, xp.where(guilty, size, -size), 0.0))
             row[j] = singleton + xp.where(fired & guilty, shift, 0.0)
         narrowed.append(steps)

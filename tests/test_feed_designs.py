@@ -3,6 +3,7 @@
 import json
 from functools import partial
 
+import feed_oracle
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -109,6 +110,15 @@ def test_the_loop_equals_the_runtime(name):
     expected = np.array(list(runtime_motion(design, circle())))
     found = jax_motion(*from_design(design.controller), circle())
     assert np.abs(expected).max() > 10.0
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["jee-koren-2004-aflc", "jee-koren-1995-soflc"])
+def test_the_loop_equals_the_runtime_on_a_rough_reference(name):
+    design = DESIGNS[name]
+    reference = feed_oracle.errors(600, 3)
+    expected = list(runtime_motion(design, reference))
+    found = jax_motion(*from_design(design.controller), reference)
     np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
 
 
