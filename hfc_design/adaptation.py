@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 ZR = 3  # place of the middle term
-#: Two actions or two degrees that differ by less are the same: rounding decides nothing.
+#: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
+#: has not fired: rounding decides nothing.
 ALIKE = 1e-4
 
 
@@ -42,14 +43,14 @@ def performance(xp: Any, in_error: Sequence[Any]) -> list[Any]:
 
     The error counts for the term of the highest degree, of two equal ones for that nearer ZR.
     """
-    highest, place = in_error[ZR], 0.0
+    highest, place = in_error[ZR], 0.0 * in_error[ZR]
     for k in (ZR - 1, ZR + 1, ZR - 2, ZR + 2, ZR - 3, ZR + 3):
         higher = in_error[k] > highest + ALIKE
         highest = xp.where(higher, in_error[k], highest)
         place = xp.where(higher, k - ZR, place)
     found = []
     for row in PERFORMANCE:
-        index: Any = row[0]
+        index = 0.0 * place
         for k, value in enumerate(row):
             index = xp.where(place == k - ZR, value, index)
         found.append(index)
@@ -63,7 +64,7 @@ def blamed_aflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
     cases I and IV the action was too large and rules with excess >= 0 are to blame, in II and III
     it was too small and those with excess <= 0 are.
     """
-    return xp.where(error * index > 0.0, excess >= -ALIKE, excess <= ALIKE)
+    return xp.where(error * index > 0.0, -excess, excess) <= ALIKE
 
 
 def blamed_soflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
@@ -73,7 +74,7 @@ def blamed_soflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
     fourth case where a singleton equals the overall action.
     """
     third = xp.where(error < 0.0, index, 0.0) > 0.0
-    return xp.where(third, excess <= ALIKE, excess > ALIKE)
+    return (excess <= ALIKE) == third
 
 
 def joined(xp: Any, terms: Sequence[Any], steps: Sequence[Any], size: Any) -> list[Any]:
@@ -91,8 +92,8 @@ def joined(xp: Any, terms: Sequence[Any], steps: Sequence[Any], size: Any) -> li
         half = 0.5 * size
         middle = clipped(xp, 0.5 * (left + right), lower + half, upper - half)
         tight = right - left < size
-        rights.append(xp.where(tight, middle + half, right))
-        lefts.append(xp.where(tight, middle - half, left))
+        rights.append(xp.once(xp.where(tight, middle + half, right)))
+        lefts.append(xp.once(xp.where(tight, middle - half, left)))
     rights.append(terms[-1][2])
     return [(lefts[k], terms[k][1], rights[k]) for k in range(len(terms))]
 
@@ -120,7 +121,7 @@ def bounded(
             continue
         reach = sectors.k1_max * (error_terms[i - 1][2] if i > ZR else error_terms[i + 1][0])
         low, high = (0.0, reach) if i > ZR else (reach, 0.0)
-        own = clipped(xp, row[ZR], low, high)
+        own = xp.once(clipped(xp, row[ZR], low, high))
         bound = []
         for j, singleton in enumerate(row):
             if j == ZR:

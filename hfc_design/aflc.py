@@ -10,7 +10,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from hfc_design.adaptation import Sectors, bounded, joined, performance
+from hfc_design.adaptation import ALIKE, Sectors, bounded, joined, performance
 from hfc_design.flc import FlcGains, compensate, infer, memberships, total
 
 
@@ -112,22 +112,23 @@ def adapted(
     error_terms, change_terms, singletons = current(gains, memory)
     in_error = memberships(xp, error_terms, memory.error)
     in_change = memberships(xp, change_terms, memory.change)
-    indices = performance(xp, memberships(xp, error_terms, error))
+    indices = [xp.once(p) for p in performance(xp, memberships(xp, error_terms, error))]
     narrowed = []  # by each rule, in steps
     for i, row in enumerate(singletons):
-        size = abs(indices[i])
-        # Which way the action should have been: larger where a positive error fell too slowly.
-        wanted = xp.where(memory.error * indices[i] > 0.0, -1.0, 1.0)
-        size = xp.where(memory.error == 0.0, 0.0, size)
+        judged = (in_error[i] > ALIKE) & (memory.error != 0.0)
+        size = xp.once(xp.where(judged, abs(indices[i]), 0.0))
+        shift = gains.rates.k_c * size
+        # Down where a positive error fell too far or a negative one too slowly.
+        shift = xp.once(xp.where(memory.error * indices[i] > 0.0, -shift, shift))
         steps = []
         for j, singleton in enumerate(row):
             guilty = blamed(xp, memory.error, indices[i], singleton - memory.action)
-            fired = xp.where(in_error[i] * in_change[j] > 0.0, size, 0.0)
-            steps.append(xp.where(guilty, fired, -fired))
-            row[j] = singleton + xp.where(guilty, wanted * gains.rates.k_c * fired, 0.0)
+            fired = in_change[j] > ALIKE
+            steps.append(xp.where(fired, xp.where(guilty, size, -size), 0.0))
+            row[j] = singleton + xp.where(fired & guilty, shift, 0.0)
         narrowed.append(steps)
-    by_row = [total(steps) for steps in narrowed]
-    by_column = [total(steps) for steps in zip(*narrowed, strict=True)]
+    by_row = [xp.once(total(steps)) for steps in narrowed]
+    by_column = [xp.once(total(steps)) for steps in zip(*narrowed, strict=True)]
     error_terms = joined(xp, error_terms, by_row, gains.rates.k_a)
     change_terms = joined(xp, change_terms, by_column, gains.rates.k_b)
     if gains.sectors is not None:

@@ -1,8 +1,9 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
 
 Everything is written for one axis in scalars and without branches on their values. The first
-argument ``xp`` brings ``where``, ``minimum`` and ``maximum``: ``jax.numpy`` in the population
-simulator, ``SCALARS`` in ``runtime``. Never imports JAX.
+argument ``xp`` brings ``where``, ``minimum``, ``maximum`` and ``once``: in the population
+simulator ``controllers.lanes.LANES``, in ``runtime`` ``SCALARS``. ``once(x)`` is x; it marks what
+many results share, for a compiler that would else compute it again for each. Never imports JAX.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,7 +11,12 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 #: ``xp`` of Python floats.
-SCALARS = SimpleNamespace(where=lambda c, a, b: a if c else b, minimum=min, maximum=max)
+SCALARS = SimpleNamespace(
+    where=lambda condition, a, b: a if condition else b,
+    minimum=min,
+    maximum=max,
+    once=lambda x: x,
+)
 
 MM_PER_BLU = 0.01
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].

@@ -88,7 +88,7 @@ class Adaptive:
         moves_a, moves_b, moves_c = [0] * 7, [0] * 7, {}
         for i in range(7):
             for j in range(7):
-                if not triangle(self.a, i, self.e) * triangle(self.b, j, self.de):
+                if triangle(self.a, i, self.e) < 1e-4 or triangle(self.b, j, self.de) < 1e-4:
                     continue
                 p = INDEX[i][now]
                 if p == 0 or self.e == 0:

@@ -2,11 +2,10 @@
 
 from functools import cache, partial
 
-import jax.numpy as jnp
-
 from hfc_design import aflc as law
 from hfc_design.adaptation import blamed_aflc
 from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.lanes import LANES
 
 
 @cache
@@ -15,5 +14,5 @@ def aflc(sample_time: float) -> Controller:
 
     Its gains are ``AdaptiveGains``.
     """
-    step = partial(law.step, jnp, blamed_aflc, sample_time)
+    step = partial(law.step, LANES, blamed_aflc, sample_time)
     return Controller("aflc", law.initial_memory, step)

@@ -2,10 +2,9 @@
 
 from functools import cache, partial
 
-import jax.numpy as jnp
-
 from hfc_design import flc as law
 from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.lanes import LANES
 
 
 @cache
@@ -14,4 +13,4 @@ def flc(form: str, sample_time: float) -> Controller:
 
     Its gains are ``FlcGains``.
     """
-    return Controller("flc", law.initial_memory, partial(law.step, jnp, form, sample_time))
+    return Controller("flc", law.initial_memory, partial(law.step, LANES, form, sample_time))

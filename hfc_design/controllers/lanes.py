@@ -1,0 +1,18 @@
+"""The functions of ``flc`` and ``aflc`` on JAX scalars, which the simulator makes vectors of."""
+
+from types import SimpleNamespace
+
+import jax
+import jax.numpy as jnp
+
+
+def once(x: jax.Array) -> jax.Array:
+    """``x``, finite, computed once: XLA repeats cheap operations in all that use them.
+
+    A division it does not repeat, and it may not drop this one, because 0 x need not be 0. With
+    it an adaptive step runs eight times as fast and compiles in half the time.
+    """
+    return x / (1.0 + 0.0 * x)
+
+
+LANES = SimpleNamespace(where=jnp.where, minimum=jnp.minimum, maximum=jnp.maximum, once=once)
