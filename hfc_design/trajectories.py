@@ -4,6 +4,7 @@ The machine starts at rest where the path starts: a circle at (R, 0) about the o
 the origin, a polyline at its first point, a G-code program at X0 Y0.
 """
 
+from abc import abstractmethod
 from itertools import pairwise
 from math import pi, radians
 from pathlib import Path as FilePath
@@ -38,9 +39,9 @@ class Trajectory(Record):
     acceleration_mm_s2: Positive | None = None
 
     @property
+    @abstractmethod
     def path(self) -> Path:
         """Where it goes."""
-        raise NotImplementedError
 
     @property
     def motion(self) -> Motion:
