@@ -152,31 +152,40 @@ def export(design: str, target: str, out: Path | None) -> None:
 
 
 @main.command()
-@click.option("--gain", type=float, default=28.3, show_default=True, help="K [(BLU/s)/unit].")
-@click.option("--time-constant", type=float, default=0.055, show_default=True, help="tau [s].")
-@click.option("--sample-time", type=float, default=0.01, show_default=True, help="T [s].")
+@click.argument("design", required=False)
+@click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
+@click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
+@click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the range (png, svg or pdf).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def stability(
-    gain: float, time_constant: float, sample_time: float, plot: Path | None, as_json: bool
-) -> None:
+def stability(design: str | None, plot: Path | None, as_json: bool, **drive: float | None) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
 
-    Without options: the drive of Jee & Koren 2004.
+    With DESIGN (kind flc, aflc or soflc) also the gains of its rule table. Without anything: the
+    drive of Jee & Koren 2004.
     """
     from hfc_design import stability_report
     from hfc_design.stability import stable_range
 
-    found = stable_range(gain, time_constant, sample_time)
+    own: dict[str, Any] = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01}
+    points = {}
+    if design is not None:
+        from hfc_design.evaluate import load_design
+
+        record = load_design(design)
+        points = stability_report.points(record)
+        own = stability_report.drive(record)
+    wanted = {key: own[key] if value is None else value for key, value in drive.items()}
+    found = stable_range(**wanted)
     if plot is not None:
         from hfc_design.plots import save
         from hfc_design.stability_plot import stability_figure
 
-        save(stability_figure(found), plot)
+        save(stability_figure(found, points), plot)
     if as_json:
-        click.echo(json.dumps(stability_report.numbers(found)))
+        click.echo(json.dumps(stability_report.numbers(found, points)))
     else:
-        stability_report.show(found)
+        stability_report.show(found, points)
 
 
 @main.command("list")

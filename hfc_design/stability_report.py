@@ -1,19 +1,66 @@
 """What ``hfc stability`` says: the range as plain data and as a table."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.feed_records import AflcDesign, FuzzyRecord
+from hfc_design.records import UserError
+from hfc_design.rulebase import Design
+from hfc_design.sectors import sectors_at_centres
 from hfc_design.stability import StableRange, theorem_k1
+from hfc_design.true_sectors import Triangle, true_sectors
 
 #: K_2 bounds are told at these shares of the largest K_1.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 
 
-def numbers(found: StableRange) -> dict[str, Any]:
-    """The range as plain data, gains in unit/BLU."""
+def points(design: Design) -> dict[str, tuple[float, float]]:
+    """(K_1, K_2) of a design's rule table [unit/BLU], by how they were found.
+
+    Raises:
+        UserError: the design is of a kind without one rule table.
+    """
+    record = design.controller
+    if not isinstance(record, FuzzyRecord):
+        raise UserError(f"design {design.name} is of kind {record.kind}: no flc, aflc or soflc")
+    error, change = (
+        [Triangle(term.left, term.centre, term.right) for term in terms]
+        for terms in (record.error_terms, record.error_change_terms)
+    )
+    table = record.rules.centroids
+    at_centres = sectors_at_centres(
+        [term.centre for term in error], [term.centre for term in change], table
+    )
+    with_edges = true_sectors(error, change, table)
+    found = {
+        "table, eq. 13 and 14": (at_centres.k1, at_centres.k2),
+        "table, with its edges": (with_edges.k1, with_edges.k2),
+    }
+    if isinstance(record, AflcDesign):
+        stable = record.adaptation.stable_range
+        found["limit of the adaptation"] = (stable.k1_max, stable.k2_max)
+    return found
+
+
+def drive(design: Design) -> dict[str, float]:
+    """Arguments of ``stable_range``: of the design's axis with the largest gain."""
+    from hfc_design.scenarios import PlantSettings  # starts JAX, which the range does not need
+
+    axes = PlantSettings(**design.plant.model_dump()).values()
+    axis = max(axes, key=lambda axis: axis.gain)
+    return {
+        "gain": axis.gain,
+        "time_constant": axis.time_constant,
+        "sample_time": design.controller.sample_time_s,
+    }
+
+
+def numbers(found: StableRange, points: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    """The range and ``points`` in it as plain data, gains in unit/BLU."""
     k1 = found.k1 * np.array(SHARES)
     return {
         **found.drive._asdict(),
@@ -24,15 +71,19 @@ def numbers(found: StableRange) -> dict[str, Any]:
         "k2_bounds": [
             {"k1": float(x), "k2": float(y)} for x, y in zip(k1, found.k2(k1), strict=True)
         ],
+        "points": {
+            name: {"k1": x, "k2": y, "inside": bool(found.contains(x, y))}
+            for name, (x, y) in points.items()
+        },
     }
 
 
-def show(found: StableRange) -> None:
+def show(found: StableRange, points: Mapping[str, tuple[float, float]]) -> None:
     """Print the numbers as a table."""
     table = Table(caption="gains in unit/BLU", caption_justify="left")
     table.add_column("stable range, JK04 section 3", no_wrap=True)
     table.add_column("value", justify="right")
-    data = numbers(found)
+    data = numbers(found, points)
     rows = {
         "K_0 [BLU/unit]": data["k0"],
         "a": data["a"],
@@ -45,4 +96,7 @@ def show(found: StableRange) -> None:
     }
     for name, value in rows.items():
         table.add_row(name, f"{value:.6g}")
+    for name, point in data["points"].items():
+        where = "inside" if point["inside"] else "outside"
+        table.add_row(f"{name}: K_1, K_2", f"{point['k1']:.4g}, {point['k2']:.4g} {where}")
     Console().print(table)

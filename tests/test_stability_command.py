@@ -105,3 +105,31 @@ def test_numbers_alone_do_not_import_jax():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "False"
+
+
+def test_a_design_is_placed_in_the_range_of_its_own_drive():
+    result = CliRunner().invoke(main, ["stability", "jee-koren-2004-aflc", "--json"])
+    data = json.loads(result.stdout)
+    points = list(data["points"].values())
+    # Table 3 with rule base I by hand: 32 at 21 BLU, (16 - 8) at 1.5 BLU; with its edges the 32
+    # begin at 19 BLU and the step from PS to PM at 1 BLU; then the built-in limit.
+    assert [point["k1"] for point in points] == pytest.approx([32 / 21, 32 / 19, 4.5])
+    assert [point["k2"] for point in points] == pytest.approx([8 / 1.5, 8.0, 5.9])
+    assert all(point["inside"] for point in points)
+    assert data["k1_printed"] == pytest.approx(9.0364, abs=5e-5)
+
+
+def test_options_go_before_the_drive_of_the_design():
+    command = ["stability", "jee-koren-2004-aflc", "--gain", "40", "--json"]
+    data = json.loads(CliRunner().invoke(main, command).stdout)
+    assert data["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+    inside = [point["inside"] for point in data["points"].values()]
+    assert inside == [True, False, False]  # 8 is more than the 6.66 at K_1 = 1.52
+
+
+@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid", "no-such-design"])
+def test_a_design_without_a_rule_table_is_refused(name):
+    result = CliRunner().invoke(main, ["stability", name])
+    assert result.exit_code == 2
+    assert name in result.output
+    assert "Traceback" not in result.output
