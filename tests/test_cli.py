@@ -176,3 +176,17 @@ def test_lists(what, names):
     assert done.exit_code == 0
     for name in names:
         assert name in done.stdout
+
+
+def test_export_csv_of_a_fuzzy_controller(tmp_path):
+    path = tmp_path / "tables"
+    assert hfc("export", "jee-koren-2004-flc", "--to", "csv", "--out", path).exit_code == 0
+    tables = {file.name: list(csv.reader(file.read_text().splitlines())) for file in path.iterdir()}
+    rules = tables["rules.csv"]
+    assert (
+        rules[0][1:] == [row[0] for row in rules[1:]] == ["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
+    )
+    assert rules[6] == ["PM", "8.0", "8.0", "8.0", "16.0", "16.0", "32.0", "32.0"]  # JK04 table 1
+    assert tables["error_terms.csv"][1] == ["NL", "", "-21.0", "-16.0"]  # JK04 table 3
+    assert tables["error_change_terms.csv"][5] == ["PS", "0.5", "1.5", "2.5"]
+    assert tables["manifest.csv"][1][-1] == "rules.csv"
