@@ -118,8 +118,7 @@ def readable(source: str) -> str:
 
 def input_unit(design: Design, name: str) -> str:
     """Unit of an input of the hierarchy before it is scaled."""
-    units = {"error": "rad", "error_rate": "rad/s", **PLANTS[design.plant.name].units}
-    return units.get(name.removeprefix(PREVIOUS), "1")
+    return PLANTS[design.plant.name].units.get(name.removeprefix(PREVIOUS), "1")
 
 
 def hierarchical(design: Design) -> HierarchicalDesign:

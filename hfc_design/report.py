@@ -17,6 +17,7 @@ from hfc_design.export import csv_tables
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Archive
+from plants import PLANTS
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"
@@ -114,14 +115,16 @@ def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:
 def _parameters(design: Design) -> Rows:
     """Name, value and unit of the PD gains and of the hierarchy's scales."""
     controller = diagrams.hierarchical(design)
+    units = PLANTS[design.plant.name].units
+    command, error = units["command"], units["error"]
     rows = [
-        ("proportional gain", controller.pd.kp, "V/rad"),
-        ("derivative gain", controller.pd.kd, "V s/rad"),
+        ("proportional gain", controller.pd.kp, f"{command}/{error}"),
+        ("derivative gain", controller.pd.kd, f"{command} s/{error}"),
     ]
     for item in controller.inputs:
         unit = f"per {diagrams.input_unit(design, item.name)}"
         rows.append((f"scale of {diagrams.readable(item.name)}", item.scale, unit))
-    rows.append(("scale of the output", controller.output_scale, "V"))
+    rows.append(("scale of the output", controller.output_scale, command))
     return [[name, f"{value:.6g}", unit] for name, value, unit in rows]
 
 

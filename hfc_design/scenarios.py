@@ -255,7 +255,7 @@ class Scenario(Record):
 
 def input_names(plant: Plant) -> list[str]:
     """Every signal of ``plant`` that can be an input of the hierarchy."""
-    names = ["error", "error_rate", *plant.units]
+    names = [name for name in plant.units if name != "command"]
     return names + [f"{PREVIOUS}{name}" for name in names]
 
 

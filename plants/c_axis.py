@@ -174,6 +174,9 @@ C_AXIS = Plant(
     fault=fault,
     fastest=fastest,
     units={
+        "error": "rad",
+        "error_rate": "rad/s",
+        "command": "V",
         "deflection": "rad",
         "deflection_rate": "rad/s",
         "spindle_velocity": "rad/s",

@@ -95,4 +95,6 @@ def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path):
     assert set(found.plant.axes) == {"x", "y"}
     assert found.plant.axes["y"]["positive_start"] == 7.23
     assert evaluate(found, own_scenario(found, str(folder))).fitness == found.score["fitness"]
-    assert (folder / "report.html").exists()
+    page = (folder / "report.html").read_text()
+    assert "unit s/BLU" in page  # of the derivative gain
+    assert "V/rad" not in page
