@@ -10,7 +10,7 @@ from hfc_design import hierarchy, simulate
 from hfc_design.controllers import HierarchicalGains, from_design, hierarchical
 from hfc_design.evaluate import load_design
 from hfc_design.scenarios import Scenario, load_scenario
-from plants.c_axis import CAxisParameters
+from plants.c_axis import CAxisParameters, coefficients
 
 SPREAD = 0.1  # of the consequents inside every published rule table
 
@@ -71,22 +71,6 @@ def _float32(values: Any) -> np.ndarray:
 
 
 def _machine(p: CAxisParameters) -> Machine:
-    leakage = p.stator_inductance - p.mutual_inductance**2 / p.rotor_inductance
-    resistance = p.stator_resistance + p.rotor_resistance * p.stator_inductance / p.rotor_inductance
-    return Machine(
-        current_decay=resistance / leakage,
-        back_emf=p.stator_inductance * p.rotor_flux / (leakage * p.mutual_inductance),
-        inverse_inductance=1.0 / leakage,
-        torque_constant=0.5 * p.poles * p.mutual_inductance * p.rotor_flux / p.rotor_inductance,
-        inverse_rotor_inertia=1.0 / p.rotor_inertia,
-        inverse_spindle_inertia=1.0 / p.spindle_inertia,
-        rotor_damping=p.rotor_damping,
-        stiffness=p.stiffness,
-        gear_ratio=p.gear_ratio,
-        bristle_stiffness=p.bristle_stiffness,
-        bristle_damping=p.bristle_damping,
-        viscous_friction=p.viscous_friction,
-        coulomb_torque=p.coulomb_torque,
-        stribeck_rise=p.static_torque - p.coulomb_torque,
-        inverse_stribeck_velocity=1.0 / p.stribeck_velocity,
-    )
+    found = coefficients(p)._asdict() | coefficients(p).friction._asdict()
+    named = {"viscous_friction": "viscous", "coulomb_torque": "coulomb"}
+    return Machine(*(found[named.get(field, field)] for field in Machine._fields))
