@@ -119,8 +119,8 @@ def simulate(
     found, where = _loaded(design, scenario, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
-        from hfc_design.contour_plots import motion
-        from hfc_design.plots import save
+        from hfc_design.pictures.contour_plots import motion
+        from hfc_design.pictures.plots import save
 
         save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:
@@ -164,8 +164,8 @@ def stability(design: str | None, plot: Path | None, as_json: bool, **drive: flo
     With DESIGN (kind flc, aflc or soflc) also the gains of its rule table. Without anything: the
     drive of Jee & Koren 2004.
     """
-    from hfc_design import stability_report
-    from hfc_design.stability import stable_range
+    from hfc_design.stability import report
+    from hfc_design.stability.stable_range import stable_range
 
     own: dict[str, Any] = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01}
     points = {}
@@ -173,19 +173,19 @@ def stability(design: str | None, plot: Path | None, as_json: bool, **drive: flo
         from hfc_design.evaluate import load_design
 
         record = load_design(design)
-        points = stability_report.points(record)
-        own = stability_report.drive(record)
+        points = report.points(record)
+        own = report.drive(record)
     wanted = {key: own[key] if value is None else value for key, value in drive.items()}
     found = stable_range(**wanted)
     if plot is not None:
-        from hfc_design.plots import save
-        from hfc_design.stability_plot import stability_figure
+        from hfc_design.pictures.plots import save
+        from hfc_design.stability.plot import stability_figure
 
         save(stability_figure(found, points), plot)
     if as_json:
-        click.echo(json.dumps(stability_report.numbers(found, points)))
+        click.echo(json.dumps(report.numbers(found, points)))
     else:
-        stability_report.show(found, points)
+        report.show(found, points)
 
 
 @main.command("list")

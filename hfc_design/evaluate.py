@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design import controllers, fitness, simulate
-from hfc_design.contour_metrics import Contour, contour, contour_metrics
+from hfc_design.paths.metrics import Contour, contour, contour_metrics
+from hfc_design.paths.trajectories import Trajectory
 from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, parse_design, read_design
 from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
 from hfc_design.signals import AxisSamples
-from hfc_design.trajectories import Trajectory
 from plants import Plant
 
 

@@ -6,12 +6,12 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
-from hfc_design.adaptation import Sectors
-from hfc_design.aflc import AdaptiveGains, Rates
-from hfc_design.flc import Compensation, FlcGains
-from hfc_design.pid import PidGains
+from hfc_design.laws.adaptation import Sectors
+from hfc_design.laws.aflc import AdaptiveGains, Rates
+from hfc_design.laws.flc import Compensation, FlcGains
+from hfc_design.laws.pid import PidGains
+from hfc_design.laws.rule_bases import LABELS
 from hfc_design.records import TERMS, Finite, NotNegative, Positive, Record, Table
-from hfc_design.rule_bases import LABELS
 
 TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
 LabelRow = Annotated[tuple[TermLabel, ...], Field(min_length=TERMS, max_length=TERMS)]

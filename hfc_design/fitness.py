@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.contour import local_error
+from hfc_design.paths.contour import local_error
 
 Floats = NDArray[np.float64]
 

@@ -8,12 +8,13 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from hfc_design import contour_plots, diagrams, fitness, hierarchy, plots
+from hfc_design import fitness, hierarchy
 from hfc_design.checkpoint import write_whole
-from hfc_design.contour_metrics import CONTOUR_METRICS
 from hfc_design.design import CONFIG, Result
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import csv_tables
+from hfc_design.paths.metrics import CONTOUR_METRICS
+from hfc_design.pictures import contour_plots, diagrams, plots
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Archive

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from hfc_design import aflc, flc, pid
-from hfc_design.adaptation import blamed_aflc, blamed_soflc
 from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign
+from hfc_design.laws import aflc, flc, pid
+from hfc_design.laws.adaptation import blamed_aflc, blamed_soflc
 from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign, read_design
 
 PREVIOUS = "previous_"

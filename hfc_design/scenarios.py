@@ -19,6 +19,12 @@ from hfc_design.controllers.hierarchical import PREVIOUS
 from hfc_design.fitness import Fitness, contour, lin_lee, settled_samples
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
+from hfc_design.paths.trajectories import (
+    PathReference,
+    Trajectory,
+    check_speed,
+    largest_drive_speed,
+)
 from hfc_design.records import (
     TERMS,
     Finite,
@@ -32,7 +38,6 @@ from hfc_design.records import (
 from hfc_design.rulebase import InputRecord, Label, TermRecord
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Samples, Simulation
-from hfc_design.trajectories import PathReference, Trajectory, check_speed, largest_drive_speed
 from plants import PLANTS, Plant
 
 MAX_STEPS = 10_000_000

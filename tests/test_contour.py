@@ -8,9 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_paths import chained, segments
 
-from hfc_design.contour import REACH, contour_error, glitches, local_error, nearest, nearest_on_path
-from hfc_design.paths import Path, arc, line
-from hfc_design.trajectories import Circle, Line, PathSamples, Polyline
+from hfc_design.paths.contour import (
+    REACH,
+    contour_error,
+    glitches,
+    local_error,
+    nearest,
+    nearest_on_path,
+)
+from hfc_design.paths.shapes import Path, arc, line
+from hfc_design.paths.trajectories import Circle, Line, PathSamples, Polyline
 
 SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hfc_design import gcode
-from hfc_design.paths import Path
+from hfc_design.paths import gcode
+from hfc_design.paths.shapes import Path
+from hfc_design.paths.trajectories import GCode, PathReference
 from hfc_design.records import Record, UserError, checked
-from hfc_design.trajectories import GCode, PathReference
 
 # Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.
 SLOT = """%

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import quad
 
-from hfc_design.motion import motion
-from hfc_design.paths import Path, arc, line
-from hfc_design.records import Record, UserError, checked
-from hfc_design.trajectories import (
+from hfc_design.paths.motion import motion
+from hfc_design.paths.shapes import Path, arc, line
+from hfc_design.paths.trajectories import (
     Circle,
     Line,
     PathReference,
@@ -23,6 +22,7 @@ from hfc_design.trajectories import (
     check_speed,
     largest_drive_speed,
 )
+from hfc_design.records import Record, UserError, checked
 
 TILT = 26.6
 

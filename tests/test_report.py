@@ -9,9 +9,10 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from hfc_design import diagrams, hierarchy, plots
+from hfc_design import hierarchy
 from hfc_design.design import Result, new_run
 from hfc_design.evaluate import evaluate, load_design
+from hfc_design.pictures import diagrams, plots
 from hfc_design.records import RunError, UserError
 from hfc_design.report import write_report
 from hfc_design.rulebase import Design

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfc_design.records import UserError
-from hfc_design.sectors import bilinear, k2_of_rule_base_1, sectors_at_centres
-from hfc_design.true_sectors import Triangle, true_sectors
+from hfc_design.stability.sectors import bilinear, k2_of_rule_base_1, sectors_at_centres
+from hfc_design.stability.true_sectors import Triangle, true_sectors
 
 LABELS = {"NL": -3, "NM": -2, "NS": -1, "ZR": 0, "PS": 1, "PM": 2, "PL": 3}
 # JK04 tables 1, 5 and 6.

@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.stability import stable_range
-from hfc_design.stability_plot import stability_figure
+from hfc_design.stability.plot import stability_figure
+from hfc_design.stability.stable_range import stable_range
 
 
 def hfc(*arguments):

@@ -2,9 +2,9 @@
 
 from functools import cache, partial
 
-from hfc_design import flc as law
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.lanes import LANES
+from hfc_design.laws import flc as law
 
 
 @cache

@@ -2,8 +2,8 @@
 
 from functools import cache, partial
 
-from hfc_design import pid as law
 from hfc_design.controllers.controller import Controller
+from hfc_design.laws import pid as law
 
 
 @cache

@@ -2,10 +2,10 @@
 
 from functools import cache, partial
 
-from hfc_design import aflc as law
-from hfc_design.adaptation import blamed_soflc
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.lanes import LANES
+from hfc_design.laws import aflc as law
+from hfc_design.laws.adaptation import blamed_soflc
 
 
 @cache

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hfc_design.paths import Floats, Path
+from hfc_design.paths.shapes import Floats, Path
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from hfc_design.adaptation import ALIKE, Sectors, bounded, joined, performance
-from hfc_design.flc import FlcGains, compensate, infer, memberships, total
+from hfc_design.laws.adaptation import ALIKE, Sectors, bounded, joined, performance
+from hfc_design.laws.flc import FlcGains, compensate, infer, memberships, total
 
 
 class Rates(NamedTuple):

@@ -15,7 +15,7 @@ from pathlib import Path
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 
-from hfc_design.paths import SAME_PLACE, Point, Segment, arc, distance, line
+from hfc_design.paths.shapes import SAME_PLACE, Point, Segment, arc, distance, line
 from hfc_design.records import UserError
 
 GRAMMAR = r"""

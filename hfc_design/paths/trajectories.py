@@ -13,9 +13,9 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
-from hfc_design import gcode
-from hfc_design.motion import Motion, motion
-from hfc_design.paths import SAME_PLACE, Floats, Path, circle, distance, polyline, ray
+from hfc_design.paths import gcode
+from hfc_design.paths.motion import Motion, motion
+from hfc_design.paths.shapes import SAME_PLACE, Floats, Path, circle, distance, polyline, ray
 from hfc_design.records import Finite, Positive, Record, UserError
 
 BLU = 0.01  # [mm]

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hfc_design.controllers.hierarchical import PREVIOUS
-from hfc_design.plots import OTHER, OWN, WIDTH, framed
+from hfc_design.pictures.plots import OTHER, OWN, WIDTH, framed
 from hfc_design.rulebase import Design, HierarchicalDesign, UnitRecord
 from plants import PLANTS
 

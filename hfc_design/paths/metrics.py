@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.contour import Glitch, contour_error, glitches
-from hfc_design.paths import Floats
-from hfc_design.trajectories import PathSamples, Trajectory
+from hfc_design.paths.contour import Glitch, contour_error, glitches
+from hfc_design.paths.shapes import Floats
+from hfc_design.paths.trajectories import PathSamples, Trajectory
 
 #: Unit and meaning of each metric, in the order of every table.
 CONTOUR_METRICS = {

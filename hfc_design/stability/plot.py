@@ -6,8 +6,8 @@ from itertools import cycle
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.plots import OTHER, OWN, framed
-from hfc_design.stability import StableRange, k2_bound
+from hfc_design.pictures.plots import OTHER, OWN, framed
+from hfc_design.stability.stable_range import StableRange, k2_bound
 
 MARKERS = "os^Dv*"
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.paths import Floats, Path
-from hfc_design.trajectories import Circle, Line, PathSamples, Trajectory
+from hfc_design.paths.shapes import Floats, Path
+from hfc_design.paths.trajectories import Circle, Line, PathSamples, Trajectory
 
 #: The nearest point is looked for this many tracking errors before and after the commanded place:
 #: far enough for a machine halfway around a corner of 30 deg, and not yet on another branch.

@@ -5,11 +5,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hfc_design.contour import glitches, nearest
 from hfc_design.evaluate import Evaluation
-from hfc_design.paths import Floats
-from hfc_design.plots import OTHER, OWN, framed, response
-from hfc_design.trajectories import BLU, PathSamples, Trajectory
+from hfc_design.paths.contour import glitches, nearest
+from hfc_design.paths.shapes import Floats
+from hfc_design.paths.trajectories import BLU, PathSamples, Trajectory
+from hfc_design.pictures.plots import OTHER, OWN, framed, response
 
 #: Share of the path's size that a division of the error takes.
 SHARE = 0.08

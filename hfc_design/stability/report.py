@@ -10,9 +10,9 @@ from rich.table import Table
 from hfc_design.feed_records import AflcDesign, FuzzyRecord
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design
-from hfc_design.sectors import sectors_at_centres
-from hfc_design.stability import StableRange, theorem_k1
-from hfc_design.true_sectors import Triangle, true_sectors
+from hfc_design.stability.sectors import sectors_at_centres
+from hfc_design.stability.stable_range import StableRange, theorem_k1
+from hfc_design.stability.true_sectors import Triangle, true_sectors
 
 #: K_2 bounds are told at these shares of the largest K_1.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)

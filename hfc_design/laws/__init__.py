@@ -1,0 +1,1 @@
+"""Control laws of a feed drive, written once for the simulator and the runtime; no JAX."""
