@@ -79,16 +79,16 @@ class PlantSettings(Record):
 
 
 class Limits(Record):
-    """Limits of the drive."""
+    """Limits of the drive, in the units of the plant."""
 
-    voltage_V: Positive | None = None
+    command: Positive | None = None
 
 
 class SensorSettings(Record):
-    """What the controller sees of the machine; ideal where nothing is given."""
+    """What the controller sees of the machine, in the units of the plant; ideal without any."""
 
-    encoder_resolution_rad: NotNegative = 0.0
-    noise_rad: NotNegative = 0.0  # standard deviation of every encoder reading
+    encoder_resolution: NotNegative = 0.0
+    noise: NotNegative = 0.0  # standard deviation of every encoder reading
     seed: int = Field(0, ge=0)
     velocity: Literal["tachometer", "encoder"] = "tachometer"
 
@@ -228,10 +228,11 @@ class Scenario(Record):
         step = self.simulation.sample_time_s / self.simulation.substeps
         limit = min(self.plant.plant.fastest(axis, step) for axis in axes)
         if speed > limit:
+            unit = self.plant.plant.units["error_rate"]
             needed = int(np.ceil(self.simulation.substeps * speed / limit))
             raise ValueError(
                 f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
-                f"{speed:.3g} rad/s needs at least {needed} with this friction and sample time"
+                f"{speed:.3g} {unit} needs at least {needed} with this friction and sample time"
             )
 
     def samples(self) -> Samples:
@@ -241,7 +242,7 @@ class Scenario(Record):
         axes = self.plant.values()
         generator = np.random.default_rng(self.sensors.seed)
         shape = (len(axes), len(self.plant.plant.encoders), len(time))
-        noise = self.sensors.noise_rad * generator.standard_normal(shape)
+        noise = self.sensors.noise * generator.standard_normal(shape)
         loads = np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points])
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         if not isinstance(self.reference, Trajectory):
@@ -260,7 +261,7 @@ class Scenario(Record):
 
 def input_names(plant: Plant) -> list[str]:
     """Every signal of ``plant`` that can be an input of the hierarchy."""
-    names = [name for name in plant.units if name != "command"]
+    names = [name for name in plant.units if name not in ("command", "load")]
     return names + [f"{PREVIOUS}{name}" for name in names]
 
 

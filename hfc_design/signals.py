@@ -1,4 +1,8 @@
-"""What the world does to the closed loop: reference, load torque and sensor noise, sampled."""
+"""What the world does to the closed loop: reference, load and sensor noise, sampled.
+
+Positions, loads and commands count in the units of the plant (``Plant.units``): rad, N m and V
+for the C-axis; BLU and units of the converter for a feed drive.
+"""
 
 import warnings
 from pathlib import Path
@@ -16,11 +20,11 @@ Floats = NDArray[np.float64]
 class AxisSamples(NamedTuple):
     """What happens to one axis, one column a control sample."""
 
-    reference: Any  # (steps,) what the control is told [rad], in whole steps if it counts
-    reference_rate: Any  # (steps,) [rad/s]
-    loads: Any  # (2 substeps + 1, steps) load where the integrator needs it [N m]
-    noise: Any  # (encoders, steps) added to the encoder angles [rad]
-    target: Any  # (steps,) where the axis should be [rad]
+    reference: Any  # (steps,) what the control is told , in whole steps if it counts
+    reference_rate: Any  # (steps,)
+    loads: Any  # (2 substeps + 1, steps) load where the integrator needs it
+    noise: Any  # (encoders, steps) added to the encoders' readings
+    target: Any  # (steps,) where the axis should be
 
 
 class PathFrame(NamedTuple):
@@ -77,14 +81,14 @@ class Table(Record):
     """Two columns of a CSV file with a header, linear in between, constant at both ends."""
 
     kind: Literal["csv"] = "csv"
-    file: CsvFile  # time [s], reference angle [rad]
+    file: CsvFile  # time [s], reference
 
     def at(self, time: Floats) -> Floats:
-        """Reference angle [rad]."""
+        """Reference."""
         return np.interp(time, *table_of(self.file))
 
     def rate(self, time: Floats) -> Floats:
-        """Reference velocity [rad/s]: the right-hand slope at a corner, 0 beyond the ends."""
+        """Reference velocity: the right-hand slope at a corner, 0 beyond the ends."""
         times, values = table_of(self.file)
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
         return np.asarray(slopes[np.searchsorted(times, time, side="right")])
@@ -94,31 +98,31 @@ class Ramp(Record):
     """Constant velocity from rest at zero."""
 
     kind: Literal["ramp"] = "ramp"
-    rate_rad_s: Finite = 0.02
+    velocity: Finite = 0.02
 
     def at(self, time: Floats) -> Floats:
-        """Reference angle [rad]."""
-        return self.rate_rad_s * time
+        """Reference."""
+        return self.velocity * time
 
     def rate(self, time: Floats) -> Floats:
-        """Reference velocity [rad/s]."""
-        return np.full_like(time, self.rate_rad_s)
+        """Reference velocity."""
+        return np.full_like(time, self.velocity)
 
 
 class Sine(Record):
     """``amplitude sin(frequency t)``."""
 
     kind: Literal["sine"] = "sine"
-    amplitude_rad: Finite
+    amplitude: Finite
     frequency_rad_s: Positive
 
     def at(self, time: Floats) -> Floats:
-        """Reference angle [rad]."""
-        return np.asarray(self.amplitude_rad * np.sin(self.frequency_rad_s * time))
+        """Reference."""
+        return np.asarray(self.amplitude * np.sin(self.frequency_rad_s * time))
 
     def rate(self, time: Floats) -> Floats:
-        """Reference velocity [rad/s]."""
-        peak = self.amplitude_rad * self.frequency_rad_s
+        """Reference velocity."""
+        peak = self.amplitude * self.frequency_rad_s
         return np.asarray(peak * np.cos(self.frequency_rad_s * time))
 
 
@@ -126,15 +130,15 @@ class Step(Record):
     """A jump, then hold."""
 
     kind: Literal["step"] = "step"
-    height_rad: Finite
+    height: Finite
     time_s: NotNegative = 0.0
 
     def at(self, time: Floats) -> Floats:
-        """Reference angle [rad]."""
-        return np.where(time >= self.time_s, self.height_rad, 0.0)
+        """Reference."""
+        return np.where(time >= self.time_s, self.height, 0.0)
 
     def rate(self, time: Floats) -> Floats:
-        """Reference velocity [rad/s]: zero, also at the jump."""
+        """Reference velocity: zero, also at the jump."""
         return np.zeros_like(time)
 
 
@@ -142,34 +146,34 @@ class Trapezoidal(Record):
     """A move from rest to rest with limited velocity and acceleration, then hold."""
 
     kind: Literal["trapezoidal"] = "trapezoidal"
-    distance_rad: Finite
-    velocity_rad_s: Positive
-    acceleration_rad_s2: Positive
+    distance: Finite
+    velocity: Positive
+    acceleration: Positive
 
     def _phases(self) -> tuple[float, float, float]:
-        """Peak velocity [rad/s], time of acceleration [s], time at constant velocity [s]."""
-        distance = abs(self.distance_rad)
-        peak = min(self.velocity_rad_s, np.sqrt(distance * self.acceleration_rad_s2))
-        rise = peak / self.acceleration_rad_s2
+        """Peak velocity, time of acceleration [s], time at constant velocity [s]."""
+        distance = abs(self.distance)
+        peak = min(self.velocity, np.sqrt(distance * self.acceleration))
+        rise = peak / self.acceleration
         cruise = distance / peak - rise if peak > 0 else 0.0
         return peak, rise, cruise
 
     def at(self, time: Floats) -> Floats:
-        """Reference angle [rad]."""
+        """Reference."""
         peak, rise, cruise = self._phases()
         up = np.clip(time, 0.0, rise)
         even = np.clip(time - rise, 0.0, cruise)
         down = np.clip(time - rise - cruise, 0.0, rise)
-        half = 0.5 * self.acceleration_rad_s2
+        half = 0.5 * self.acceleration
         path = half * up**2 + peak * even + peak * down - half * down**2
-        return np.asarray(np.sign(self.distance_rad) * path)
+        return np.asarray(np.sign(self.distance) * path)
 
     def rate(self, time: Floats) -> Floats:
-        """Reference velocity [rad/s]."""
+        """Reference velocity."""
         peak, rise, cruise = self._phases()
         falling = 2 * rise + cruise - time
-        slope = self.acceleration_rad_s2 * np.minimum(time, falling)
-        return np.asarray(np.sign(self.distance_rad) * np.clip(slope, 0.0, peak))
+        slope = self.acceleration * np.minimum(time, falling)
+        return np.asarray(np.sign(self.distance) * np.clip(slope, 0.0, peak))
 
 
 Reference = Annotated[Ramp | Sine | Step | Trapezoidal | Table, Field(discriminator="kind")]
@@ -178,23 +182,23 @@ Reference = Annotated[Ramp | Sine | Step | Trapezoidal | Table, Field(discrimina
 class LoadSine(Record):
     """``amplitude sin(frequency t + phase)``."""
 
-    amplitude_Nm: Finite
+    amplitude: Finite
     frequency_rad_s: Positive
     phase_rad: Finite = 0.0
 
 
 class Load(Record):
-    """Load torque: a constant, any number of sines and a table, added up (LL eq. 7)."""
+    """Load: a constant, any number of sines and a table, added up (LL eq. 7)."""
 
-    constant_Nm: Finite = 0.0
+    constant: Finite = 0.0
     sines: tuple[LoadSine, ...] = ()
-    file: CsvFile | None = None  # time [s], load torque [N m]
+    file: CsvFile | None = None  # time [s], load
 
     def at(self, time: Floats) -> Floats:
-        """Load torque [N m]."""
-        total = np.full_like(time, self.constant_Nm)
+        """Load."""
+        total = np.full_like(time, self.constant)
         for sine in self.sines:
-            total += sine.amplitude_Nm * np.sin(sine.frequency_rad_s * time + sine.phase_rad)
+            total += sine.amplitude * np.sin(sine.frequency_rad_s * time + sine.phase_rad)
         if self.file is not None:
             total += np.interp(time, *table_of(self.file))
         return total

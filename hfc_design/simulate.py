@@ -50,14 +50,14 @@ class Loop(NamedTuple):
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it."""
     wanted = scenario.sensors
-    sensors = Sensors(wanted.encoder_resolution_rad, wanted.velocity == "encoder")
-    ideal = sensors == Sensors() and not wanted.noise_rad
+    sensors = Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
+    ideal = sensors == Sensors() and not wanted.noise
     return Loop(
         plant=scenario.plant.plant,
         controller=controller,
         fitness=scenario.fitness.fitness(),
         substeps=scenario.simulation.substeps,
-        command_limit=scenario.limits.voltage_V,
+        command_limit=scenario.limits.command,
         sensors=None if ideal else sensors,
     )
 

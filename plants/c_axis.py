@@ -177,6 +177,7 @@ C_AXIS = Plant(
         "error": "rad",
         "error_rate": "rad/s",
         "command": "V",
+        "load": "N m",
         "deflection": "rad",
         "deflection_rate": "rad/s",
         "spindle_velocity": "rad/s",

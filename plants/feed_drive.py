@@ -240,6 +240,7 @@ FEED_DRIVE = Plant(
         "error": "BLU",
         "error_rate": "BLU/s",
         "command": "unit",
+        "load": "unit",
         "position": "BLU",
         "velocity": "BLU/s",
     },

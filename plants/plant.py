@@ -34,7 +34,7 @@ class Plant:
     parameters: type[Any]
     #: What is wrong with a dict of changed parameters, in one line; None if nothing is.
     fault: Callable[[dict[str, float]], str | None]
-    #: Unit of each signal, of "error", "error_rate" and "command" too, for messages and plots.
+    #: Unit of each signal, of "error", "error_rate", "command", "load" too, for people to read.
     units: dict[str, str]
     coefficients: Callable[[Any], Any]
     initial_state: Callable[[Any], Any]

@@ -38,7 +38,7 @@ def test_signals_are_those_of_the_paper():
     assert found["deflection_rate"] == 0.25 - 2 * 0.0625
     assert (found["spindle_velocity"], found["rotor_velocity"]) == (0.0625, 0.25)
     assert found["current"] == 3.0
-    assert set(found) == set(C_AXIS.units) - {"error", "error_rate", "command"}
+    assert set(found) == set(C_AXIS.units) - {"error", "error_rate", "command", "load"}
 
 
 @pytest.mark.parametrize(("poles", "pair"), [(2, -4.6 + 20.8j), (4, 3.5 + 29.5j), (6, 8.2 + 32.3j)])

@@ -21,25 +21,25 @@ def rate(signal, *times):
 
 def test_ramp():
     assert at(Ramp(), 0.0, 1.5) == pytest.approx([0.0, 0.03])
-    assert rate(Ramp(rate_rad_s=-0.5), 0.0, 1.5) == [-0.5, -0.5]
+    assert rate(Ramp(velocity=-0.5), 0.0, 1.5) == [-0.5, -0.5]
 
 
 def test_sine():
-    sine = Sine(amplitude_rad=0.2, frequency_rad_s=3.0)
+    sine = Sine(amplitude=0.2, frequency_rad_s=3.0)
     assert at(sine, 0.0, pi / 6, 1.0) == pytest.approx([0.0, 0.2, 0.2 * sin(3)])
     assert rate(sine, 0.0, pi / 6, 1.0) == pytest.approx([0.6, 0.0, 0.6 * cos(3)], abs=1e-15)
 
 
 def test_step():
-    jump = Step(height_rad=0.005, time_s=0.1)
+    jump = Step(height=0.005, time_s=0.1)
     assert at(jump, 0.0, 0.0999, 0.1, 2.0) == [0.0, 0.0, 0.005, 0.005]
     assert rate(jump, 0.0, 0.1, 2.0) == [0.0, 0.0, 0.0]
-    assert at(Step(height_rad=1.0), 0.0) == [1.0]
+    assert at(Step(height=1.0), 0.0) == [1.0]
 
 
 def test_trapezoidal():
     """1 rad at up to 0.5 rad/s and 2 rad/s2: 0.25 s up, 1.75 s even, 0.25 s down."""
-    move = Trapezoidal(distance_rad=1.0, velocity_rad_s=0.5, acceleration_rad_s2=2.0)
+    move = Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0)
     times = (0.0, 0.1, 0.25, 1.25, 2.0, 2.15, 2.25, 9.0)
     assert at(move, *times) == pytest.approx(
         [0.0, 0.01, 0.0625, 0.5625, 0.9375, 0.99, 1.0, 1.0], abs=1e-15
@@ -49,14 +49,14 @@ def test_trapezoidal():
 
 def test_trapezoidal_too_short_for_its_velocity_is_a_triangle():
     """-0.5 rad at 2 rad/s2 peaks at 1 rad/s after 0.5 s and ends after 1 s."""
-    move = Trapezoidal(distance_rad=-0.5, velocity_rad_s=3.0, acceleration_rad_s2=2.0)
+    move = Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0)
     times = (0.0, 0.25, 0.5, 0.75, 1.0, 2.0)
     assert at(move, *times) == pytest.approx([0.0, -0.0625, -0.25, -0.4375, -0.5, -0.5])
     assert rate(move, *times) == pytest.approx([0.0, -0.5, -1.0, -0.5, 0.0, 0.0])
 
 
 def test_trapezoidal_nowhere():
-    move = Trapezoidal(distance_rad=0.0, velocity_rad_s=1.0, acceleration_rad_s2=1.0)
+    move = Trapezoidal(distance=0.0, velocity=1.0, acceleration=1.0)
     assert at(move, 0.0, 1.0) == [0.0, 0.0]
     assert rate(move, 0.0, 1.0) == [0.0, 0.0]
 
@@ -76,11 +76,11 @@ def test_table(table):
 
 def test_rate_is_the_derivative_of_the_angle(table):
     references = (
-        Ramp(rate_rad_s=0.3),
-        Sine(amplitude_rad=0.2, frequency_rad_s=3.0),
-        Step(height_rad=0.1, time_s=0.7),
-        Trapezoidal(distance_rad=1.0, velocity_rad_s=0.5, acceleration_rad_s2=2.0),
-        Trapezoidal(distance_rad=-0.5, velocity_rad_s=3.0, acceleration_rad_s2=2.0),
+        Ramp(velocity=0.3),
+        Sine(amplitude=0.2, frequency_rad_s=3.0),
+        Step(height=0.1, time_s=0.7),
+        Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0),
+        Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0),
         table,
     )
     h = 1e-5
@@ -99,8 +99,8 @@ def test_load_of_equation_7():
 
 
 def test_load_adds_a_constant_sines_and_a_table(table):
-    sines = (LoadSine(amplitude_Nm=3.0, frequency_rad_s=2.0, phase_rad=pi / 2),)
-    load = Load(constant_Nm=1.0, sines=sines, file=table.file)
+    sines = (LoadSine(amplitude=3.0, frequency_rad_s=2.0, phase_rad=pi / 2),)
+    load = Load(constant=1.0, sines=sines, file=table.file)
     assert at(load, 0.0, 1.5) == pytest.approx([1 + 3 + 2.0, 1 + 3 * cos(3.0) + 2.25])
     assert at(Load(), 0.0, 1.0) == [0.0, 0.0]
 

@@ -101,13 +101,13 @@ def test_one_compilation_serves_all_structures_values_machines_and_loads(random_
         loop = prepared(counted, change)
         return simulate.scores(*loop, picked(gains, np.roll(np.arange(105), shift)))
 
-    first = scored("load.constant_Nm=5.0", 0)
+    first = scored("load.constant=5.0", 0)
     needed = len(traces)
     assert needed > 0
     others = [
-        scored("load.constant_Nm=5.0", 1),
-        scored("load.constant_Nm=1.0", 0),
-        scored("reference.rate_rad_s=0.03", 0),
+        scored("load.constant=5.0", 1),
+        scored("load.constant=1.0", 0),
+        scored("reference.velocity=0.03", 0),
         scored("plant.parameters.spindle_inertia=4.0", 0),
     ]
     assert len(traces) == needed
@@ -148,7 +148,7 @@ def test_substeps_converge():
 def test_command_limit_is_kept(published):
     controller, gains = published("lin-lee-1999-table-2")
     _, (free,) = simulate.trajectory(*prepared(controller), gains)
-    _, (held,) = simulate.trajectory(*prepared(controller, "limits.voltage_V=25.0"), gains)
+    _, (held,) = simulate.trajectory(*prepared(controller, "limits.command=25.0"), gains)
     assert abs(free.command).max() > 30
     assert abs(held.command).max() == 25.0
     inside = free.command[:, 0] < 25.0
@@ -159,9 +159,9 @@ def test_command_limit_is_kept(published):
 
 def test_encoder_reads_multiples_of_its_resolution():
     """A P controller of gain 1 shows the error that the encoder leaves, a D controller the rate."""
-    changes = ["sensors.encoder_resolution_rad=1e-4", "sensors.velocity='encoder'"]
+    changes = ["sensors.encoder_resolution=1e-4", "sensors.velocity='encoder'"]
     gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
-    push = ["reference.rate_rad_s=0.0", "load={constant_Nm=2.0}"]
+    push = ["reference.velocity=0.0", "load={constant=2.0}"]
     loop, plant, samples = prepared(pd(), *changes, *push)
     _, (motion,) = simulate.trajectory(loop, plant, samples, gains)
     angle = motion.state.spindle_angle
@@ -180,7 +180,7 @@ def test_noise_is_that_of_its_seed():
     gains = PdGains(np.array([1.0]), np.array([0.0]))
 
     def disturbance(*changes):
-        changes = ("sensors.noise_rad=1e-5", "reference.rate_rad_s=0.0", *changes)
+        changes = ("sensors.noise=1e-5", "reference.velocity=0.0", *changes)
         _, (motion,) = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
         return (-motion.command - motion.state.spindle_angle)[:, 0]
 
