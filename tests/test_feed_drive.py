@@ -195,7 +195,7 @@ def test_encoder_reports_whole_units_and_leaves_the_velocity():
     for position, wanted in ((0.4, 0.0), (0.6, 1.0), (-0.6, -1.0), (4000.49, 4000.0)):
         assert measured(c, FeedDriveState(position, 12.3)) == (wanted, 12.3)
     assert signals(c, FeedDriveState(2.0, 3.0)) == {"position": 2.0, "velocity": 3.0}
-    units = {"error": "BLU", "error_rate": "BLU/s", "command": "unit"}
+    units = {"error": "BLU", "error_rate": "BLU/s", "command": "unit", "load": "unit"}
     assert {**units, "position": "BLU", "velocity": "BLU/s"} == FEED_DRIVE.units
 
 
