@@ -43,8 +43,8 @@ def save(path: Path, search: Any, config: str) -> None:
     write_whole(path, buffer.getvalue())
 
 
-def load(path: Path, kind: type, state: type, config: str) -> Any:
-    """The search of type ``kind`` in ``path``; its field ``state`` is of type ``state``.
+def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
+    """The search of type ``kind`` in ``path``; ``fields`` are the types of some fields in it.
 
     Raises:
         RunError: the file is damaged, is no checkpoint, or belongs to another run.
@@ -56,7 +56,7 @@ def load(path: Path, kind: type, state: type, config: str) -> Any:
             raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
         if str(arrays["config"]) != config:
             raise RunError(f"{path}: belongs to a run with another config.toml")
-        return _built(kind, "", arrays, {"state": state})
+        return _built(kind, "", arrays, fields)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
 
@@ -71,7 +71,7 @@ def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
 def _built(kind: type, prefix: str, arrays: dict[str, np.ndarray], known: dict[str, type]) -> Any:
     if hasattr(kind, "_fields"):
         hints = get_type_hints(kind) | {k: v for k, v in known.items() if k in kind._fields}
-        parts = (_built(hints[name], f"{prefix}{name}.", arrays, {}) for name in kind._fields)
+        parts = (_built(hints[name], f"{prefix}{name}.", arrays, known) for name in kind._fields)
         return kind(*parts)
     value = arrays[prefix.rstrip(".")]
     return int(value) if kind is int else value

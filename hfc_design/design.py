@@ -8,19 +8,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design import __version__, checkpoint, hierarchy, simulate
-from hfc_design.controllers import hierarchical
+from hfc_design import __version__, checkpoint, simulate
 from hfc_design.evaluate import Evaluation, evaluate
 from hfc_design.fitness import without_sticking
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design, design_json
-from hfc_design.scenarios import PlantSettings, Scenario, load_scenario, scenario_toml
-from hfc_design.search.genome import Floats, Population, controller_gains
+from hfc_design.scenarios import (
+    HierarchicalSettings,
+    PlantSettings,
+    Scenario,
+    load_scenario,
+    scenario_toml,
+)
+from hfc_design.search.fuzzy_genome import FuzzyGenome
+from hfc_design.search.genome import Floats, Genome, Population
+from hfc_design.search.hierarchical_genome import HierarchicalGenome
 from hfc_design.search.lin_lee import LinLeeState
 from hfc_design.search.loop import Search, generations, strategy
-from hfc_design.search.newton import Linear
+from hfc_design.search.newton import Linear, Newton
 from hfc_design.search.race import RaceState
 from hfc_design.search.settings import RaceSettings
+from hfc_design.stability.stable_range import stable_range
 
 CONFIG, CHECKPOINT, HISTORY, DESIGN = "config.toml", "checkpoint.npz", "history.csv", "design.json"
 #: Seconds between checkpoints of a search that is faster than that.
@@ -38,11 +46,11 @@ class Result(NamedTuple):
 
 
 class Problem:
-    """A scenario as the two functions that a search calls."""
+    """A scenario as what a search needs of it."""
 
     def __init__(self, scenario: Scenario):
-        self.layout = scenario.controller.layout()
-        loop = simulate.closed_loop(scenario, hierarchical(self.layout))
+        self.genome = genome_of(scenario)
+        loop = simulate.closed_loop(scenario, self.genome.controller)
         penalty = scenario.search.stick_penalty
         if penalty:
             loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))
@@ -53,17 +61,41 @@ class Problem:
 
     def scores(self, population: Population) -> Floats:
         """Score of every individual; nan where it diverged."""
-        gains = controller_gains(population)
+        gains = self.genome.gains(population)
         return simulate.scores(self._loop, self._plants, self._samples, gains, self._dtype)
 
-    def linear(self, individual: Population) -> Linear | None:
+    @property
+    def newton(self) -> Newton | None:
+        """Gauss-Newton steps; only where the score is one of tracking errors of one axis."""
+        if not isinstance(self.genome, HierarchicalGenome) or len(self._plants) > 1:
+            return None
+        return self.genome.stepped(self._linear)
+
+    def _linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
-        gains = controller_gains(individual)
+        gains = self.genome.gains(individual)
         error, jacobian = simulate.error_jacobian(
             self._loop, self._plants, self._samples, gains, self._dtype
         )
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian) if finite else None
+
+
+def genome_of(scenario: Scenario) -> Genome:
+    """What the search of ``scenario`` varies."""
+    settings = scenario.controller
+    if isinstance(settings, HierarchicalSettings):
+        return HierarchicalGenome(scenario.search, settings.layout())
+    axes = scenario.plant.values()
+    every = scenario.simulation.sample_time_s
+    ranges = (stable_range(axis.gain, axis.time_constant, every) for axis in axes)
+    return FuzzyGenome(
+        settings.start,
+        min(ranges, key=lambda found: found.k1),
+        min(min(-axis.lowest_command, axis.highest_command) for axis in axes),
+        settings.largest_integral_gain,
+        settings.symmetric,
+    )
 
 
 def new_run(scenario: Scenario, folder: Path) -> Scenario:
@@ -109,15 +141,15 @@ def run(
     settings = scenario.search
     config = (folder / CONFIG).read_text(encoding="utf-8")
     path = folder / CHECKPOINT
-    search = _stored(path, settings, config)
+    search = _stored(path, scenario, config)
     saved = time.monotonic()
     steps = generations(
-        strategy(settings, problem.layout),
-        problem.layout,
+        strategy(settings, problem.genome),
+        problem.genome,
         settings.generations,
         scenario.run.seed,
         problem.scores,
-        problem.linear,
+        problem.newton,
         search,
     )
     try:
@@ -158,30 +190,9 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
     """A population of one as a design file."""
-    settings = scenario.controller
-    names = [item.name for item in settings.inputs]
-    tree = hierarchy.trees(len(names))[int(individual.tree[0])]
-    sources = names + [f"unit-{unit.heap_id}" for unit in tree]
-    kp, kd = individual.gains[0].tolist()
     controller = {
-        "kind": "pd+hierarchical-fuzzy",
         "sample_time_s": scenario.simulation.sample_time_s,
-        "pd": {"kp": kp, "kd": kd},
-        "inputs": [
-            {"name": name, "scale": scale}
-            for name, scale in zip(names, individual.scales[0].tolist(), strict=True)
-        ],
-        "output_scale": settings.output_scale,
-        "terms": [term.model_dump() for term in settings.terms],
-        "units": [
-            {
-                "id": unit.heap_id,
-                "column_input": sources[unit.column],
-                "row_input": sources[unit.row],
-                "consequents": table.tolist(),
-            }
-            for unit, table in zip(tree, individual.consequents[0], strict=True)
-        ],
+        **genome_of(scenario).record(individual),
     }
     return Design.model_validate(
         {
@@ -207,11 +218,14 @@ def _plant(settings: PlantSettings) -> dict[str, Any]:
     return {"name": settings.name, "parameters": {}, "axes": axes}
 
 
-def _stored(path: Path, settings: Any, config: str) -> Search | None:
+def _stored(path: Path, scenario: Scenario, config: str) -> Search | None:
     if not path.exists():
         return None
-    state = RaceState if isinstance(settings, RaceSettings) else LinLeeState
-    search: Search = checkpoint.load(path, Search, state, config)
+    kinds = {
+        "state": RaceState if isinstance(scenario.search, RaceSettings) else LinLeeState,
+        "population": type(genome_of(scenario).empty()),
+    }
+    search: Search = checkpoint.load(path, Search, kinds, config)
     return search
 
 

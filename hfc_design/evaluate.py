@@ -1,7 +1,6 @@
 """One design on one scenario, in float64: its score, its metrics, its whole motion."""
 
 from collections.abc import Iterable
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +10,7 @@ from hfc_design import controllers, fitness, simulate
 from hfc_design.paths.metrics import Contour, contour, contour_metrics
 from hfc_design.paths.trajectories import Trajectory
 from hfc_design.records import UserError, checked
-from hfc_design.rulebase import Design, parse_design, read_design
+from hfc_design.rulebase import Design, named_design
 from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
 from hfc_design.signals import AxisSamples
 from plants import Plant
@@ -97,27 +96,14 @@ def _axis(
     )
 
 
-def builtin_designs() -> list[str]:
-    """Names of the designs that come with the package."""
-    found = (files("hfc_design") / "builtin_designs").iterdir()
-    return sorted(entry.name.removesuffix(".json") for entry in found if entry.name[0] != "_")
-
-
 def load_design(name: str) -> Design:
-    """The design with a built-in name or at a path.
+    """The design with a built-in name, in a file or in a run folder, with a plant that can run.
 
     Raises:
-        UserError: there is no such design, or the file is not one that can run.
+        UserError: there is no such design, or it is not one that can run.
     """
-    if name in builtin_designs():
-        text = (files("hfc_design") / "builtin_designs" / f"{name}.json").read_text()
-        return parse_design(text, name)
-    if not Path(name).exists():
-        known = ", ".join(builtin_designs())
-        raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
-    path = Path(name) / "design.json" if Path(name).is_dir() else Path(name)
-    design = read_design(path)
-    checked(PlantSettings, design.plant.model_dump(), f"{path}: plant", path.parent)
+    design = named_design(name)
+    checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
     return design
 
 

@@ -16,7 +16,7 @@ from hfc_design.export import csv_tables
 from hfc_design.paths.metrics import CONTOUR_METRICS
 from hfc_design.pictures import contour_plots, diagrams, plots
 from hfc_design.rulebase import Design
-from hfc_design.scenarios import Scenario
+from hfc_design.scenarios import HierarchicalSettings, Scenario
 from hfc_design.search.loop import Archive
 from plants import PLANTS
 
@@ -131,6 +131,8 @@ def _parameters(design: Design) -> Rows:
 
 def _structures(archive: Archive, scenario: Scenario) -> Rows:
     """The best structures of the search and their scores."""
+    if not isinstance(scenario.controller, HierarchicalSettings):
+        return []
     names = [diagrams.readable(item.name) for item in scenario.controller.inputs]
     trees = hierarchy.trees(len(names))
     order = [k for k in (-archive.score).argsort(kind="stable")[:BEST] if archive.score[k] > 0]

@@ -2,6 +2,7 @@
 
 import json
 import re
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -120,6 +121,27 @@ class Design(Record):
     controller: Annotated[PdDesign | HierarchicalDesign | FeedDesign, Field(discriminator="kind")]
     score: dict[str, JsonValue] = {}
     provenance: dict[str, JsonValue] = {}
+
+
+def builtin_designs() -> list[str]:
+    """Names of the designs that come with the package."""
+    found = (files("hfc_design") / "builtin_designs").iterdir()
+    return sorted(entry.name.removesuffix(".json") for entry in found if entry.name[0] != "_")
+
+
+def named_design(name: str) -> Design:
+    """The design with a built-in name, in a file or in a run folder.
+
+    Raises:
+        UserError: there is no such design, or the file is not one that can run.
+    """
+    if name in builtin_designs():
+        text = (files("hfc_design") / "builtin_designs" / f"{name}.json").read_text()
+        return parse_design(text, name)
+    if not Path(name).exists():
+        known = ", ".join(builtin_designs())
+        raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
+    return read_design(Path(name) / "design.json" if Path(name).is_dir() else Path(name))
 
 
 def read_design(path: str | Path) -> Design:

@@ -12,10 +12,11 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from hfc_design.controllers import Layout
 from hfc_design.controllers.hierarchical import PREVIOUS
+from hfc_design.feed_records import AflcDesign, FlcDesign
 from hfc_design.fitness import Fitness, contour, lin_lee, settled_samples
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
@@ -35,10 +36,12 @@ from hfc_design.records import (
     UserError,
     checked,
 )
-from hfc_design.rulebase import InputRecord, Label, TermRecord
+from hfc_design.rulebase import InputRecord, Label, TermRecord, named_design
+from hfc_design.search.settings import LinLeeSettings as SearchLinLee
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Samples, Simulation
 from plants import PLANTS, Plant
+from plants.feed_drive import FeedDriveParameters
 
 MAX_STEPS = 10_000_000
 
@@ -116,7 +119,7 @@ class ContourSettings(Record):
     """Contour error of an X-Y machine; see ``fitness.contour``."""
 
     kind: Literal["contour"] = "contour"
-    worst: NotNegative = 0.1
+    worst: NotNegative = 0.3
     settled_after_s: NotNegative = 1.0
 
     def fitness(self) -> Fitness:
@@ -140,9 +143,10 @@ def _default_inputs() -> tuple[InputRecord, ...]:
     return tuple(InputRecord(name=name, scale=scale) for name, scale in pairs)
 
 
-class ControllerSettings(Record):
+class HierarchicalSettings(Record):
     """Inputs, scales and terms of the hierarchical fuzzy controller."""
 
+    kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     inputs: tuple[InputRecord, ...] = Field(
         default_factory=_default_inputs, min_length=2, max_length=MAX_INPUTS
     )
@@ -163,8 +167,55 @@ class ControllerSettings(Record):
         )
 
 
+def _controller_of(start: Any, info: ValidationInfo) -> Any:
+    """The controller of the design that ``start`` names; a record stays one."""
+    if not isinstance(start, str):
+        return start
+    path = Path((info.context or {}).get("folder", "")) / start
+    try:
+        design = named_design(str(path) if path.exists() else start)
+    except UserError as error:
+        raise ValueError(str(error)) from None
+    return design.controller.model_dump()
+
+
+Start = BeforeValidator(_controller_of)
+
+
+class _FuzzySettings(Record):
+    """Bounds of a search that begins with a fuzzy controller, or with a design's."""
+
+    symmetric: bool = True  # both directions are treated alike
+    largest_integral_gain: NotNegative = 8.0  # [units/(BLU s)]
+
+
+class FlcSettings(_FuzzySettings):
+    """A fuzzy controller of a feed drive."""
+
+    kind: Literal["flc"]
+    start: Annotated[FlcDesign, Start] = Field("jee-koren-2004-flc", validate_default=True)
+
+
+class AflcSettings(_FuzzySettings):
+    """A fuzzy controller of a feed drive that adapts."""
+
+    kind: Literal["aflc"]
+    start: Annotated[AflcDesign, Start] = Field("jee-koren-2004-aflc", validate_default=True)
+
+
+ControllerSettings = Annotated[
+    HierarchicalSettings | FlcSettings | AflcSettings, Field(discriminator="kind")
+]
+
+
 def _with_kind(fitness: Any) -> Any:
     return {"kind": "lin-lee"} | fitness if isinstance(fitness, dict) else fitness
+
+
+def _with_controller(controller: Any) -> Any:
+    if isinstance(controller, dict):
+        return {"kind": "pd+hierarchical-fuzzy"} | controller
+    return controller
 
 
 def _with_preset(search: Any) -> Any:
@@ -183,7 +234,9 @@ class Scenario(Record):
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
     fitness: Annotated[FitnessSettings, BeforeValidator(_with_kind)] = LinLeeSettings()
-    controller: ControllerSettings = ControllerSettings()
+    controller: Annotated[ControllerSettings, BeforeValidator(_with_controller)] = (
+        HierarchicalSettings()
+    )
     search: Annotated[SearchSettings, BeforeValidator(_with_preset)] = RaceSettings()
     run: RunSettings = RunSettings()
 
@@ -196,8 +249,15 @@ class Scenario(Record):
                 f"allowed are 1 to {MAX_STEPS}"
             )
         self._can_follow()
+        if isinstance(self.controller, HierarchicalSettings):
+            self._can_read(self.controller)
+        else:
+            self._can_search(self.controller)
+        return self
+
+    def _can_read(self, controller: HierarchicalSettings) -> None:
         known = input_names(self.plant.plant)
-        names = [item.name for item in self.controller.inputs]
+        names = [item.name for item in controller.inputs]
         for name in names:
             if name not in known:
                 raise ValueError(
@@ -206,7 +266,20 @@ class Scenario(Record):
                 )
             if names.count(name) > 1:
                 raise ValueError(f"controller.inputs: {name!r} stands there twice")
-        return self
+
+    def _can_search(self, controller: FlcSettings | AflcSettings) -> None:
+        if not isinstance(self.plant.values()[0], FeedDriveParameters):
+            raise ValueError(
+                f"controller.kind = {controller.kind!r}: is for a feed drive, not for the "
+                f"{self.plant.name}"
+            )
+        if controller.start.sample_time_s != self.simulation.sample_time_s:
+            raise ValueError(
+                f"controller.start: runs every {controller.start.sample_time_s} s, "
+                f"simulation.sample_time_s is {self.simulation.sample_time_s}"
+            )
+        if isinstance(self.search, SearchLinLee):
+            raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
 
     def _can_follow(self) -> None:
         axes = self.plant.values()

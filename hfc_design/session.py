@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hfc_design import controllers, evaluate, scenarios
+from hfc_design import controllers, evaluate, rulebase, scenarios
 from hfc_design import design as designs
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import FORMATS
@@ -17,11 +17,18 @@ from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Search
 from plants import PLANTS
 
-#: Designs shown beside every result, and their names in the table.
+#: Plant -> designs shown beside every result, and their names in the table.
 BASELINES = {
-    "lin-lee-1999-table-1": "LL Table I",
-    "lin-lee-1999-table-2": "LL Table II",
-    "pd-only": "PD only",
+    "c-axis": {
+        "lin-lee-1999-table-1": "LL Table I",
+        "lin-lee-1999-table-2": "LL Table II",
+        "pd-only": "PD only",
+    },
+    "feed-drive": {
+        "jee-koren-2004-aflc": "JK04 AFLC",
+        "jee-koren-2004-flc": "JK04 FLC",
+        "jee-koren-2004-pid": "JK04 PID",
+    },
 }
 
 
@@ -48,11 +55,12 @@ def design(
             result = designs.run(scenario, folder, watch.generation)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
-    rivals = {name: rival for name in BASELINES if (rival := _rival(name, scenario))}
+    baselines = BASELINES.get(scenario.plant.name, {})
+    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
     from hfc_design.report import write_report
 
     write_report(scenario, result, rivals, folder)
-    beside = {BASELINES[name]: rival for name, rival in rivals.items()}
+    beside = {baselines[name]: rival for name, rival in rivals.items()}
     show_table({"this design": result.evaluation, **beside}, watch.summary())
     Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
@@ -149,7 +157,7 @@ def show_list(what: str) -> None:
         names = scenarios.builtin_names()
         lines = {name: scenarios.load_scenario(name).description for name in names}
     elif what == "designs":
-        names = evaluate.builtin_designs()
+        names = rulebase.builtin_designs()
         lines = {name: str(evaluate.load_design(name).provenance["source"]) for name in names}
     elif what == "plants":
         lines = {name: ", ".join(plant.parameters._fields) for name, plant in PLANTS.items()}

@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 from hfc_design import session
 from hfc_design.cli import main
-from hfc_design.evaluate import builtin_designs, load_design
-from hfc_design.rulebase import read_design
+from hfc_design.evaluate import load_design
+from hfc_design.rulebase import builtin_designs, read_design
 from hfc_design.scenarios import builtin_names
 
 SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.2"]

@@ -17,7 +17,7 @@ from hfc_design.records import RunError, UserError
 from hfc_design.report import write_report
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import load_scenario
-from hfc_design.search.genome import Population
+from hfc_design.search.hierarchical_genome import Hierarchies
 from hfc_design.search.loop import Archive, History, Search
 
 INPUTS = [
@@ -70,7 +70,7 @@ def finished(inputs):
     """A search that has tried only some of the trees."""
     trees = len(hierarchy.trees(inputs))
     score = np.where(np.arange(trees) < 12, np.arange(trees) * 10.0, -np.inf)
-    population = Population(
+    population = Hierarchies(
         np.arange(trees),
         np.ones((trees, 2)),
         np.ones((trees, inputs)),

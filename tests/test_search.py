@@ -5,7 +5,13 @@ import pytest
 
 from hfc_design import hierarchy
 from hfc_design.controllers import Layout
-from hfc_design.search.genome import Population, from_vectors, joined, vectors
+from hfc_design.search.genome import joined
+from hfc_design.search.hierarchical_genome import (
+    HierarchicalGenome,
+    Hierarchies,
+    from_vectors,
+    vectors,
+)
 from hfc_design.search.loop import Search, generations, strategy
 from hfc_design.search.race import Race, heats
 from hfc_design.search.settings import LinLeeSettings, RaceSettings
@@ -28,12 +34,12 @@ def hill(population):
 
 def searched(settings, seed=0, evaluate=hill, lay=LAYOUT, search=None, total=None):
     *_, last = generations(
-        strategy(settings, lay),
-        lay,
+        strategy(settings, HierarchicalGenome(settings, lay)),
+        HierarchicalGenome(settings, lay),
         total or settings.generations,
         seed,
         evaluate,
-        lambda individual: None,
+        None,
         search,
     )
     return last
@@ -142,21 +148,21 @@ def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
 
 
 def test_culling_keeps_the_islands_with_the_best_individuals():
-    race = Race(RACE, LAYOUT)
+    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
     rng = np.random.default_rng(0)
     _, asked = race.start(rng)
     score = rng.random(210)
     state = race.tell(None, asked, score)
     per_tree = [score[asked.population.tree == tree].max() for tree in range(105)]
     survivors = np.sort(np.argsort(per_tree)[-53:])
-    later, _ = race.ask(state, 5, lambda individual: None, rng)  # 40 generations, 8 heats
+    later, _ = race.ask(state, 5, None, rng)  # 40 generations, 8 heats
     assert np.array_equal(np.unique(later.population.tree), survivors)
     assert len(later.score) == 210
     assert later.score.max() == score.max()
 
 
 def test_vectors_and_back():
-    race = Race(RACE, LAYOUT)
+    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
     _, asked = race.start(np.random.default_rng(3))
     some = asked.population.take(np.array([5, 5, 5]))
     points = vectors(some)
@@ -170,5 +176,5 @@ def test_vectors_and_back():
 def test_search_record_is_what_a_checkpoint_needs():
     found = searched(RACE, total=3)
     assert isinstance(found, Search)
-    assert isinstance(found.archive.population, Population)
+    assert isinstance(found.archive.population, Hierarchies)
     assert found.generation == 3

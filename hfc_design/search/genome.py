@@ -1,60 +1,78 @@
-"""What a search varies: the structure, the consequents, the scales and the PD gains."""
+"""What a search strategy needs to know of what it varies."""
 
-from typing import Any, NamedTuple
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design import hierarchy
-from hfc_design.controllers import HierarchicalGains
+from hfc_design.controllers import Controller
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-class Population(NamedTuple):
-    """n individuals; every array carries them in its leading axis."""
+class Population(Protocol):
+    """n individuals: a NamedTuple of arrays that carry them in the leading axis."""
 
-    tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
-    gains: Floats  # (n, 2): kp [V/rad], kd [V s/rad]
-    scales: Floats  # (n, inputs): k_1, k_2, ..., per unit of the input
-    consequents: Floats  # (n, units, 7, 7), [unit][row term][column term]
+    @property
+    def tree(self) -> Integers:
+        """(n,) structure of each individual, from 0 on."""
 
-    def take(self, chosen: Integers | Mask | slice) -> "Population":
+    def take(self, chosen: Integers | Mask | slice) -> Self:
         """The individuals that an index array, a mask or a slice chooses."""
-        arrays: Any = (array[chosen] for array in self)
-        return Population(*arrays)
 
 
-def joined(*populations: Population) -> Population:
+AnyPopulation = TypeVar("AnyPopulation", bound=Population)
+
+
+class Genome(Protocol):
+    """Individuals of one kind of controller: how they begin, vary and become a controller."""
+
+    @property
+    def controller(self) -> Controller:
+        """The controller whose gains are searched."""
+
+    @property
+    def structures(self) -> int:
+        """How many structures there are."""
+
+    def empty(self) -> Any:
+        """One individual of each structure that nobody has tried."""
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> Any:
+        """First individuals with the given structures."""
+
+    def mutated(self, population: Any, step: Floats, rng: np.random.Generator) -> Any:
+        """The individuals changed by relative steps (n,)."""
+
+    def blended(self, one: Any, other: Any, share: Floats) -> Any:
+        """``one`` moved by ``share`` (n,) of the way to ``other``."""
+
+    def nudged(self, population: Any, rng: np.random.Generator) -> Any:
+        """The individuals with a number a millionth off."""
+
+    def gains(self, population: Any) -> Any:
+        """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
+
+    def record(self, individual: Any) -> dict[str, Any]:
+        """A population of one as the controller of a design file."""
+
+
+def taken(population: Any, chosen: Integers | Mask | slice) -> Any:
+    """The chosen individuals of a NamedTuple of arrays."""
+    return type(population)(*(array[chosen] for array in population))
+
+
+def joined(*populations: AnyPopulation) -> AnyPopulation:
     """Populations one after the other."""
-    return Population(*(np.concatenate(arrays) for arrays in zip(*populations, strict=True)))
+    arrays: Any = zip(*populations, strict=True)
+    return type(populations[0])(*(np.concatenate(parts) for parts in arrays))
 
 
-def vectors(population: Population) -> Floats:
-    """The parameters as (n, parameters): gains, scales, consequents, as ``simulate`` has them."""
-    count = len(population.tree)
-    return np.concatenate([array.reshape(count, -1) for array in population[1:]], axis=1)
-
-
-def from_vectors(parameters: Floats, like: Population) -> Population:
-    """The individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
-    count = len(parameters)
-    shapes = [array.shape[1:] for array in like[1:]]
-    parts = np.split(parameters, np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1], axis=1)
-    arrays = (part.reshape(count, *shape) for part, shape in zip(parts, shapes, strict=True))
-    return Population(np.repeat(like.tree[:1], count), *arrays)
-
-
-def controller_gains(population: Population) -> HierarchicalGains:
-    """The population as ``simulate`` wants it: individuals in the trailing axis."""
-    inputs = population.scales.shape[1]
-    sources = hierarchy.all_sources(inputs)[population.tree]
-    return HierarchicalGains(
-        kp=population.gains[:, 0],
-        kd=population.gains[:, 1],
-        scales=population.scales.T,
-        sources=np.moveaxis(sources, 0, -1),
-        consequents=np.moveaxis(population.consequents, 0, -1),
-    )
+def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
+    """The population with other individuals at some places."""
+    changed = [array.copy() for array in population]  # type: ignore[attr-defined]
+    for array, values in zip(changed, by, strict=True):  # type: ignore[call-overload]
+        array[places] = values
+    return type(population)(*changed)

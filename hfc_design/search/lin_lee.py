@@ -7,7 +7,8 @@ import numpy as np
 
 from hfc_design import hierarchy
 from hfc_design.controllers import Layout
-from hfc_design.search.genome import Floats, Integers, Mask, Population, joined
+from hfc_design.search.genome import Floats, Integers, Mask, joined
+from hfc_design.search.hierarchical_genome import Hierarchies
 from hfc_design.search.settings import LinLeeSettings
 
 
@@ -15,7 +16,7 @@ class LinLeeState(NamedTuple):
     """A generation, the best individual first."""
 
     genes: Integers  # (n, inputs) heap unit that each input enters
-    population: Population
+    population: Hierarchies
     score: Floats  # (n,)
 
 
@@ -23,7 +24,7 @@ class Asked(NamedTuple):
     """The next generation and the genes it was decoded from."""
 
     genes: Integers
-    population: Population
+    population: Hierarchies
 
 
 class LinLee(NamedTuple):
@@ -67,14 +68,14 @@ class LinLee(NamedTuple):
             if _tree_index(tuple(gene.tolist())) is not None:
                 return gene
 
-    def _fresh(self, genes: Integers, rng: np.random.Generator) -> Population:
+    def _fresh(self, genes: Integers, rng: np.random.Generator) -> Hierarchies:
         s = self.settings
         count, inputs = genes.shape
         units = inputs - 1
         level = rng.uniform(-s.level_limit, s.level_limit, (count, units, 1, 1))
         spread = rng.uniform(-s.centre_step, s.centre_step, (count, units, 7, 7))
         low, high = np.array([s.kp_range, s.kd_range]).T
-        return Population(
+        return Hierarchies(
             np.array([_tree_index(tuple(gene)) for gene in genes.tolist()]),
             rng.uniform(low, high, (count, 2)),
             np.tile(self.layout.scales, (count, 1)),

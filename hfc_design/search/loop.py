@@ -5,9 +5,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from hfc_design import hierarchy
-from hfc_design.controllers import Layout
-from hfc_design.search.genome import Floats, Integers, Population, joined
+from hfc_design.search.genome import Floats, Genome, Integers, Population, joined
+from hfc_design.search.hierarchical_genome import HierarchicalGenome
 from hfc_design.search.lin_lee import LinLee
 from hfc_design.search.newton import Newton
 from hfc_design.search.race import Race
@@ -24,7 +23,7 @@ class Strategy(Protocol):
         """State before the first generation, and its candidates."""
 
     def ask(
-        self, state: Any, generation: int, newton: Newton, rng: np.random.Generator
+        self, state: Any, generation: int, newton: Newton | None, rng: np.random.Generator
     ) -> tuple[Any, Any]:
         """State and candidates of a later generation."""
 
@@ -32,11 +31,12 @@ class Strategy(Protocol):
         """State after the candidates have been scored."""
 
 
-def strategy(settings: RaceSettings | LinLeeSettings, layout: Layout) -> Strategy:
+def strategy(settings: RaceSettings | LinLeeSettings, genome: Genome) -> Strategy:
     """The strategy that ``settings`` describes."""
     if isinstance(settings, RaceSettings):
-        return Race(settings, layout)
-    return LinLee(settings, layout)
+        return Race(settings, genome)
+    assert isinstance(genome, HierarchicalGenome)  # the scenario has been checked
+    return LinLee(settings, genome.layout)
 
 
 class Archive(NamedTuple):
@@ -66,11 +66,11 @@ class Search(NamedTuple):
 
 def generations(
     strategy: Strategy,
-    layout: Layout,
+    genome: Genome,
     total: int,
     seed: int,
     evaluate: Evaluate,
-    newton: Newton,
+    newton: Newton | None,
     search: Search | None = None,
 ) -> Iterator[Search]:
     """Run to ``total`` generations from the start or from ``search``; yields after each.
@@ -79,7 +79,8 @@ def generations(
     continued search is the same search, bit for bit.
     """
     if search is None:
-        search = Search(0, None, _empty_archive(layout), _EMPTY_HISTORY)
+        untried = Archive(genome.empty(), np.full(genome.structures, -np.inf))
+        search = Search(0, None, untried, _EMPTY_HISTORY)
     for generation in range(search.generation, total):
         rng = np.random.default_rng([seed, generation])
         if generation == 0:
@@ -101,18 +102,6 @@ def generations(
 
 
 _EMPTY_HISTORY = History(np.empty(0), np.empty(0), np.empty(0, int), np.empty(0, int))
-
-
-def _empty_archive(layout: Layout) -> Archive:
-    inputs = len(layout.inputs)
-    trees = len(hierarchy.trees(inputs))
-    empty = Population(
-        np.arange(trees),
-        np.zeros((trees, 2)),
-        np.ones((trees, inputs)),
-        np.zeros((trees, inputs - 1, 7, 7)),
-    )
-    return Archive(empty, np.full(trees, -np.inf))
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:

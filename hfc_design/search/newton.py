@@ -8,12 +8,12 @@ is fast, decides which of them is any good.
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hfc_design.search.genome import Floats, Mask, Population
+from hfc_design.search.genome import Floats, Mask
 
 
 class Linear(NamedTuple):
@@ -25,8 +25,9 @@ class Linear(NamedTuple):
 
 TINY = float(np.finfo(np.float64).tiny)
 
-#: Linearises about a single individual; None where the derivative is not finite.
-Newton = Callable[[Population], Linear | None]
+#: So many individuals around a single one, from a damping on, and the damping of each; None
+#: where the loop about it has no finite derivative.
+Newton = Callable[[Any, float, int], tuple[Any, Floats] | None]
 
 #: Shares of the motion that are linearised. A loop that still oscillates drifts in phase, which
 #: makes late errors look more sensitive than they are; its beginning alone gives better steps.

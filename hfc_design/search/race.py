@@ -4,10 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design import hierarchy
-from hfc_design.controllers import Layout
-from hfc_design.search.genome import Floats, Integers, Population, from_vectors, joined, vectors
-from hfc_design.search.newton import Newton, proposals
+from hfc_design.search.genome import Floats, Genome, Integers, Population, joined, replaced
+from hfc_design.search.newton import Newton
 from hfc_design.search.settings import RaceSettings
 
 #: Damping of the first Gauss-Newton step, of a failed one, and the one at which to give up.
@@ -46,26 +44,26 @@ class Race(NamedTuple):
     """Ask and tell of the race; everything that changes is in ``RaceState``."""
 
     settings: RaceSettings
-    layout: Layout
+    genome: Genome
 
     def start(self, rng: np.random.Generator) -> tuple[RaceState | None, Asked]:
         """The first individuals: a few on every tree, chosen at random where they are too few."""
         s = self.settings
-        trees = len(hierarchy.trees(len(self.layout.inputs)))
+        trees = self.genome.structures
         islands = min(trees, s.population)
         chosen = np.sort(rng.permutation(trees)[:islands])
-        population = self._fresh(chosen[_shares(s.population, islands)], rng)
+        population = self.genome.fresh(chosen[_shares(s.population, islands)], rng)
         return None, Asked(population, np.full(s.population, s.step), np.full(s.population, np.nan))
 
     def ask(
-        self, state: RaceState, generation: int, newton: Newton, rng: np.random.Generator
+        self, state: RaceState, generation: int, newton: Newton | None, rng: np.random.Generator
     ) -> tuple[RaceState, Asked]:
         """Children of every island, some replaced by Gauss-Newton steps from its best."""
         s = self.settings
         state = self._culled(state, generation)
-        asked = _with_doubles(state, self._bred(state, rng), rng)
+        asked = self._with_doubles(state, self._bred(state, rng), rng)
         islands = len(state.damping)
-        if islands > s.newton_islands:
+        if newton is None or islands > s.newton_islands:
             return state, asked
         hopeful = [k for k in range(islands) if state.damping[k] <= HOPELESS]
         for k in np.roll(hopeful, -generation * s.newton_steps)[: s.newton_steps]:
@@ -102,33 +100,9 @@ class Race(NamedTuple):
         rank = np.arange(len(both.island)) - np.searchsorted(both.island, both.island)
         return _taken(both, rank < np.bincount(state.island)[both.island])
 
-    def _fresh(self, tree: Integers, rng: np.random.Generator) -> Population:
-        """Individuals whose tables are tilted planes: nearly linear, so rarely unstable."""
-        s = self.settings
-        count, inputs = len(tree), len(self.layout.inputs)
-        limit = self._limit()
-        centres = np.array([term.centre for term in self.layout.terms])
-        level, column, row = rng.uniform(-1, 1, (3, count, inputs - 1, 1, 1))
-        plane = 0.5 * level + 0.7 * column * centres + 0.7 * row * centres[:, None]
-        noise = 0.05 * rng.standard_normal((count, inputs - 1, *(2 * centres.shape)))
-        low, high = np.log([s.kp_range, s.kd_range]).T
-        spread = np.log(s.scale_range) * rng.uniform(-1, 1, (count, inputs))
-        return Population(
-            tree,
-            np.exp(rng.uniform(low, high, (count, 2))),
-            np.array(self.layout.scales) * np.exp(spread),
-            np.clip(limit * plane + noise, -limit, limit),
-        )
-
-    def _limit(self) -> Floats:
-        """(units, 1, 1) largest absolute consequent of each unit; the root comes last."""
-        limit = np.full((len(self.layout.inputs) - 1, 1, 1), self.settings.inner_limit)
-        limit[-1] = self.settings.root_limit
-        return limit
-
     def _culled(self, state: RaceState, generation: int) -> RaceState:
         """Drop the islands that this heat has no room for and fill their places with survivors."""
-        sizes = heats(len(hierarchy.trees(len(self.layout.inputs))))
+        sizes = heats(self.genome.structures)
         room = sizes[min(generation * len(sizes) // self.settings.generations, len(sizes) - 1)]
         if len(state.damping) <= room:
             return state
@@ -152,61 +126,31 @@ class Race(NamedTuple):
 
         one, other = parent(s.tournament), parent(2)
         share = np.where(rng.random(count) < s.blend, rng.uniform(-0.25, 1.25, count), 0.0)
-        mixed = _blended(state.population.take(one), state.population.take(other), share)
+        mixed = self.genome.blended(state.population.take(one), state.population.take(other), share)
         step = np.clip(state.step[one] * np.exp(0.3 * rng.standard_normal(count)), 1e-3, 1.0)
-        return Asked(self._mutated(mixed, step, rng), step, np.full(count, np.nan))
-
-    def _mutated(
-        self, population: Population, step: Floats, rng: np.random.Generator
-    ) -> Population:
-        """Move single consequents, tilt and shift whole tables, scale gains and inputs."""
-        count, units = population.consequents.shape[:2]
-        limit = self._limit()
-        centres = np.array([term.centre for term in self.layout.terms])
-
-        def some(shape: tuple[int, ...], share: Any) -> Floats:
-            return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
-
-        cells = population.consequents.shape[1:]
-        each = np.exp(rng.uniform(-np.log(np.prod(cells)), 0.0, (count, 1, 1, 1)))
-        moved = some((count, *cells), each)
-        table = np.sqrt(limit) * some((3, count, units, 1, 1), 0.1)
-        moved = moved + table[0] + table[1] * centres + table[2] * centres[:, None]
-        step = step[:, None]
-        scales = population.scales
-        if self.settings.scale_range > 1.0:
-            scales = scales * np.exp(0.5 * step * some(scales.shape, 0.2))
-        return population._replace(
-            gains=population.gains * np.exp(0.5 * step * some(population.gains.shape, 0.5)),
-            scales=scales,
-            consequents=np.clip(
-                population.consequents + step[:, :, None, None] * moved, -limit, limit
-            ),
-        )
+        return Asked(self.genome.mutated(mixed, step, rng), step, np.full(count, np.nan))
 
     def _stepped(self, state: RaceState, asked: Asked, k: int, newton: Newton) -> Asked:
         """The children of island k, half of them replaced by steps from its best."""
         home = np.flatnonzero(state.island == k)
         places = home[: (len(home) + 1) // 2]
-        best = state.population.take(home[:1])
-        linear = newton(best)
-        if linear is None:
+        found = newton(state.population.take(home[:1]), state.damping[k], len(places))
+        if found is None:
             return asked._replace(damping=_set(asked.damping, places[:1], HOPELESS))
-        frozen = np.zeros(vectors(best).shape[1], bool)
-        if self.settings.scale_range == 1.0:
-            frozen[2 : 2 + best.scales.shape[1]] = True
-        points, damping = proposals(vectors(best)[0], linear, frozen, state.damping[k], len(places))
-        step = from_vectors(points, best)
-        limit = self._limit()
-        step = step._replace(
-            gains=np.maximum(step.gains, 1.0),
-            scales=np.maximum(step.scales, 1e-6),
-            consequents=np.clip(step.consequents, -limit, limit),
-        )
-        arrays = (_set(a, places, b) for a, b in zip(asked.population, step, strict=True))
+        steps, damping = found
         return asked._replace(
-            population=Population(*arrays), damping=_set(asked.damping, places, damping)
+            population=replaced(asked.population, places, steps),
+            damping=_set(asked.damping, places, damping),
         )
+
+    def _with_doubles(self, state: RaceState, asked: Asked, rng: np.random.Generator) -> Asked:
+        """The last child of each island becomes a double of its best, a millionth off.
+
+        A loop that is nearly chaotic may score well by luck; its double then does not.
+        """
+        best, place = _doubled(state)
+        double = self.genome.nudged(state.population.take(best), rng)
+        return asked._replace(population=replaced(asked.population, place, double))
 
 
 def _doubled(state: RaceState) -> tuple[Integers, Integers]:
@@ -215,19 +159,6 @@ def _doubled(state: RaceState) -> tuple[Integers, Integers]:
     best = np.searchsorted(state.island, np.arange(len(size)))
     large = size > 2
     return best[large], (best + size - 1)[large]
-
-
-def _with_doubles(state: RaceState, asked: Asked, rng: np.random.Generator) -> Asked:
-    """The last child of each island becomes a double of its best with gains a millionth off.
-
-    A loop that is nearly chaotic may score well by luck; its double then does not.
-    """
-    best, place = _doubled(state)
-    double = state.population.take(best)
-    off = 1.0 + 1e-6 * rng.standard_normal(double.gains.shape)
-    double = double._replace(gains=double.gains * off)
-    arrays = (_set(a, place, b) for a, b in zip(asked.population, double, strict=True))
-    return asked._replace(population=Population(*arrays))
 
 
 def _humbled(state: RaceState, score: Floats) -> RaceState:
@@ -246,18 +177,6 @@ def _set(array: Any, places: Integers, values: Any) -> Any:
     changed = array.copy()
     changed[places] = values
     return changed
-
-
-def _blended(one: Population, other: Population, share: Floats) -> Population:
-    """``one`` moved by ``share`` of the way to ``other``; gains and scales by their logarithm."""
-    line = share[:, None]
-    table = share[:, None, None, None]
-    return Population(
-        one.tree,
-        one.gains * (other.gains / one.gains) ** line,
-        one.scales * (other.scales / one.scales) ** line,
-        one.consequents + table * (other.consequents - one.consequents),
-    )
 
 
 def _taken(state: RaceState, chosen: Any) -> RaceState:
