@@ -42,9 +42,9 @@ class TriangleRecord(Record):
     """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite."""
 
     label: TermLabel
-    left: Finite | None  # [BLU]
+    left: Finite | None = None  # [BLU]
     centre: Finite  # [BLU]
-    right: Finite | None  # [BLU]
+    right: Finite | None = None  # [BLU]
 
 
 Triangles = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]

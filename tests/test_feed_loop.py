@@ -89,7 +89,9 @@ def test_machines_that_cannot_follow_are_refused(changes, words):
 def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path):
     sizes = ["--population", "24", "--generations", "2", "--set", "simulation.duration_s=0.5"]
     folder = tmp_path / "run"
-    result = CliRunner().invoke(main, ["design", "feed-drive-hierarchy", *sizes, "--out", str(folder), "--quiet"])
+    result = CliRunner().invoke(
+        main, ["design", "feed-drive-hierarchy", *sizes, "--out", str(folder), "--quiet"]
+    )
     assert result.exit_code == 0, result.output
     found = load_design(str(folder))
     assert set(found.plant.axes) == {"x", "y"}

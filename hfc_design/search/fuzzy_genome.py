@@ -265,9 +265,14 @@ def _terms(joints: Floats) -> Floats:
     gap = joints[..., 0]
     centres = np.concatenate([np.zeros((len(gap), 1)), np.cumsum(gap, axis=1)], axis=1)
     centres = centres - centres[:, ZR : ZR + 1]
+    lower, upper = centres[:, :-1], centres[:, 1:]
+    left, right = (
+        np.clip(lower + joints[..., k] * gap, lower, upper)  # rounding passes no centre
+        for k in (1, 2)
+    )
     infinite = np.full((len(gap), 1), np.inf)
-    left = np.concatenate([-infinite, centres[:, :-1] + joints[..., 1] * gap], axis=1)
-    right = np.concatenate([centres[:, :-1] + joints[..., 2] * gap, infinite], axis=1)
+    left = np.concatenate([-infinite, left], axis=1)
+    right = np.concatenate([right, infinite], axis=1)
     return np.stack([left, centres, right], axis=-1)
 
 
