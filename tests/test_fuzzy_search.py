@@ -50,8 +50,8 @@ def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
         if isinstance(record, AflcDesign):
             limits = record.adaptation.stable_range
             assert drive.contains(limits.k1_max, limits.k2_max)
-            assert sectors.k1 <= limits.k1_max * (1 + 1e-9)
-            assert sectors.k2 <= limits.k2_max * (1 + 1e-9)
+            assert sectors.k1 <= limits.k1_max * (1 + 1e-8)  # the oracle rounds edges
+            assert sectors.k2 <= limits.k2_max * (1 + 1e-8)  # the oracle rounds edges
 
 
 def test_symmetric_tables_treat_both_directions_alike():
