@@ -18,6 +18,7 @@ lint: $(VENV)/installed
 bench: $(VENV)/installed
 	$(BIN)/pip install -q -c constraints.txt -e ".[bench]"
 	$(BIN)/python benchmarks/evaluator.py
+	$(BIN)/python benchmarks/controllers.py
 
 # The environment is complete when this file is there.
 $(VENV)/installed: pyproject.toml constraints.txt

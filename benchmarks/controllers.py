@@ -1,0 +1,120 @@
+"""The evaluator with every kind of controller: 1,000 machines for 60 s, in one run.
+
+    python benchmarks/controllers.py [--machines 1000] [--repeats 5] [--json FILE]
+
+The C-axis with its hierarchy comes first; the others are X-Y machines of two feed drives that
+run the circle of Jee & Koren 2004, fig. 10, three times. Each machine has gains of its own.
+"""
+
+import json
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import jax
+import numpy as np
+import report
+from rich.console import Console
+from rich.table import Table
+
+from hfc_design import simulate
+from hfc_design.controllers import from_design
+from hfc_design.evaluate import load_design
+from hfc_design.scenarios import load_scenario
+
+#: Design -> the scenario that it runs.
+DESIGNS = {
+    "lin-lee-1999-table-1": "c-axis-ramp",
+    "jee-koren-2004-pid": "feed-drive-circle",
+    "jee-koren-2004-flc": "feed-drive-circle",
+    "jee-koren-2004-aflc": "feed-drive-circle",
+    "jee-koren-1995-soflc": "feed-drive-circle",
+}
+SPREAD = 0.02  # of every gain
+
+
+class Work(NamedTuple):
+    """What one kind of controller has to do, compiled."""
+
+    run: Any  # () -> scores
+    axis_steps: int  # control samples of single axes
+    operations: float  # floating-point operations of one of them
+    compile_s: float
+
+
+def prepared(design: str, scenario: str, machines: int) -> Work:
+    """A population around ``design``, scored once."""
+    found = load_scenario(scenario)
+    controller, one = from_design(load_design(design).controller)
+    loop = simulate.closed_loop(found, controller)
+    plants, samples = found.plant.values(), found.samples()
+    generator = np.random.default_rng(0)
+
+    def spread(leaf: np.ndarray) -> np.ndarray:
+        many = np.repeat(leaf, machines, axis=-1)
+        if leaf.dtype.kind == "i":
+            return many
+        return many * (1.0 + SPREAD * generator.uniform(-1.0, 1.0, many.shape))
+
+    gains = jax.tree.map(spread, one)
+    run = partial(simulate.scores, loop, plants, samples, gains)
+    begun = time.perf_counter()
+    run()
+    compiling = time.perf_counter() - begun
+    operations = _operations(loop, plants, samples, one) / len(plants)
+    return Work(run, machines * len(plants) * found.simulation.steps, operations, compiling)
+
+
+def _operations(loop: simulate.Loop, plants: Any, samples: Any, one: Any) -> float:
+    """Floating-point operations of a sample of one machine, as the compiler counts them.
+
+    It counts a loop's body once: of the drive's integration steps in a sample, only one.
+    """
+    gains = jax.tree.map(lambda leaf: np.repeat(leaf, simulate.CHUNK, axis=-1), one)
+    arguments = (simulate._cast(item, np.float32) for item in (plants, samples, gains))
+    compiled = simulate._scores.lower(loop, *arguments).compile()
+    return compiled.cost_analysis()["flops"] * jax.device_count() / simulate.CHUNK
+
+
+@click.command()
+@click.option("--machines", default=1000, type=click.IntRange(1), help="Machines at once.")
+@click.option("--repeats", default=5, type=click.IntRange(1), help="Turns of every controller.")
+@click.option("--json", "target", type=click.Path(path_type=Path), help="Write the numbers there.")
+def main(machines: int, repeats: int, target: Path | None) -> None:
+    """Time the evaluator with every kind of controller, turn by turn."""
+    console = Console(width=100)
+    console.print(report.machine_table(facts := report.machine()))
+    works = {name: prepared(name, scenario, machines) for name, scenario in DESIGNS.items()}
+    turns = np.array([[_seconds(work.run) for work in works.values()] for _ in range(repeats)])
+    speeds = np.array([work.axis_steps for work in works.values()]) / turns
+    table = Table("design", title=f"{machines} machines, float32, medians of {repeats} turns")
+    for heading in ("time, s", "axis-steps/s", "C-axis / it", "operations a step", "compile, s"):
+        table.add_column(heading, justify="right")
+    rows = {}
+    for k, (name, work) in enumerate(works.items()):
+        rows[name] = {
+            "time_s": float(np.median(turns[:, k])),
+            "axis_steps_per_s": float(np.median(speeds[:, k])),
+            "c_axis_ratio": float(np.median(speeds[:, 0] / speeds[:, k])),
+            "operations": work.operations,
+            "compile_s": work.compile_s,
+        }
+        formats = (".2f", ".2e", ".2f", ".0f", ".1f")
+        values = zip(rows[name].values(), formats, strict=True)
+        table.add_row(name, *(format(value, form) for value, form in values))
+    console.print(table)
+    if target:
+        text = json.dumps({"machine": facts, "machines": machines, "controllers": rows}, indent=1)
+        target.write_text(text + "\n", encoding="utf-8")
+
+
+def _seconds(run: Any) -> float:
+    begun = time.perf_counter()
+    run()
+    return time.perf_counter() - begun
+
+
+if __name__ == "__main__":
+    main()
