@@ -182,6 +182,7 @@ def design_of(individual: Population, scenario: Scenario) -> Design:
             }
             for unit, table in zip(tree, individual.consequents[0], strict=True)
         ],
+        "adaptation": settings.adaptation.model_dump() if settings.adaptation else None,
     }
     return Design.model_validate(
         {

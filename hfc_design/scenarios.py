@@ -35,7 +35,7 @@ from hfc_design.records import (
     UserError,
     checked,
 )
-from hfc_design.rulebase import InputRecord, Label, TermRecord
+from hfc_design.rulebase import AdaptationRecord, InputRecord, Label, TermRecord, check_adaptation
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Samples, Simulation
 from plants import PLANTS, Plant
@@ -152,6 +152,12 @@ class ControllerSettings(Record):
         min_length=TERMS,
         max_length=TERMS,
     )
+    adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
+
+    @model_validator(mode="after")
+    def _can_adapt(self) -> "ControllerSettings":
+        check_adaptation(self.adaptation, self.inputs)
+        return self
 
     def layout(self) -> Layout:
         """The same for the closed loop."""
@@ -160,6 +166,7 @@ class ControllerSettings(Record):
             tuple(item.scale for item in self.inputs),
             self.output_scale,
             tuple(Term(**term.model_dump()) for term in self.terms),
+            self.adaptation.law() if self.adaptation else None,
         )
 
 
