@@ -8,7 +8,6 @@ import oracle
 import pytest
 from click.testing import CliRunner
 
-from hfc_design import design as designs
 from hfc_design.cli import main
 from hfc_design.evaluate import evaluate, load_design, own_scenario
 from hfc_design.laws import root_unit
@@ -254,8 +253,10 @@ def test_a_search_designs_the_loop_that_adapts(tmp_path):
     small = ["simulation.duration_s=0.2", "search.population=16", "search.generations=2"]
     adaptation = "controller.adaptation={k_c=1e-3,largest_move=0.5,error_scale=500.0}"
     folder = tmp_path / "run"
-    scenario = designs.new_run(load_scenario("c-axis-ramp", [*small, adaptation]), folder)
-    designs.run(scenario, folder)
+    options = [part for change in [*small, adaptation] for part in ("--set", change)]
+    done = CliRunner().invoke(main, ["design", "c-axis-ramp", "--out", str(folder), *options])
+    assert done.exit_code == 0, done.output
+    assert "largest move" in (folder / "report.html").read_text()
     found = load_design(str(folder))
     assert found.controller.adaptation.law() == Adaptation(1e-3, 0.5, 500.0)
     assert evaluate(found, own_scenario(found, str(folder))).fitness == found.score["fitness"]
