@@ -53,8 +53,16 @@ def infer(terms: Sequence[Term], consequents: Any, column: Any, row: Any) -> Any
     Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
     the universe that every membership underflows) the output is 0.
     """
-    in_column = [membership(term, column) for term in terms]
-    in_row = [membership(term, row) for term in terms]
+    return averaged(consequents, memberships(terms, column), memberships(terms, row))
+
+
+def memberships(terms: Sequence[Term], u: Any) -> list[Any]:
+    """Degrees of scalar ``u`` in every term."""
+    return [membership(term, u) for term in terms]
+
+
+def averaged(consequents: Any, in_column: Sequence[Any], in_row: Sequence[Any]) -> Any:
+    """``infer`` from the degrees of its two inputs."""
     weighted = 0.0
     for degree, singletons in zip(in_row, consequents, strict=True):
         inner = total(d * s for d, s in zip(in_column, singletons, strict=True))

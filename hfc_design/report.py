@@ -126,6 +126,9 @@ def _parameters(design: Design) -> Rows:
         unit = f"per {diagrams.input_unit(design, item.name)}"
         rows.append((f"scale of {diagrams.readable(item.name)}", item.scale, unit))
     rows.append(("scale of the output", controller.output_scale, command))
+    if adaptation := controller.adaptation:
+        rows.append(("adaptation of the root: step", adaptation.k_c, "a sample"))
+        rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
     return [[name, f"{value:.6g}", unit] for name, value, unit in rows]
 
 

@@ -2,13 +2,21 @@
 
 import json
 import re
+from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, JsonValue, model_validator
+from pydantic import (
+    Field,
+    JsonValue,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from hfc_design.feed_records import FeedDesign
+from hfc_design.laws.root_unit import Adaptation
 from hfc_design.records import (
     TERMS,
     Finite,
@@ -64,6 +72,33 @@ class UnitRecord(Record):
     consequents: Table
 
 
+class AdaptationRecord(Record):
+    """How the root's consequents adapt on line, see ``laws.root_unit``."""
+
+    k_c: NotNegative = 3e-4  # step of a consequent in a sample
+    largest_move: Positive  # of a consequent from where it started
+    error_scale: Positive | None = None  # [1/unit of error]; None: that of the input error
+
+    def law(self) -> Adaptation:
+        """The same as numbers."""
+        return Adaptation(self.k_c, self.largest_move, self.error_scale)
+
+
+def check_adaptation(adaptation: AdaptationRecord | None, inputs: Iterable[InputRecord]) -> None:
+    """Whether the error that judges the root's rules has a scale.
+
+    Raises:
+        ValueError: it has none.
+    """
+    if adaptation is None or adaptation.error_scale is not None:
+        return
+    if "error" not in [item.name for item in inputs]:
+        raise ValueError(
+            "adaptation.error_scale: is missing, and no input is named error whose scale could "
+            "stand for it"
+        )
+
+
 class PdDesign(Record):
     """A controller of kind ``pd``."""
 
@@ -82,6 +117,14 @@ class HierarchicalDesign(Record):
     output_scale: Positive
     terms: Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
+    adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = whole(self)
+        if adaptation := data.pop("adaptation", None):
+            data["adaptation"] = {k: v for k, v in adaptation.items() if v is not None}
+        return data
 
     @model_validator(mode="after")
     def _is_a_tree(self) -> "HierarchicalDesign":
@@ -101,6 +144,7 @@ class HierarchicalDesign(Record):
             waiting.append(f"unit-{unit.id}")
         if waiting != [f"unit-{self.units[-1].id}"]:
             raise ValueError(f"units: nothing reads {', '.join(waiting[:-1])}")
+        check_adaptation(self.adaptation, self.inputs)
         return self
 
     def sources(self) -> list[tuple[int, int]]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign
-from hfc_design.laws import aflc, flc, pid
+from hfc_design.laws import aflc, flc, pid, root_unit
 from hfc_design.laws.adaptation import blamed_aflc, blamed_soflc
 from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign, read_design
 
@@ -34,6 +34,8 @@ class Controller:
             self._rates = np.array([term.rate for term in terms])
             self._tables = [np.array(unit.consequents) for unit in self.design.units]
             self._sources = self.design.sources()
+            self._adaptation = _adaptation(self.design)
+            self._root = root_unit.initial_memory(0.0)
 
     def step(self, signals: dict[str, float]) -> float:
         """The command for this sample's ``signals``.
@@ -58,6 +60,8 @@ class Controller:
         self._previous = {}
         if not isinstance(self.design, PdDesign | HierarchicalDesign):
             self._memory = self._initial
+        elif isinstance(self.design, HierarchicalDesign):
+            self._root = root_unit.initial_memory(0.0)
 
     def _hierarchy(self, design: HierarchicalDesign, signals: dict[str, float]) -> float:
         values = []
@@ -66,24 +70,53 @@ class Controller:
             name = item.name.removeprefix(PREVIOUS)
             reading = self._previous.get(name, 0.0) if earlier else signals[name]
             values.append(min(max(item.scale * reading, -1.0), 1.0))
-        for (column, row), table in zip(self._sources, self._tables, strict=True):
-            values.append(self._infer(table, values[column], values[row]))
+        root = len(self._tables) - 1
+        for k, (column, row) in enumerate(self._sources):
+            table = self._tables[k]
+            degrees = self._memberships(values[column]), self._memberships(values[row])
+            if k == root and self._adaptation is not None:
+                table = self._adapted(self._adaptation, table, *degrees, signals["error"])
+            values.append(_averaged(table, *degrees))
         for item in design.inputs:
             if item.name.startswith(PREVIOUS):
                 name = item.name.removeprefix(PREVIOUS)
                 self._previous[name] = signals[name]
         return values[-1]
 
-    def _infer(self, table: np.ndarray, column: float, row: float) -> float:
-        """Output of one unit (LL eq. 4); 0 where no rule fires."""
-        in_column, in_row = self._memberships(column), self._memberships(row)
-        firing = in_column.sum() * in_row.sum()
-        return float(in_row @ table @ in_column / firing) if firing > 0.0 else 0.0
+    def _adapted(
+        self,
+        law: root_unit.Adaptation,
+        table: np.ndarray,
+        in_column: np.ndarray,
+        in_row: np.ndarray,
+        error: float,
+    ) -> np.ndarray:
+        """The root's table, once the previous sample is judged by the ``error`` of this one."""
+        assert law.error_scale is not None
+        in_error = self._memberships(min(max(law.error_scale * error, -1.0), 1.0))
+        degrees = (part.tolist() for part in (in_error, in_column, in_row))
+        adapted, self._root = root_unit.step(flc.SCALARS, law, table.tolist(), self._root, *degrees)
+        return np.array(adapted)
 
     def _memberships(self, u: float) -> np.ndarray:
         """Degrees to which ``u`` belongs to the seven terms (LL eq. 3)."""
         distance = np.maximum(np.abs(u - self._centres) - self._half_widths, 0.0)
         return np.exp(-self._rates * distance * distance)
+
+
+def _averaged(table: np.ndarray, in_column: np.ndarray, in_row: np.ndarray) -> float:
+    """Output of one unit (LL eq. 4); 0 where no rule fires."""
+    firing = in_column.sum() * in_row.sum()
+    return float(in_row @ table @ in_column / firing) if firing > 0.0 else 0.0
+
+
+def _adaptation(design: HierarchicalDesign) -> root_unit.Adaptation | None:
+    """How the root adapts, with the scale of the error."""
+    if design.adaptation is None:
+        return None
+    scales = {item.name: item.scale for item in design.inputs}
+    law = design.adaptation.law()
+    return law._replace(error_scale=law.error_scale or scales["error"])
 
 
 def _feed_drive(record: FeedDesign) -> tuple[Any, Any]:

@@ -36,7 +36,14 @@ from hfc_design.records import (
     UserError,
     checked,
 )
-from hfc_design.rulebase import InputRecord, Label, TermRecord, named_design
+from hfc_design.rulebase import (
+    AdaptationRecord,
+    InputRecord,
+    Label,
+    TermRecord,
+    check_adaptation,
+    named_design,
+)
 from hfc_design.search.settings import LinLeeSettings as SearchLinLee
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Samples, Simulation
@@ -156,6 +163,12 @@ class HierarchicalSettings(Record):
         min_length=TERMS,
         max_length=TERMS,
     )
+    adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
+
+    @model_validator(mode="after")
+    def _can_adapt(self) -> "HierarchicalSettings":
+        check_adaptation(self.adaptation, self.inputs)
+        return self
 
     def layout(self) -> Layout:
         """The same for the closed loop."""
@@ -164,6 +177,7 @@ class HierarchicalSettings(Record):
             tuple(item.scale for item in self.inputs),
             self.output_scale,
             tuple(Term(**term.model_dump()) for term in self.terms),
+            self.adaptation.law() if self.adaptation else None,
         )
 
 

@@ -11,7 +11,7 @@ from hfc_design import simulate
 from hfc_design.controllers import from_design
 from hfc_design.evaluate import load_design
 from hfc_design.fuzzy import LIN_LEE_TERMS
-from hfc_design.rulebase import Design
+from hfc_design.rulebase import AdaptationRecord, Design
 from hfc_design.runtime import Controller
 from hfc_design.scenarios import load_scenario
 
@@ -94,6 +94,19 @@ def test_equals_the_loop_on_random_designs(inputs, random_population):
         design = random_design(inputs, seed, random_population)
         compiled, found, *_ = replayed(design, "c-axis-ramp-cutting")
         np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [None, 500.0])
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
+def test_equals_the_loop_where_the_root_adapts(name, scale):
+    design = load_design(name)
+    record = AdaptationRecord(k_c=1e-3, largest_move=0.5, error_scale=scale)
+    controller = design.controller.model_copy(update={"adaptation": record})
+    adapting = design.model_copy(update={"controller": controller})
+    compiled, found, *_ = replayed(adapting, "c-axis-ramp-cutting")
+    np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+    fixed, *_ = replayed(design, "c-axis-ramp-cutting")
+    assert np.abs(compiled - fixed).max() > 1.0  # it did learn
 
 
 def test_reset_forgets_the_past(random_population):

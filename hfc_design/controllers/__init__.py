@@ -38,6 +38,7 @@ def from_design(record: PdDesign | HierarchicalDesign | FeedDesign) -> tuple[Con
         (1.0,) * len(record.inputs),
         record.output_scale,
         tuple(Term(**term.model_dump()) for term in record.terms),
+        record.adaptation.law() if record.adaptation else None,
     )
     return hierarchical(layout), HierarchicalGains(
         *gains,

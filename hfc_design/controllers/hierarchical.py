@@ -7,8 +7,10 @@ import jax.numpy as jnp
 
 from hfc_design.controllers import pd
 from hfc_design.controllers.controller import Controller
-from hfc_design.fuzzy import LIN_LEE_TERMS, Term, infer
+from hfc_design.controllers.lanes import LANES
+from hfc_design.fuzzy import LIN_LEE_TERMS, Term, averaged, infer, memberships
 from hfc_design.hierarchy import picked
+from hfc_design.laws import root_unit
 
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
@@ -30,6 +32,7 @@ class Layout(NamedTuple):
     scales: tuple[float, ...] = (50.0, 80.0, 20.0, 20.0, 10.0)  # k_1 .. k_5
     output_scale: float = 10.0  # k_6 [V]
     terms: tuple[Term, ...] = LIN_LEE_TERMS
+    adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
 
 
 class HierarchicalGains(NamedTuple):
@@ -42,6 +45,13 @@ class HierarchicalGains(NamedTuple):
     consequents: Any  # (units, 7, 7) singletons, [unit][row term][column term]
 
 
+class HierarchicalMemory(NamedTuple):
+    """What the controller remembers; all zero before the first sample."""
+
+    readings: dict[str, Any]  # of the previous sample
+    root: root_unit.RootMemory | None  # None: the root does not adapt
+
+
 @cache
 def hierarchical(layout: Layout) -> Controller:
     """The controller of kind ``pd+hierarchical-fuzzy``.
@@ -49,21 +59,46 @@ def hierarchical(layout: Layout) -> Controller:
     The scaled external inputs are clamped to [-1, 1]; the outputs of inner units are not,
     because published consequents lie outside that range.
     """
+    adaptation = layout.adaptation
     remembered = tuple(
         name.removeprefix(PREVIOUS) for name in layout.inputs if name.startswith(PREVIOUS)
     )
 
-    def step(gains: HierarchicalGains, memory: Any, signals: dict[str, Any]) -> tuple[Any, Any]:
-        known = signals | {f"{PREVIOUS}{name}": memory[name] for name in remembered}
+    def initial_memory(zero: Any) -> HierarchicalMemory:
+        root = root_unit.initial_memory(zero) if adaptation else None
+        return HierarchicalMemory(dict.fromkeys(remembered, zero), root)
+
+    def step(
+        gains: HierarchicalGains, memory: HierarchicalMemory, signals: dict[str, Any]
+    ) -> tuple[Any, HierarchicalMemory]:
+        known = signals | {f"{PREVIOUS}{name}": memory.readings[name] for name in remembered}
         values = [
             jnp.clip(scale * known[name], -1.0, 1.0)
             for name, scale in zip(layout.inputs, gains.scales, strict=True)
         ]
-        for (column, row), consequents in zip(gains.sources, gains.consequents, strict=True):
+        *inner, top = zip(gains.sources, gains.consequents, strict=True)
+        for (column, row), consequents in inner:
             values.append(
                 infer(layout.terms, consequents, picked(values, column), picked(values, row))
             )
-        command = pd.law(gains, signals) + layout.output_scale * values[-1]
-        return command, {name: signals[name] for name in remembered}
+        (column, row), consequents = top
+        seen = picked(values, column), picked(values, row)
+        in_column, in_row = (memberships(layout.terms, u) for u in seen)
+        root = None
+        if adaptation and memory.root:
+            in_error = memberships(layout.terms, graded(gains, signals["error"]))
+            consequents, root = root_unit.step(
+                LANES, adaptation, consequents, memory.root, in_error, in_column, in_row
+            )
+        output = averaged(consequents, in_column, in_row)
+        command = pd.law(gains, signals) + layout.output_scale * output
+        return command, HierarchicalMemory({name: signals[name] for name in remembered}, root)
 
-    return Controller("pd+hierarchical-fuzzy", lambda zero: dict.fromkeys(remembered, zero), step)
+    def graded(gains: HierarchicalGains, error: Any) -> Any:
+        """The error on the universe of the terms."""
+        scale = adaptation.error_scale if adaptation else None
+        if scale is None:
+            scale = gains.scales[layout.inputs.index("error")]
+        return jnp.clip(scale * error, -1.0, 1.0)
+
+    return Controller("pd+hierarchical-fuzzy", initial_memory, step)

@@ -1,4 +1,4 @@
-"""The functions of ``flc`` and ``aflc`` on JAX scalars, which the simulator makes vectors of."""
+"""The functions of the control laws on JAX scalars, which the simulator makes vectors of."""
 
 from types import SimpleNamespace
 

@@ -39,15 +39,25 @@ PERFORMANCE = tuple(
 
 
 def performance(xp: Any, in_error: Sequence[Any]) -> list[Any]:
-    """p(k) of the rules of each error term, from the degrees (7) of e(k) in the error terms.
+    """p(k) of the rules of each error term, from the degrees (7) of e(k) in the error terms."""
+    return performance_indices(xp, highest_term(xp, in_error))
 
-    The error counts for the term of the highest degree, of two equal ones for that nearer ZR.
+
+def highest_term(xp: Any, in_error: Sequence[Any]) -> Any:
+    """The term for which an error of degrees (7) counts, -3 to 3.
+
+    That of the highest degree, of two equal ones that nearer ZR.
     """
     highest, place = in_error[ZR], 0.0 * in_error[ZR]
     for k in (ZR - 1, ZR + 1, ZR - 2, ZR + 2, ZR - 3, ZR + 3):
         higher = in_error[k] > highest + ALIKE
         highest = xp.where(higher, in_error[k], highest)
         place = xp.where(higher, k - ZR, place)
+    return place
+
+
+def performance_indices(xp: Any, place: Any) -> list[Any]:
+    """p(k) of the rules of each error term, when the error counts for the term ``place``."""
     found = []
     for row in PERFORMANCE:
         index = 0.0 * place

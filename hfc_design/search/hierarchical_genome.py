@@ -148,6 +148,7 @@ class HierarchicalGenome(NamedTuple):
         sources = names + [f"unit-{unit.heap_id}" for unit in tree]
         kp, kd = individual.gains[0].tolist()
         scales = individual.scales[0].tolist()
+        adaptation = self.layout.adaptation
         return {
             "kind": "pd+hierarchical-fuzzy",
             "pd": {"kp": kp, "kd": kd},
@@ -155,6 +156,7 @@ class HierarchicalGenome(NamedTuple):
                 {"name": name, "scale": scale} for name, scale in zip(names, scales, strict=True)
             ],
             "output_scale": self.layout.output_scale,
+            "adaptation": adaptation._asdict() if adaptation else None,
             "terms": [term._asdict() for term in self.layout.terms],
             "units": [
                 {
