@@ -54,9 +54,10 @@ def checked(model: type[Checked], data: Any, source: str | Path, folder: Path) -
 
 def _explained(error: ValidationError, data: Any) -> str:
     first, *others = error.errors()
-    keys, value = _place(first["loc"], data)
+    missing = first["type"] == "missing"
+    keys, value = _place(first["loc"], data, missing)
     message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "missing":
+    if missing:
         message = f"{keys}: is missing"
     elif first["type"] == "value_error" and isinstance(value, dict):
         message = f"{keys}.{message}" if keys else message  # the record names its own key
@@ -65,14 +66,15 @@ def _explained(error: ValidationError, data: Any) -> str:
     return f"{message} (and {len(others)} more)" if others else message
 
 
-def _place(location: tuple[int | str, ...], data: Any) -> tuple[str, Any]:
-    """The dotted key of a location and what stands there.
+def _place(location: tuple[int | str, ...], data: Any, missing: bool) -> tuple[str, Any]:
+    """The dotted key of a location, the last one perhaps missing, and what stands there.
 
     pydantic puts the branch of a union into the location too; no such key is in the file.
     """
     keys = []
     for k, part in enumerate(location):
-        if isinstance(data, dict) and part not in data and k + 1 < len(location):
+        last = k + 1 == len(location)
+        if isinstance(data, dict) and part not in data and not (last and missing):
             continue
         keys.append(str(part))
         try:
