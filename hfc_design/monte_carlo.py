@@ -5,7 +5,7 @@ other axis; one that is 0 stays 0, and what ``Plant.exact`` names does not vary.
 cannot exist (``Plant.fault``) is drawn again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import jax
@@ -19,12 +19,15 @@ from hfc_design.rulebase import Design
 from hfc_design.scenarios import PlantSettings, Scenario
 
 Floats = NDArray[np.float64]
+Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.
 CHUNK = 64
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
+#: Steps are shorter by this factor where a motion has diverged.
+FINER = 8
 #: The share of the motion, at its end, that shows whether a loop is stable.
 LATE = 0.25
 #: A drive that stands at a limit for a larger share of that time no longer controls.
@@ -47,6 +50,7 @@ class Robustness(NamedTuple):
     spread: float
     seed: int
     machines: Machines
+    refined: int  # machines that were simulated again with shorter steps
     stable: NDArray[np.bool_]  # (samples,)
     nominal_stable: bool
     nominal: dict[str, float]  # fitness and metrics; nan where there is none
@@ -77,6 +81,7 @@ class Robustness(NamedTuple):
             "stable_share": float(self.stable.mean()),
             "nominal_stable": self.nominal_stable,
             "refused_draws": self.machines.refused,
+            "refined": self.refined,
             "metrics": metrics,
         }
 
@@ -87,9 +92,12 @@ def robustness(
     spread: float,
     samples: int,
     seed: int = 0,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Progress = lambda done, total: None,
 ) -> Robustness:
-    """Simulate ``design`` on ``samples`` machines, ``progress`` told how many are done.
+    """Simulate ``design`` on the nominal machine and ``samples`` others.
+
+    A motion that diverges is simulated again with steps of an eighth, so that it is the loop that
+    is judged and not the step. ``progress(done, total)`` hears of every chunk of machines.
 
     Raises:
         UserError: spread or samples are not allowed, or design and scenario do not fit.
@@ -98,38 +106,66 @@ def robustness(
     settings = machine(design, scenario)
     machines = drawn(settings, spread, samples, seed)
     _check_steps(scenario, machines.plants)
-    controller, gains = controllers.from_design(design.controller)
-    loop = simulate.closed_loop(scenario, controller)
-    inputs = scenario.samples()
-    room = KEPT // (scenario.simulation.steps * len(settings.values()))
-    size = max(min(CHUNK, room, samples + 1), 1)
-    gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
-    found: list[Evaluation] = []
-    stable: list[bool] = []
-    for start in range(0, samples + 1, size):
-        # The last chunk is filled up with its last machine: one shape, one compilation.
-        which = np.minimum(np.arange(start, start + size), samples)
-        plants = jax.tree.map(lambda leaf, which=which: leaf[which], machines.plants)
-        scores, motions = simulate.trajectory(loop, plants, inputs, gains)
-        for k in range(min(size, samples + 1 - start)):
-            own = jax.tree.map(lambda leaf, k=k: leaf[k], plants)
-            found.append(evaluation(scenario, own, inputs, scores[k], individual(motions, k)))
-            stable.append(is_stable(loop, own, found[-1]))
-            found[-1] = found[-1]._replace(axes=(), contour=None)  # its motion is not kept
-        progress(len(found) - 1)
+    found = list(_motions(design, scenario, machines.plants, progress))
+    again = np.flatnonzero([one.diverged for one, _ in found])
+    if len(again):
+        # A motion may diverge because the step is too long for it: ask again with shorter ones.
+        finer = scenario.simulation.model_copy(
+            update={"substeps": FINER * scenario.simulation.substeps}
+        )
+        total = len(found) + len(again)
+        motions = _motions(
+            design,
+            scenario.model_copy(update={"simulation": finer}),
+            _picked(machines.plants, again),
+            lambda done, _: progress(len(found) + done, total),
+        )
+        for k, one in zip(again, motions, strict=True):
+            found[k] = one
+    evaluations, stable = zip(*found, strict=True)
     columns = {
-        "fitness": np.array([np.nan if one.diverged else one.fitness for one in found]),
-        **{key: np.array([one.metrics[key] for one in found], float) for key in found[0].metrics},
+        "fitness": np.array([np.nan if one.diverged else one.fitness for one in evaluations]),
+        **{
+            key: np.array([one.metrics[key] for one in evaluations], float)
+            for key in evaluations[0].metrics
+        },
     }
     return Robustness(
         spread,
         seed,
         machines,
+        len(again),
         np.array(stable[1:]),
         stable[0],
         {key: float(column[0]) for key, column in columns.items()},
         {key: column[1:] for key, column in columns.items()},
     )
+
+
+def _motions(
+    design: Design, scenario: Scenario, plants: tuple[Any, ...], progress: Progress
+) -> Iterator[tuple[Evaluation, bool]]:
+    """Of every machine in turn its evaluation, without the motion, and whether it is stable."""
+    controller, gains = controllers.from_design(design.controller)
+    loop = simulate.closed_loop(scenario, controller)
+    samples = scenario.samples()
+    count = len(plants[0][0])
+    room = KEPT // (scenario.simulation.steps * len(plants))
+    size = max(min(CHUNK, room, count), 1)
+    gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
+    for start in range(0, count, size):
+        # The last chunk is filled up with its last machine: one shape, one compilation.
+        some = _picked(plants, np.minimum(np.arange(start, start + size), count - 1))
+        scores, motions = simulate.trajectory(loop, some, samples, gains)
+        for k in range(min(size, count - start)):
+            own = _picked(some, k)
+            found = evaluation(scenario, own, samples, scores[k], individual(motions, k))
+            yield found._replace(axes=(), contour=None), is_stable(loop, own, found)
+        progress(min(start + size, count), count)
+
+
+def _picked(plants: tuple[Any, ...], which: Any) -> Any:
+    return jax.tree.map(lambda leaf: leaf[which], plants)
 
 
 def is_stable(loop: simulate.Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bool:

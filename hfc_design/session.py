@@ -157,17 +157,14 @@ def score_spread(
 
     console = Console(stderr=True)
     bar = _bar(console)
-    task = bar.add_task("compiling", total=samples, line="machines")
+    task = bar.add_task("compiling", total=samples + 1, line="machines")
+
+    def progress(done: int, total: int) -> None:
+        bar.update(task, description="simulating", completed=done, total=total)
+
     begun = time.monotonic()
     with bar:
-        found = robustness(
-            design,
-            scenario,
-            spread,
-            samples,
-            seed,
-            lambda done: bar.update(task, description="simulating", completed=done),
-        )
+        found = robustness(design, scenario, spread, samples, seed, progress)
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     numbers = {"design": design.name, "scenario": scenario.name, **found.numbers()}
     if as_json:
@@ -190,7 +187,8 @@ def _show_spread(numbers: dict[str, Any]) -> None:
         caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
         "quantiles of the stable ones that have the metric\n"
-        f"impossible machines drawn again: {numbers['refused_draws']}",
+        f"impossible machines drawn again: {numbers['refused_draws']}\n"
+        f"simulated again with shorter steps: {numbers['refined']}",
         caption_justify="left",
         box=SIMPLE_HEAD,
         show_edge=False,

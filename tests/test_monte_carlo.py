@@ -16,6 +16,7 @@ from hfc_design.records import UserError
 from hfc_design.scenarios import PlantSettings, load_scenario
 from hfc_design.stability.stable_range import discrete, linear_k1
 from plants import PLANTS
+from plants.c_axis import coefficients
 from plants.feed_drive import FRICTION
 
 
@@ -41,8 +42,9 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
     design, scenario = case(name, seconds=seconds)
     monkeypatch.setattr(monte_carlo, "CHUNK", 4)  # three chunks, the last one filled up
     told = []
-    found = robustness(design, scenario, 0.2, 8, seed=5, progress=told.append)
-    assert told == [3, 7, 8]
+    found = robustness(design, scenario, 0.2, 8, 5, lambda *news: told.append(news))
+    assert told == [(4, 9), (8, 9), (9, 9)]
+    assert found.refined == 0
     for k in (0, 1, 4, 8):
         wanted = alone(design, scenario, found.machines, k)
         for key, value in {"fitness": wanted.fitness, **wanted.metrics}.items():
@@ -108,8 +110,8 @@ def test_a_long_motion_is_simulated_in_smaller_chunks(monkeypatch):
     design, scenario = case("jee-koren-2004-pid", seconds=0.3)  # 30 samples of 2 axes
     monkeypatch.setattr(monte_carlo, "KEPT", 200)
     told = []
-    robustness(design, scenario, 0.2, 8, progress=told.append)
-    assert told == [2, 5, 8]
+    robustness(design, scenario, 0.2, 8, progress=lambda *news: told.append(news))
+    assert told == [(3, 9), (6, 9), (9, 9)]
 
 
 @pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
@@ -155,6 +157,22 @@ def test_nearly_no_spread_gives_the_nominal_metrics(name):
     assert found.nominal_stable
 
 
+def test_a_step_that_is_too_long_does_not_make_a_loop_unstable():
+    # Some of these spindles overshoot faster than steps of 1 ms can follow; not all are unstable.
+    design, coarse = case("pd-only", seconds=1.0)
+    found = robustness(design, coarse, 0.2, 40)
+    diverged = [k for k in range(1, 41) if alone(design, coarse, found.machines, k).diverged]
+    assert found.refined == len(diverged) > 0
+    _, fine = case("pd-only", "simulation.substeps=8", seconds=1.0)
+    for k in diverged:
+        wanted = alone(design, fine, found.machines, k).metrics["rms_error_rad"]
+        rms = found.values["rms_error_rad"][k - 1]
+        assert rms == pytest.approx(np.nan if wanted is None else wanted, rel=1e-9, nan_ok=True)
+    judged = found.stable[np.array(diverged) - 1]
+    assert judged.any()
+    assert not judged.all()
+
+
 def test_stable_share_is_that_of_the_poles():
     period, gain, lag, count = 0.01, 28.3, 0.055, 120
     k_p = 0.97 * linear_k1(discrete(gain, lag, period))
@@ -187,6 +205,32 @@ def test_stable_share_is_that_of_the_poles():
     assert not found.stable[surely_unstable].any()
     assert 0.2 < (slowest < 1).mean() <= found.stable.mean() <= 1 - surely_unstable.mean() < 0.8
     assert found.nominal_stable
+
+
+def test_stable_spindles_are_those_of_the_linear_loop():
+    design, scenario = case("pd-only", seconds=10.0)
+    found = robustness(design, scenario, 0.2, 150)
+    pd = design.controller.pd
+    growth = []
+    for k in range(1, 151):
+        p = type(found.machines.plants[0])(*(float(v[k]) for v in found.machines.plants[0]))
+        c = coefficients(p)
+        motor, spindle = c.inverse_rotor_inertia, c.inverse_spindle_inertia
+        voltage = np.array([-pd.kp, -pd.kd]) * c.inverse_inductance
+        matrix = [  # LL eq. 2 without bristles: current, rotor angle and speed, spindle likewise
+            [-c.current_decay, 0.0, -c.back_emf, *voltage],
+            [0.0, 0.0, 1.0, 0.0, 0.0],
+            np.array([c.torque_constant, -p.stiffness, -p.rotor_damping, p.stiffness, 0]) * motor,
+            [0.0, 0.0, 0.0, 0.0, 1.0],
+            np.array([0.0, p.stiffness, 0.0, -p.stiffness, -p.viscous_friction]) * spindle,
+        ]
+        growth.append(np.linalg.eigvals(np.array(matrix)).real.max())
+    growth = np.array(growth)
+    # Friction only damps; what grows by exp(2 * 7.5) before the last quarter it cannot hold.
+    assert found.stable[growth < 0].all()
+    assert not found.stable[growth > 2].any()
+    assert (growth > 2).sum() > 10
+    assert 0.5 < (growth < 0).mean() <= found.stable.mean() < 1
 
 
 def test_what_is_stable():
@@ -250,6 +294,7 @@ def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
     done = hfc("score", tmp_path / "wild.json", *SHORT, "--plot", tmp_path / "wild.svg")
     assert done.exit_code == 0, done.output
     assert "0 % of 5 machines are stable, the nominal one is not" in done.stdout
+    assert "simulated again with shorter steps: 6" in done.stdout
     assert (tmp_path / "wild.svg").exists()
 
 
