@@ -160,7 +160,8 @@ def _motions(
         for k in range(min(size, count - start)):
             own = _picked(some, k)
             found = evaluation(scenario, own, samples, scores[k], individual(motions, k))
-            yield found._replace(axes=(), contour=None), is_stable(loop, own, found)
+            stable = is_stable(loop, own, found)
+            yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)
 
 
