@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from hfc_design import controllers, fitness, simulate
@@ -12,7 +13,7 @@ from hfc_design.paths.trajectories import Trajectory
 from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, named_design
 from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
-from hfc_design.signals import AxisSamples
+from hfc_design.signals import AxisSamples, Samples
 from plants import Plant
 
 
@@ -44,21 +45,33 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     Raises:
         UserError: the two are made for different plants or sample times.
     """
-    plant = _plant(design, scenario)
+    plants = machine(design, scenario).values()
     controller, gains = controllers.from_design(design.controller)
     loop = simulate.closed_loop(scenario, controller)
     samples = scenario.samples()
-    scores, motions = simulate.trajectory(loop, plant.values(), samples, gains)
+    scores, motions = simulate.trajectory(loop, plants, samples, gains)
+    return evaluation(scenario, plants, samples, scores[0], individual(motions, 0))
+
+
+def evaluation(
+    scenario: Scenario,
+    plants: tuple[Any, ...],
+    samples: Samples,
+    score: float,
+    motions: tuple[simulate.Trajectory, ...],
+) -> Evaluation:
+    """What is read off one motion: ``score``, and of each axis its parameters and trajectory."""
+    plant = scenario.plant.plant
     axes = tuple(
-        _axis(plant.plant, parameters, happens, found)
-        for parameters, happens, found in zip(plant.values(), samples.axes, motions, strict=True)
+        _axis(plant, parameters, happens, found)
+        for parameters, happens, found in zip(plants, samples.axes, motions, strict=True)
     )
     time = scenario.simulation.time
-    path = _contour(scenario, axes, plant)
+    path = _contour(scenario, axes, plants)
     if path is None:
         found = fitness.metrics(
             axes[0].motion,
-            axes[0].readings[plant.plant.velocity],
+            axes[0].readings[plant.velocity],
             samples.axes[0].reference_rate,
             time,
             scenario.fitness.settled_after_s,
@@ -68,25 +81,24 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
         commands = np.stack([axis.motion.command for axis in axes])
         found = contour_metrics(path, errors, commands)
     diverged = next(iter(found.values())) is None
-    return Evaluation(0.0 if diverged else float(scores[0]), diverged, found, time, axes, path)
+    return Evaluation(0.0 if diverged else float(score), diverged, found, time, axes, path)
 
 
 def _contour(
-    scenario: Scenario, axes: tuple[AxisMotion, ...], plant: PlantSettings
+    scenario: Scenario, axes: tuple[AxisMotion, ...], plants: tuple[Any, ...]
 ) -> Contour | None:
     """How far an X-Y machine was off its path; None for a machine of one axis."""
     reference = scenario.reference
     if not isinstance(reference, Trajectory):
         return None
-    positions = np.stack([getattr(axis.motion.state, plant.plant.position) for axis in axes])
-    return contour(reference, scenario.simulation.time, positions, plant.values()[0].blu)
+    position = scenario.plant.plant.position
+    positions = np.stack([getattr(axis.motion.state, position) for axis in axes])
+    return contour(reference, scenario.simulation.time, positions, plants[0].blu)
 
 
 def _axis(
-    plant: Plant, parameters: Any, happens: AxisSamples, found: simulate.Trajectory
+    plant: Plant, parameters: Any, happens: AxisSamples, motion: simulate.Trajectory
 ) -> AxisMotion:
-    """One axis of a population of one."""
-    motion = simulate.Trajectory(*(_first(part) for part in found))
     readings = plant.signals(plant.coefficients(parameters), motion.state)
     return AxisMotion(
         happens.reference,
@@ -94,6 +106,11 @@ def _axis(
         motion,
         {name: np.asarray(value) for name, value in readings.items()},
     )
+
+
+def individual(motions: tuple[simulate.Trajectory, ...], k: int) -> Any:
+    """The motion of every axis of one of a population, leaves (steps,)."""
+    return jax.tree.map(lambda leaf: leaf[:, k], motions)
 
 
 def load_design(name: str) -> Design:
@@ -128,7 +145,12 @@ def own_scenario(design: Design, name: str, changes: Iterable[str] = ()) -> Scen
     return checked(Scenario, changed(data, changes), source, folder)
 
 
-def _plant(design: Design, scenario: Scenario) -> PlantSettings:
+def machine(design: Design, scenario: Scenario) -> PlantSettings:
+    """The plant of ``design`` with what ``scenario`` sets laid over it.
+
+    Raises:
+        UserError: the two are made for different plants or sample times.
+    """
     if design.plant.name != scenario.plant.name:
         raise UserError(
             f"design {design.name} is for the plant {design.plant.name}, "
@@ -150,13 +172,6 @@ def _plant(design: Design, scenario: Scenario) -> PlantSettings:
         },
     }
     return checked(PlantSettings, both, f"design {design.name}: plant", Path())
-
-
-def _first(part: Any) -> Any:
-    """A part of a population's trajectory without its axis of individuals."""
-    if isinstance(part, tuple):
-        return type(part)(*(_first(item) for item in part))
-    return part[:, 0]
 
 
 def trajectory_csv(evaluation: Evaluation) -> str:

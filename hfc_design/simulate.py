@@ -93,7 +93,10 @@ def scores(
 def trajectory(
     loop: Loop, plants: Any, samples: Samples, gains: Any
 ) -> tuple[np.ndarray, tuple[Trajectory, ...]]:
-    """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy."""
+    """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy.
+
+    The parameters in ``plants`` are numbers, or (individuals,) where each has its own machine.
+    """
     arguments = (_cast(item, np.float64) for item in (plants, samples, gains))
     return jax.tree.map(np.asarray, _trajectory(loop, *arguments))
 
@@ -206,7 +209,8 @@ def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) ->
     """Scan over the samples; returns the fitness sums and, if asked for, the trajectories."""
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
     fixed = tuple(loop.plant.coefficients(plant) for plant in plants)
-    step = jax.vmap(partial(_sample, loop), in_axes=(None, None, 0, 0, None))
+    own_machine = 0 if jnp.ndim(jax.tree.leaves(plants)[0]) else None
+    step = jax.vmap(partial(_sample, loop), in_axes=(own_machine, None, 0, 0, None))
     axis = _Axis(
         loop.plant.initial_state(zeros),
         loop.controller.initial_memory(zeros),

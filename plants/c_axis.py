@@ -171,6 +171,7 @@ def fault(changes: dict[str, float]) -> str | None:
 C_AXIS = Plant(
     name="c-axis",
     parameters=CAxisParameters,
+    exact=frozenset({"poles", "gear_ratio"}),
     fault=fault,
     fastest=fastest,
     units={

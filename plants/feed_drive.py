@@ -232,9 +232,13 @@ def _driving_friction(p: FeedDriveParameters) -> str | None:
     return None
 
 
+#: Settings of encoder and converter, and how far the fit of the friction reaches.
+EXACT = frozenset({"blu", "lowest_command", "highest_command", "low_velocity"})
+
 FEED_DRIVE = Plant(
     name="feed-drive",
     parameters=FeedDriveParameters,
+    exact=EXACT,
     fault=fault,
     units={
         "error": "BLU",

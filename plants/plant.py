@@ -32,6 +32,9 @@ class Plant:
     name: str
     #: Record class of the physical parameters; its defaults are the nominal machine.
     parameters: type[Any]
+    #: Parameters that are exact: counts, ratios of teeth, settings of the control. All others have
+    #: a tolerance, because they were measured or identified, or change with load and warmth.
+    exact: frozenset[str]
     #: What is wrong with a dict of changed parameters, in one line; None if nothing is.
     fault: Callable[[dict[str, float]], str | None]
     #: Unit of each signal, of "error", "error_rate", "command", "load" too, for people to read.

@@ -1,0 +1,326 @@
+"""One design on machines that differ: each against its own run, stability against its poles."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.signal import cont2discrete
+
+from hfc_design import monte_carlo, simulate
+from hfc_design.cli import main
+from hfc_design.controllers import from_design
+from hfc_design.evaluate import evaluate, load_design, own_scenario
+from hfc_design.monte_carlo import drawn, is_stable, limits, robustness
+from hfc_design.records import UserError
+from hfc_design.scenarios import PlantSettings, load_scenario
+from hfc_design.stability.stable_range import discrete, linear_k1
+from plants import PLANTS
+from plants.c_axis import coefficients
+from plants.feed_drive import FRICTION
+
+
+def case(name, *changes, seconds=0.5):
+    design = load_design(name)
+    return design, own_scenario(design, name, [f"simulation.duration_s={seconds}", *changes])
+
+
+def alone(design, scenario, machines, k):
+    """``evaluate`` of machine ``k``, 0 the nominal one."""
+    found = [{key: float(v[k]) for key, v in p._asdict().items()} for p in machines.plants]
+    if len(found) == 1:
+        plant = PlantSettings(name=scenario.plant.name, parameters=found[0])
+    else:
+        plant = PlantSettings(name=scenario.plant.name, axes={"x": found[0], "y": found[1]})
+    return evaluate(design, scenario.model_copy(update={"plant": plant}))
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("lin-lee-1999-table-2", 1.5), ("jee-koren-2004-flc", 4.0)]
+)
+def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
+    design, scenario = case(name, seconds=seconds)
+    monkeypatch.setattr(monte_carlo, "CHUNK", 4)  # three chunks, the last one filled up
+    told = []
+    found = robustness(design, scenario, 0.2, 8, 5, lambda *news: told.append(news))
+    assert told == [(4, 9), (8, 9), (9, 9)]
+    assert found.refined == 0
+    for k in (0, 1, 4, 8):
+        wanted = alone(design, scenario, found.machines, k)
+        for key, value in {"fitness": wanted.fitness, **wanted.metrics}.items():
+            mine = found.nominal[key] if k == 0 else found.values[key][k - 1]
+            assert mine == pytest.approx(np.nan if value is None else value, rel=1e-9, nan_ok=True)
+    assert np.ptp(found.values["fitness"]) > 0.01 * found.nominal["fitness"]
+
+
+def test_quantiles_are_those_of_the_stable_machines():
+    design, scenario = case("pd-only")
+    found = robustness(design, scenario, 0.2, 11, seed=2)
+    runs = [alone(design, scenario, found.machines, k).metrics for k in range(1, 12)]
+    wanted = sorted(run["rms_error_rad"] for run in runs)
+    numbers = found.numbers()["metrics"]["rms_error_rad"]
+    assert numbers["count"] == 11
+    # Of eleven sorted values the quantile q stands at place 10 q, between two of them if need be.
+    assert numbers["q05"] == pytest.approx((wanted[0] + wanted[1]) / 2, rel=1e-9)
+    assert numbers["q25"] == pytest.approx((wanted[2] + wanted[3]) / 2, rel=1e-9)
+    assert numbers["q50"] == pytest.approx(wanted[5], rel=1e-9)
+    kept = np.array([True] * 3 + [False] * 8)
+    some = found._replace(stable=kept).numbers()
+    assert some["stable_share"] == pytest.approx(3 / 11)
+    middle = np.median([run["rms_error_rad"] for run in runs[:3]])
+    assert some["metrics"]["rms_error_rad"]["q50"] == pytest.approx(middle, rel=1e-9)
+    none = found._replace(stable=np.zeros(11, bool)).numbers()["metrics"]["rms_error_rad"]
+    assert (none["q50"], none["count"]) == (None, 0)
+
+
+def test_the_seed_says_what_is_drawn():
+    settings = load_scenario("feed-drive-circle").plant
+    one, same, other = (drawn(settings, 0.2, 6, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one.plants, same.plants)
+    assert (one.plants[0].gain[1:] != other.plants[0].gain[1:]).all()
+    more = drawn(settings, 0.2, 9, 1)
+    np.testing.assert_array_equal(np.array(more.plants)[..., :7], one.plants)
+
+
+@pytest.mark.parametrize("name", ["feed-drive-circle", "c-axis-ramp"])
+def test_drawn_parameters_fill_their_range_and_nothing_else(name):
+    settings = load_scenario(name).plant
+    machines = drawn(settings, 0.2, 400, 3)
+    for nominal, found in zip(settings.values(), machines.plants, strict=True):
+        for key, value in nominal._asdict().items():
+            column = getattr(found, key)
+            assert column[0] == value
+            if value == 0 or key in settings.plant.exact:
+                assert (column == value).all()
+                continue
+            factors = column[1:] / value
+            assert factors.min() == pytest.approx(0.8, abs=0.01)
+            assert factors.max() == pytest.approx(1.2, abs=0.01)
+            assert factors.mean() == pytest.approx(1.0, abs=5 * 0.4 / np.sqrt(12 * 400))
+
+
+def test_parameters_and_axes_are_independent():
+    machines = drawn(load_scenario("feed-drive-circle").plant, 0.2, 400, 3)
+    varied = [column[1:] for axis in machines.plants for column in axis if np.ptp(column)]
+    assert len(varied) == 2 * 8  # gain, time constant, six of the friction
+    assert abs(np.corrcoef(varied) - np.eye(16)).max() < 5 / np.sqrt(400)
+
+
+def test_a_long_motion_is_simulated_in_smaller_chunks(monkeypatch):
+    design, scenario = case("jee-koren-2004-pid", seconds=0.3)  # 30 samples of 2 axes
+    monkeypatch.setattr(monte_carlo, "KEPT", 200)
+    told = []
+    robustness(design, scenario, 0.2, 8, progress=lambda *news: told.append(news))
+    assert told == [(3, 9), (6, 9), (9, 9)]
+
+
+@pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
+def test_what_is_exact_is_a_parameter(plant):
+    assert plant.exact < set(plant.parameters._fields)
+
+
+def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
+    settings = load_scenario("c-axis-ramp").plant
+    machines = drawn(settings, 0.4, 50, 0)
+    (p,) = machines.plants
+    assert (p.stator_inductance * p.rotor_inductance > p.mutual_inductance**2).all()
+    assert (p.static_torque >= p.coulomb_torque).all()
+    # By the same stream of numbers: every draw that passes is kept, in order.
+    varied = [name not in ("poles", "gear_ratio") for name in p._fields]
+    stream = np.random.default_rng(0).uniform(0.6, 1.4, (50 + machines.refused, sum(varied)))
+    all_of_them = np.array(settings.values()[0])[varied] * stream
+    ls, lr, lm, tc, ts = (
+        all_of_them[:, [n for n, v in zip(p._fields, varied, strict=True) if v].index(name)]
+        for name in (
+            "stator_inductance", "rotor_inductance", "mutual_inductance",
+            "coulomb_torque", "static_torque",
+        )
+    )  # fmt: skip
+    possible = (ls * lr > lm**2) & (ts >= tc)
+    assert machines.refused == 50 + machines.refused - possible.sum() > 0
+    np.testing.assert_array_equal(p.mutual_inductance[1:], lm[possible])
+    monkeypatch.setattr(monte_carlo, "MAX_DRAWS", 0)
+    with pytest.raises(UserError, match=r"--spread 0.4: of \d+ draws only \d+ gave a possible"):
+        drawn(settings, 0.4, 50, 0)
+
+
+@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid"])
+def test_nearly_no_spread_gives_the_nominal_metrics(name):
+    design, scenario = case(name, seconds=0.3)
+    found = robustness(design, scenario, 1e-13, 3)
+    wanted = evaluate(design, scenario)
+    for key, value in {"fitness": wanted.fitness, **wanted.metrics}.items():
+        nominal = np.nan if value is None else value
+        assert found.nominal[key] == pytest.approx(nominal, rel=1e-9, nan_ok=True)
+        assert found.values[key] == pytest.approx(np.full(3, nominal), rel=1e-8, nan_ok=True)
+    assert found.stable.all()
+    assert found.nominal_stable
+
+
+def test_a_step_that_is_too_long_does_not_make_a_loop_unstable():
+    # Some of these spindles overshoot faster than steps of 1 ms can follow; not all are unstable.
+    design, coarse = case("pd-only", seconds=1.0)
+    found = robustness(design, coarse, 0.2, 40)
+    diverged = [k for k in range(1, 41) if alone(design, coarse, found.machines, k).diverged]
+    assert found.refined == len(diverged) > 0
+    _, fine = case("pd-only", "simulation.substeps=8", seconds=1.0)
+    for k in diverged:
+        wanted = alone(design, fine, found.machines, k).metrics["rms_error_rad"]
+        rms = found.values["rms_error_rad"][k - 1]
+        assert rms == pytest.approx(np.nan if wanted is None else wanted, rel=1e-9, nan_ok=True)
+    judged = found.stable[np.array(diverged) - 1]
+    assert judged.any()
+    assert not judged.all()
+
+
+def test_stable_share_is_that_of_the_poles():
+    period, gain, lag, count = 0.01, 28.3, 0.055, 120
+    k_p = 0.97 * linear_k1(discrete(gain, lag, period))
+    design = load_design("jee-koren-2004-pid")
+    pid = design.controller.pid.model_copy(update={"k_p": k_p, "k_i": 0.0, "k_d": 0.0})
+    controller = design.controller.model_copy(update={"pid": pid})
+    changes = [
+        f"plant.parameters={{gain={gain}, {', '.join(f'{name}=0.0' for name in FRICTION)}}}",
+        "plant.axes={x={}, y={}}",
+        "simulation.duration_s=20",
+        "simulation.substeps=1",  # exact without friction
+    ]
+    scenario = load_scenario("feed-drive-circle", changes)
+    found = robustness(design.model_copy(update={"controller": controller}), scenario, 0.2, count)
+
+    def radius(gain, lag):
+        """Of the slowest pole of K/(s (tau s + 1)) behind its hold, with u = k_p e."""
+        numerator, denominator, _ = cont2discrete(([gain], [lag, 1.0, 0.0]), period)
+        return abs(np.roots(denominator + k_p * numerator[0])).max()
+
+    slowest = np.array(
+        [
+            max(radius(axis.gain[k], axis.time_constant[k]) for axis in found.machines.plants)
+            for k in range(1, count + 1)
+        ]
+    )
+    # A disturbance of 1 BLU grows to a thousand in the 15 s before stability is looked at.
+    surely_unstable = slowest > 1000 ** (1 / 1500)
+    assert found.stable[slowest < 1].all()
+    assert not found.stable[surely_unstable].any()
+    assert 0.2 < (slowest < 1).mean() <= found.stable.mean() <= 1 - surely_unstable.mean() < 0.8
+    assert found.nominal_stable
+
+
+def test_stable_spindles_are_those_of_the_linear_loop():
+    design, scenario = case("pd-only", seconds=10.0)
+    found = robustness(design, scenario, 0.2, 150)
+    pd = design.controller.pd
+    growth = []
+    for k in range(1, 151):
+        p = type(found.machines.plants[0])(*(float(v[k]) for v in found.machines.plants[0]))
+        c = coefficients(p)
+        motor, spindle = c.inverse_rotor_inertia, c.inverse_spindle_inertia
+        voltage = np.array([-pd.kp, -pd.kd]) * c.inverse_inductance
+        matrix = [  # LL eq. 2 without bristles: current, rotor angle and speed, spindle likewise
+            [-c.current_decay, 0.0, -c.back_emf, *voltage],
+            [0.0, 0.0, 1.0, 0.0, 0.0],
+            np.array([c.torque_constant, -p.stiffness, -p.rotor_damping, p.stiffness, 0]) * motor,
+            [0.0, 0.0, 0.0, 0.0, 1.0],
+            np.array([0.0, p.stiffness, 0.0, -p.stiffness, -p.viscous_friction]) * spindle,
+        ]
+        growth.append(np.linalg.eigvals(np.array(matrix)).real.max())
+    growth = np.array(growth)
+    # Friction only damps; what grows by exp(2 * 7.5) before the last quarter it cannot hold.
+    assert found.stable[growth < 0].all()
+    assert not found.stable[growth > 2].any()
+    assert (growth > 2).sum() > 10
+    assert 0.5 < (growth < 0).mean() <= found.stable.mean() < 1
+
+
+def test_what_is_stable():
+    design, scenario = case("jee-koren-2004-pid", seconds=4.0)
+    loop = simulate.closed_loop(scenario, from_design(design.controller)[0])
+    plants = scenario.plant.values()
+    good = evaluate(design, scenario)
+    largest = max(abs(axis.reference).max() for axis in good.axes)
+
+    def changed(which, part, where, value):
+        axes = list(good.axes)
+        values = getattr(axes[which].motion, part).copy()
+        values[where] = value
+        axes[which] = axes[which]._replace(motion=axes[which].motion._replace(**{part: values}))
+        return is_stable(loop, plants, good._replace(axes=tuple(axes)))
+
+    assert limits(loop, plants[0]) == (-128.0, 127.0)
+    assert limits(loop._replace(command_limit=50.0), plants[0]) == (-50.0, 50.0)
+    assert is_stable(loop, plants, good)
+    assert changed(0, "error", slice(0, 300), 2 * largest)  # 300 of 400 samples: not yet late
+    assert changed(1, "error", -1, -largest)
+    assert not changed(1, "error", -1, -1.001 * largest)
+    assert not changed(0, "error", 300, 1.001 * largest)
+    assert changed(0, "command", slice(0, 300), 127.0)
+    assert changed(0, "command", slice(-10, None), 127.0)
+    assert not changed(0, "command", slice(-11, None), 127.0)
+    assert not changed(1, "command", slice(-11, None), -128.0)
+    assert not is_stable(loop, plants, good._replace(diverged=True))
+    still = tuple(axis._replace(reference=0 * axis.reference) for axis in good.axes)
+    assert is_stable(loop, plants, good._replace(axes=still))
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+SHORT = ["--set", "simulation.duration_s=0.2", "--spread", "0.2", "--samples", "5"]
+
+
+def test_the_command_tells_the_same_as_json_table_and_picture(tmp_path):
+    done = hfc("score", "pd-only", *SHORT, "--seed", 4, "--json", "--plot", tmp_path / "a.png")
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert (found["samples"], found["seed"], found["stable_share"]) == (5, 4, 1.0)
+    wanted = robustness(*case("pd-only", seconds=0.2), 0.2, 5, seed=4).numbers()
+    assert found == {"design": "pd-only", "scenario": "c-axis-ramp", **wanted}
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert done.stderr.startswith("5 machines in ")
+    table = hfc("score", "pd-only", *SHORT, "--seed", 4)
+    assert max(map(len, table.stdout.splitlines())) <= 80
+    assert "100 % of 5 machines are stable, the nominal one too" in table.stdout
+    row = next(line for line in table.stdout.splitlines() if "rms_error_rad" in line)
+    assert row.split()[1] == f"{found['metrics']['rms_error_rad']['nominal']:.3g}"
+
+
+def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
+    design = load_design("pd-only")
+    pd = design.controller.pd.model_copy(update={"kd": 1e7})
+    wild = design.model_copy(update={"controller": design.controller.model_copy(update={"pd": pd})})
+    (tmp_path / "wild.json").write_text(wild.model_dump_json())
+    done = hfc("score", tmp_path / "wild.json", *SHORT, "--plot", tmp_path / "wild.svg")
+    assert done.exit_code == 0, done.output
+    assert "0 % of 5 machines are stable, the nominal one is not" in done.stdout
+    assert "simulated again with shorter steps: 6" in done.stdout
+    assert (tmp_path / "wild.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--spread", "0"], ["--spread 0.0", "between 0 and 1"]),
+        (["--spread", "1"], ["--spread 1.0", "between 0 and 1"]),
+        (["--spread", "-0.2"], ["--spread -0.2"]),
+        (["--spread", "nan"], ["--spread nan"]),
+        (["--spread", "0.2", "--samples", "0"], ["--samples 0", "between 1 and"]),
+        (["--spread", "0.2", "--seed", "-1"], ["--seed -1"]),
+        (["--samples", "10"], ["--samples needs --spread"]),
+        (["--seed", "1"], ["--seed needs --spread"]),
+        (["--plot", "a.png"], ["--plot needs --spread"]),
+        (
+            ["--spread", "0.2", "--set", "reference.velocity=0.11"],
+            ["c-axis-ramp", "simulation.substeps = 1", "at least 2"],
+        ),
+    ],
+)
+def test_what_is_refused(arguments, words):
+    done = hfc("score", "pd-only", *arguments)
+    assert done.exit_code == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("hfc: ")
+    assert done.stderr.count("\n") == 1
+    for word in words:
+        assert word in done.stderr
