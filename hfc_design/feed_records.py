@@ -39,12 +39,15 @@ class PidDesign(Record):
 
 
 class TriangleRecord(Record):
-    """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite."""
+    """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite.
+
+    So is one that is left out: TOML has no null.
+    """
 
     label: TermLabel
-    left: Finite | None  # [BLU]
+    left: Finite | None = None  # [BLU]
     centre: Finite  # [BLU]
-    right: Finite | None  # [BLU]
+    right: Finite | None = None  # [BLU]
 
 
 Triangles = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
