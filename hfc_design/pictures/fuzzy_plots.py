@@ -97,6 +97,7 @@ def surface(record: FuzzyRecord, title: str) -> Figure:
     count = int(np.ceil(limit / division + 0.5))
     levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
     filled = axes.contourf(change, error, values, levels, cmap="RdBu_r")
+    filled.set_edgecolor("face")  # else white hairlines show between the bands
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.axvline(0.0, color="0.3", lw=0.6)
     axes.set_xlabel(CHANGE)
