@@ -1,20 +1,23 @@
 """What the page shows of a feed drive's fuzzy controller, kinds flc and aflc."""
 
-import numpy as np
-
-from hfc_design.evaluate import AxisMotion, Evaluation
+from hfc_design.evaluate import Evaluation
 from hfc_design.feed_records import AflcDesign, FlcDesign, FuzzyRecord
 from hfc_design.pictures import fuzzy_plots
+from hfc_design.report.adapted import at_the_end
 from hfc_design.report.section import Drawing, Listing, Rows, Section
 from hfc_design.rulebase import Design
-from hfc_design.runtime import Controller
-from hfc_design.scenarios import Scenario, SensorSettings
+from hfc_design.scenarios import Scenario
 from hfc_design.stability import report as stability
 from hfc_design.stability.plot import stability_figure
 from hfc_design.stability.stable_range import stable_range
-from plants import PLANTS
 
 ORIGINAL = "as designed"
+#: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
+FORMS = {
+    "P": "In the form P it takes the change for zero. ",
+    "PI": "In the form PI the rules say by how much what they command is to change. ",
+    "PD": "",
+}
 
 
 def sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
@@ -24,7 +27,7 @@ def sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Sectio
         ValueError: the design is of another kind.
     """
     record = _fuzzy(design)
-    adapted = _adapted(design, own, scenario)
+    adapted = at_the_end(design, own, scenario)
     return [
         _controller(record),
         *([_adaptation(record, adapted)] if adapted else []),
@@ -38,41 +41,16 @@ def _fuzzy(design: Design) -> FuzzyRecord:
     return design.controller
 
 
-def _adapted(design: Design, own: Evaluation, scenario: Scenario) -> dict[str, FuzzyRecord]:
-    """The controller of each axis at the end of the motion, if it adapts.
-
-    Stepped over what the axis measured; not where noise would have to be repeated.
-    """
-    ideal = scenario.sensors == SensorSettings()
-    if not isinstance(design.controller, AflcDesign) or own.diverged or not ideal:
-        return {}
-    names = [name.upper() for name in scenario.plant.axes] or ["the axis"]
-    axes = zip(names, scenario.plant.values(), own.axes, strict=True)
-    return {name: _after(design, parameters, axis) for name, parameters, axis in axes}
-
-
-def _after(design: Design, parameters: object, axis: AxisMotion) -> FuzzyRecord:
-    plant = PLANTS[design.plant.name]
-    fixed = plant.coefficients(parameters)
-    seen = plant.measured(fixed, axis.motion.state)
-    error = axis.reference - np.asarray(getattr(seen, plant.position))
-    velocity = np.asarray(getattr(seen, plant.velocity))
-    controller = Controller(design)
-    for e, v in zip(error.tolist(), velocity.tolist(), strict=True):
-        controller.step({"error": e, "velocity": v})
-    return controller.adapted()
-
-
 def _controller(record: FuzzyRecord) -> Section:
-    adapts = ""
+    kind = FORMS[record.form] if isinstance(record, FlcDesign) else ""
     if isinstance(record, AflcDesign):
-        adapts = (
+        kind = (
             "It judges the rules that fired a sample ago by what became of the error, and moves "
             "them. "
         )
     text = (
         f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
-        f"change since the last sample. {adapts}To what the rules command it adds the integral of "
+        f"change since the last sample. {kind}To what the rules command it adds the integral of "
         "the error. One BLU is a step of the encoder, one unit a step of the converter."
     )
     return Section(
