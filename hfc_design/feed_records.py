@@ -39,7 +39,10 @@ class PidDesign(Record):
 
 
 class TriangleRecord(Record):
-    """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite."""
+    """One linguistic term: a triangle (JK04 eq. 1). An edge of null is infinite.
+
+    So is one that is left out: TOML has no null.
+    """
 
     label: TermLabel
     left: Finite | None = None  # [BLU]

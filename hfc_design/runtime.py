@@ -10,7 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign
+from hfc_design.feed_records import (
+    AflcDesign,
+    FeedDesign,
+    FlcDesign,
+    PidDesign,
+    SoflcDesign,
+    Triangles,
+)
 from hfc_design.laws import aflc, flc, pid, root_unit
 from hfc_design.laws.adaptation import blamed_aflc, blamed_soflc
 from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign, read_design
@@ -62,6 +69,24 @@ class Controller:
             self._memory = self._initial
         elif isinstance(self.design, HierarchicalDesign):
             self._root = root_unit.initial_memory(0.0)
+
+    def adapted(self) -> AflcDesign | SoflcDesign:
+        """The controller with its terms and its rule table as they are by now.
+
+        Raises:
+            ValueError: it is of a kind that does not adapt.
+        """
+        record = self.design
+        if not isinstance(record, AflcDesign | SoflcDesign):
+            raise ValueError(f"a controller of kind {record.kind} does not adapt")
+        error_terms, change_terms, table = aflc.current(record.gains(), self._memory)
+        rules = record.rules.model_copy(update={"centroids": tuple(map(tuple, table))})
+        changes = {
+            "error_terms": _with_edges(record.error_terms, error_terms),
+            "error_change_terms": _with_edges(record.error_change_terms, change_terms),
+            "rules": rules,
+        }
+        return record.model_copy(update=changes)
 
     def _hierarchy(self, design: HierarchicalDesign, signals: dict[str, float]) -> float:
         values = []
@@ -117,6 +142,19 @@ def _adaptation(design: HierarchicalDesign) -> root_unit.Adaptation | None:
     scales = {item.name: item.scale for item in design.inputs}
     law = design.adaptation.law()
     return law._replace(error_scale=law.error_scale or scales["error"])
+
+
+def _with_edges(terms: Triangles, moved: Any) -> Triangles:
+    """Terms with other edges; those at infinity stay there."""
+    return tuple(
+        term.model_copy(
+            update={
+                "left": None if term.left is None else left,
+                "right": None if term.right is None else right,
+            }
+        )
+        for term, (left, _, right) in zip(terms, moved, strict=True)
+    )
 
 
 def _feed_drive(record: FeedDesign) -> tuple[Any, Any]:

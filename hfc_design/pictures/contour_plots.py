@@ -60,7 +60,7 @@ def _draw_path(
 ) -> None:
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
-    division = _round_above(max(np.hypot(*away).max() / 2, SMALLEST))
+    division = round_above(max(np.hypot(*away).max() / 2, SMALLEST))
     enlarged = SHARE * size / division
     axes.plot(*outline.position, color="black", lw=0.8, label="path")
     drawn = base + enlarged * away
@@ -97,7 +97,7 @@ def _beside(samples: PathSamples, left: float) -> Floats:
     return moved
 
 
-def _round_above(value: float) -> float:
+def round_above(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hfc_design.controllers.hierarchical import PREVIOUS
-from hfc_design.pictures.plots import OTHER, OWN, WIDTH, framed
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.plots import OTHER, OWN, WIDTH
 from hfc_design.rulebase import Design, HierarchicalDesign, UnitRecord
 from plants import PLANTS
 
@@ -83,30 +84,14 @@ def rule_tables(design: Design) -> list[Figure]:
 
 
 def _rule_table(unit: UnitRecord, labels: list[str]) -> Figure:
-    figure = framed(4.0, top=0.35)
-    figure.subplots_adjust(right=1 - 0.95 / WIDTH)
-    axes = figure.subplots()
-    values = np.array(unit.consequents)
-    limit = float(np.abs(values).max()) or 1.0
-    edges = np.arange(len(labels) + 1) - 0.5
-    mesh = axes.pcolormesh(edges, edges, values, cmap="RdBu_r", vmin=-limit, vmax=limit)
-    for (row, column), value in np.ndenumerate(values):
-        color = "white" if abs(value) > 0.6 * limit else "black"
-        text = (f"{value:z.2f}" if limit < 100 else f"{value:z.3g}").replace("-", "\u2212")
-        axes.text(column, row, text, ha="center", va="center", fontsize=9, color=color)
-    axes.set_xticks(range(len(labels)), labels)
-    axes.set_yticks(range(len(labels)), labels)
-    axes.tick_params(length=0)
-    axes.invert_yaxis()  # f1 on top, as the paper prints its tables
-    axes.set_xlabel(f"column: {readable(unit.column_input)}")
-    axes.set_ylabel(f"row: {readable(unit.row_input)}")
-    axes.set_title(f"unit {unit.id}", fontsize=11)
-    place = axes.get_position()
-    strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
-    bar = figure.colorbar(mesh, cax=strip)
-    bar.set_label("consequent [1]")
-    bar.outline.set_visible(False)
-    return figure
+    return heat_map(
+        np.array(unit.consequents),
+        labels,
+        row=f"row: {readable(unit.row_input)}",
+        column=f"column: {readable(unit.column_input)}",
+        title=f"unit {unit.id}",
+        meaning="consequent [1]",
+    )
 
 
 def readable(source: str) -> str:

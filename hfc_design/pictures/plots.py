@@ -135,7 +135,7 @@ def history(history: History) -> Figure:
     scores.plot(*_thinned(generation, history.best), color=OWN, label="best so far", **style)
     scores.plot(*_thinned(generation, history.median), color=OTHER, label="median", **style)
     scores.legend(fontsize=9, frameon=False)
-    _finish(scores, "fitness [1]")
+    _finish(scores, "fitness")
     _logarithmic(scores)
     place, bars = _thinned(generation, history.diverged)
     place = np.concatenate([[0.5], place, [count + 0.5]])
@@ -143,7 +143,7 @@ def history(history: History) -> Figure:
     _finish(diverged, "diverged [1]")
     diverged.set_xlabel("generation")
     diverged.set_xlim(0.5, count + 0.5)
-    diverged.set_ylim(bottom=0)
+    diverged.set_ylim(0, 1.05 * max(int(history.diverged.max()), 1))
     diverged.xaxis.set_major_locator(MaxNLocator(integer=True))
     diverged.yaxis.set_major_locator(MaxNLocator(nbins=3, integer=True))
     return figure

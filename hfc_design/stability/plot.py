@@ -19,7 +19,7 @@ def stability_figure(
 
     ``points`` are (K_1, K_2) of rule tables by their names.
     """
-    figure = framed(3.6, top=0.15)
+    figure = framed(4.4, top=0.95)
     axes = figure.subplots()
     inside = np.linspace(0.0, found.k1, 201)[1:]
     beyond = np.linspace(found.k1, found.k1_printed, 51)
@@ -30,12 +30,12 @@ def stability_figure(
         axes.plot(beyond, k2_bound(found.drive, beyond), color=OWN, lw=1, ls=":", label="printed")
     axes.axvline(found.k1_linear, color=OTHER, lw=1.2, ls="--", label="linear limit")
     for marker, (name, (k1, k2)) in zip(cycle(MARKERS), (points or {}).items(), strict=False):
-        axes.plot([k1], [k2], color="black", ls="", marker=marker, ms=5, label=name)
+        axes.plot([k1], [k2], color="black", mfc="none", ls="", marker=marker, ms=6, label=name)
     axes.set_xlabel("$K_1$ [unit/BLU]")
     axes.set_ylabel("$K_2$ [unit/BLU]")
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.grid(color="0.9")
     axes.set_axisbelow(True)
-    axes.legend(fontsize=9, frameon=False)
+    figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
     return figure

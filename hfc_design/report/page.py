@@ -8,17 +8,17 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from hfc_design import fitness, hierarchy
+from hfc_design import fitness
 from hfc_design.checkpoint import write_whole
 from hfc_design.design import CONFIG, Result
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import csv_tables
 from hfc_design.paths.metrics import CONTOUR_METRICS
-from hfc_design.pictures import contour_plots, diagrams, plots
-from hfc_design.rulebase import Design
-from hfc_design.scenarios import HierarchicalSettings, Scenario
-from hfc_design.search.loop import Archive
-from plants import PLANTS
+from hfc_design.pictures import contour_plots, plots
+from hfc_design.report import fuzzy, hierarchical
+from hfc_design.report.section import Rows, score
+from hfc_design.rulebase import HierarchicalDesign
+from hfc_design.scenarios import ContourSettings, Scenario
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"
@@ -26,11 +26,10 @@ OWN = "this design"
 PUBLISHED = {
     "lin-lee-1999-table-1": "Table I of Lin & Lee (1999)",
     "lin-lee-1999-table-2": "Table II",
+    "jee-koren-2004-aflc": "the AFLC of Jee & Koren (2004)",
+    "jee-koren-2004-flc": "their FLC",
+    "jee-koren-2004-pid": "their PID",
 }
-#: This many structures are listed.
-BEST = 10
-
-Rows = list[list[str]]
 
 
 def write_report(
@@ -47,6 +46,7 @@ def write_report(
     """
     csv_tables.write(result.design, folder / TABLES)
     design, own, search = result
+    hierarchy = isinstance(design.controller, HierarchicalDesign)
     evaluations = {OWN: own, **rivals}
     environment = Environment(
         loader=PackageLoader("hfc_design"), autoescape=True, undefined=StrictUndefined
@@ -58,15 +58,17 @@ def write_report(
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
         scores=_scores(evaluations),
+        measure=_measure(scenario),
+        contour=own.contour is not None,
         response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
-        parameters=_parameters(design),
-        tree=diagrams.tree(design),
-        rule_tables=diagrams.rule_tables(design),
+        sections=(
+            hierarchical.sections(design) if hierarchy else fuzzy.sections(design, own, scenario)
+        ),
         generations=search.generation,
         diverged=int(search.history.diverged.sum()),
         history=plots.history(search.history),
-        structures=_structures(search.archive, scenario),
+        structures=hierarchical.structures(search.archive, scenario) if hierarchy else None,
         provenance={
             key: value if isinstance(value, str) else json.dumps(value)
             for key, value in design.provenance.items()
@@ -86,18 +88,44 @@ def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluatio
     """What the run achieved, in a sentence."""
     if own.diverged:
         return f"Every controller that the search found diverges on {scenario.name}."
-    line = f"The controller reaches a fitness of {own.fitness:.1f} on {scenario.name}"
-    parts = []
-    for key, name in PUBLISHED.items():
-        rival = rivals.get(key)
-        if rival is None:
-            continue
-        if rival.diverged:
-            parts.append(f"the published one of {name} diverges there")
-        else:
-            factor = own.fitness / rival.fitness
-            parts.append(f"{factor:.3g} times that of {name}, which is {rival.fitness:.1f}")
-    return f"{line}: {' and '.join(parts)}." if parts else f"{line}."
+    line = f"The controller reaches {_achieved(own)} on {scenario.name}"
+    parts = [_compared(own, rivals[key], name) for key, name in PUBLISHED.items() if key in rivals]
+    if not parts:
+        return f"{line}."
+    *others, last = parts
+    return f"{line}: {', '.join(others)}{' and ' if others else ''}{last}."
+
+
+def _achieved(found: Evaluation) -> str:
+    if found.contour is None:
+        return f"a fitness of {score(found.fitness)}"
+    return f"a contour error of {_rms(found):.3g} BLU rms"
+
+
+def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
+    if rival.diverged:
+        return f"{name} diverges there"
+    if own.contour is None:
+        factor = own.fitness / rival.fitness
+        return f"{factor:.3g} times that of {name}, which is {score(rival.fitness)}"
+    its = _rms(rival)
+    return f"that of {name} is {its / _rms(own):.3g} times as large ({its:.3g} BLU)"
+
+
+def _rms(found: Evaluation) -> float:
+    """Root mean square of the contour error [BLU] of a motion that did not diverge."""
+    value = found.metrics["rms_contour_error_BLU"]
+    assert value is not None
+    return value
+
+
+def _measure(scenario: Scenario) -> str:
+    """What the fitness is, in a sentence."""
+    settings = scenario.fitness
+    if isinstance(settings, ContourSettings):
+        of = f"1 / (rms + {settings.worst:g} × largest)"
+        return f"The fitness is {of} of the contour error [1/BLU]"
+    return "The fitness is eq. 5 of Lin & Lee (1999)"
 
 
 def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:
@@ -111,43 +139,3 @@ def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:
         values = (item.metrics[key] for item in found)
         rows.append([meaning, *("–" if value is None else f"{value:.4g}" for value in values)])
     return rows
-
-
-def _parameters(design: Design) -> Rows:
-    """Name, value and unit of the PD gains and of the hierarchy's scales."""
-    controller = diagrams.hierarchical(design)
-    units = PLANTS[design.plant.name].units
-    command, error = units["command"], units["error"]
-    rows = [
-        ("proportional gain", controller.pd.kp, f"{command}/{error}"),
-        ("derivative gain", controller.pd.kd, f"{command} s/{error}"),
-    ]
-    for item in controller.inputs:
-        unit = f"per {diagrams.input_unit(design, item.name)}"
-        rows.append((f"scale of {diagrams.readable(item.name)}", item.scale, unit))
-    rows.append(("scale of the output", controller.output_scale, command))
-    if adaptation := controller.adaptation:
-        rows.append(("adaptation of the root: step", adaptation.k_c, "a sample"))
-        rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
-    return [[name, f"{value:.6g}", unit] for name, value, unit in rows]
-
-
-def _structures(archive: Archive, scenario: Scenario) -> Rows:
-    """The best structures of the search and their scores."""
-    if not isinstance(scenario.controller, HierarchicalSettings):
-        return []
-    names = [diagrams.readable(item.name) for item in scenario.controller.inputs]
-    trees = hierarchy.trees(len(names))
-    order = [k for k in (-archive.score).argsort(kind="stable")[:BEST] if archive.score[k] > 0]
-    return [
-        [_notation(trees[archive.population.tree[k]], names), f"{archive.score[k]:.1f}"]
-        for k in order
-    ]
-
-
-def _notation(tree: hierarchy.Tree, names: list[str]) -> str:
-    """A tree as nested pairs (column input, row input)."""
-    values = list(names)
-    for unit in tree:
-        values.append(f"({values[unit.column]}, {values[unit.row]})")
-    return values[-1]
