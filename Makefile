@@ -2,13 +2,17 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: design test lint bench clean
+.PHONY: design test lint interop bench clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
 
 test: $(VENV)/installed lint
 	$(BIN)/pytest
+
+interop: $(VENV)/installed
+	tests/interop/install.sh
+	$(BIN)/pytest -m interop
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -1,0 +1,18 @@
+"""Read-back tests: every exported format against the program that it is for."""
+
+import shutil
+
+import pytest
+
+
+@pytest.fixture
+def program():
+    """The path of an external program; the test is skipped where it is not installed."""
+
+    def find(name):
+        path = shutil.which(name)
+        if path is None:
+            pytest.skip(f"{name} is not installed; make interop installs it")
+        return path
+
+    return find

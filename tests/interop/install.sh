@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# What the read-back tests of the export formats need; as root on Debian, else only what pip gives.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+packages=(gcc)
+if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
+    apt-get -o DPkg::Lock::Timeout=600 update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -y -qq \
+        --no-install-recommends "${packages[@]}" >/dev/null
+fi
