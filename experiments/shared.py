@@ -95,6 +95,7 @@ class Cycles(NamedTuple):
     axial: list[float]  # root mean square of the tracking error of X
     contour: list[float]  # root mean square of the contour error
     largest: list[float]  # largest contour error
+    unrest: list[float]  # root mean square of the change of X's command from sample to sample
 
 
 def cycles(evaluation: Evaluation, count: int = 3) -> Cycles:
@@ -106,6 +107,7 @@ def cycles(evaluation: Evaluation, count: int = 3) -> Cycles:
         [rms(part) for part in axial],
         [rms(part) for part in off],
         [float(np.abs(part).max()) for part in off],
+        [rms(np.diff(part)) for part in in_cycles(evaluation.axes[0].motion.command, count)],
     )
 
 

@@ -153,6 +153,12 @@ class BoundedRatesRecord(RatesRecord):
     stable_range: SectorsRecord
 
 
+class SoflcRatesRecord(RatesRecord):
+    """Steps of the adaptation; JK95 has no bounds, JK04's can be added."""
+
+    stable_range: SectorsRecord | None = None
+
+
 def _steps_fit(design: "AnyAdaptive") -> "AnyAdaptive":
     rates, least = design.adaptation, design.adaptation.smallest_overlap
     for key, step, name, terms in (
@@ -189,13 +195,15 @@ class SoflcDesign(FuzzyRecord):
     """A controller of kind ``soflc``."""
 
     kind: Literal["soflc"] = "soflc"
-    adaptation: RatesRecord
+    adaptation: SoflcRatesRecord
 
     _steps_fit = model_validator(mode="after")(_steps_fit)
 
     def gains(self) -> AdaptiveGains:
         """The gains of one individual."""
-        return AdaptiveGains(self.table(), self.adaptation.rates(), None)
+        limits = self.adaptation.stable_range
+        sectors = None if limits is None else Sectors(limits.k1_max, limits.k2_max)
+        return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
 
 
 AnyAdaptive = TypeVar("AnyAdaptive", AflcDesign, SoflcDesign)

@@ -124,6 +124,7 @@ def test_soflc_steps_of_jk95():
         (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5)),
         (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (2.0, 3.0), "III", (7.0, 1.5)),
         (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), None, "I", None),
+        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), (4.0, 6.79), "I", (5.0, 1.0)),
     ],
 )
 @pytest.mark.parametrize("seed", [1, 2])

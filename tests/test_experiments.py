@@ -87,6 +87,26 @@ def test_every_variant_stands_in_the_page(module, names):
         assert name in first
 
 
+def test_no_single_friction_gives_all():
+    (_, _, paper, *sets) = table(
+        jk04.friction_sets(((40.0, 15.0, 0.0), (100.0, 9.0, 15.0))).replace("|  |", "| - |")
+    )
+    assert paper[3:6] == ["16.2", "3.4", "15.6"]
+    assert sets[0][3] == "cannot follow"
+    assert [float(x) for x in sets[0][4:6]] == pytest.approx([3.4, 15.6], rel=0.1)
+    assert [float(x) for x in sets[1][3:6]] == pytest.approx([16.2, 3.4, 15.6], rel=0.1)
+    assert float(sets[1][-1]) > 2.0  # of the AFLC, 1.5 in the paper
+    in_page = [line[:6] for line in table(PAGES[jk04])]
+    assert all(line[:6] in in_page for line in sets)
+
+
+def test_rule_base_1_is_best_at_other_heights():
+    lines = table(jk04.heights((20.0, 50.0)))[2:]
+    for line in lines:
+        assert float(line[3]) < min(float(line[4]), float(line[5]))
+        assert line in table(PAGES[jk04])
+
+
 def test_time_of_a_sample_stands_in_the_page():
     stands_in(jk04, jk04.computing())
 
@@ -98,10 +118,11 @@ def test_jk95_circle(tmp_path):
 
 
 def test_jk95_blames_other_rules_than_jk04():
-    name = "the same, K_1 to 4, K_2 to 6.79"
-    _, values = jk95.variants(("as built in", name))
+    both = [f"blame of {paper}, overlap 5 and 1 BLU, range" for paper in ("JK95", "JK04")]
+    _, values = jk95.variants(("as built in", *both))
     assert values["as built in"].contour[-1] > 3.0  # 1.23 in the paper: not reached
-    assert values[name].contour[-1] < 1.5
+    first = [values[name].contour[0] for name in both]
+    assert first[0] > 1.3 * first[1]  # JK95's second case costs the first cycle
 
 
 @pytest.mark.parametrize("module", PAGES)

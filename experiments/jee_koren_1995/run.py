@@ -87,8 +87,15 @@ def _overlap(error: float, change: float) -> dict[str, Any]:
     return {"smallest_overlap": {"error": error, "error_change": change}}
 
 
-#: The rules to blame as JK04 prints them, with the steps of JK95 and without its stable range.
-JK04 = {"k_b": 0.2, "stable_range": {"k1_max": 1e3, "k2_max": 1e3}}
+#: The steps of JK95 with two least overlaps, and without or with a stable range as JK04 has it.
+OVERLAPS = {
+    "of a step": {"k_b": 0.2} | _overlap(0.5, 0.2),
+    "5 and 1 BLU": {"k_b": 0.2} | _overlap(5.0, 1.0),
+}
+LIMITS = {
+    "no range": {"stable_range": {"k1_max": 1e3, "k2_max": 1e3}},
+    "range": {"stable_range": {"k1_max": 4.0, "k2_max": 6.79}},
+}
 PRINTED = "plant.parameters.gain=28.3"
 #: Name -> fixed and adaptive design, change of the scenario.
 VARIANTS: dict[str, tuple[Design, Design, tuple[str, ...]]] = {
@@ -125,27 +132,16 @@ VARIANTS: dict[str, tuple[Design, Design, tuple[str, ...]]] = {
         scaled(SOFLC, 0.47, 2.0),
         (PRINTED,),
     ),
-    "rules to blame as in JK04": (
-        changed(FLC),
-        changed(AFLC, adaptation=JK04 | _overlap(0.5, 0.2)),
-        (),
-    ),
-    "rules to blame as in JK04, overlap 3 and 0.5 BLU": (
-        changed(FLC),
-        changed(AFLC, adaptation=JK04 | _overlap(3.0, 0.5)),
-        (),
-    ),
-    "rules to blame as in JK04, overlap 5 and 1 BLU": (
-        changed(FLC),
-        changed(AFLC, adaptation=JK04 | _overlap(5.0, 1.0)),
-        (),
-    ),
-    "the same, K_1 to 4, K_2 to 6.79": (
-        changed(FLC),
-        changed(AFLC, adaptation=_overlap(5.0, 1.0)
-                | {"k_b": 0.2, "stable_range": {"k1_max": 4.0, "k2_max": 6.79}}),
-        (),
-    ),
+    **{
+        f"blame of {paper}, overlap {overlap}, {limit}": (
+            changed(FLC),
+            changed(name, adaptation=steps | limits),
+            (),
+        )
+        for paper, name in (("JK95", SOFLC), ("JK04", AFLC))
+        for overlap, steps in OVERLAPS.items()
+        for limit, limits in LIMITS.items()
+    },
 }  # fmt: skip
 
 

@@ -18,10 +18,17 @@ from hfc_design.pictures.plots import save
 from hfc_design.runtime import Controller
 from hfc_design.stability.plot import stability_figure
 from hfc_design.stability.stable_range import stable_range, theorem_k1
+from plants.feed_drive import PARAMETER_SETS
 
 HERE = Path(__file__).parent
 PID, FLC, AFLC = "jee-koren-2004-pid", "jee-koren-2004-flc", "jee-koren-2004-aflc"
 STEP = 20.0  # of step.toml [BLU]
+#: The friction of JK04 eq. 28, X axis, as changes of step.toml.
+EQ_28 = [
+    f"plant.parameters.{key}={getattr(PARAMETER_SETS['x-start'], key)}"
+    for key in ("positive_start", "positive_slope", "positive_curvature",
+                "negative_start", "negative_slope", "negative_curvature")
+]  # fmt: skip
 #: JK04 eq. 28 of the X axis, for the figures of the real machine.
 LOW_VELOCITY = {
     "forward": [0.05, -1.16, 6.54],
@@ -36,10 +43,11 @@ def stability(out: Path) -> list[Row]:
     """Fig. 4: the stable range. The paper prints the curve; the numbers are its equations'."""
     found = stable_range(28.3, 0.055, 0.01)
     save(stability_figure(found, {"rule base I at its centres": (32.0 / 21.0, 16.0 / 3.0)}), out)
+    equations = "its equations, evaluated independently; the paper prints a curve only"
     linear = "where the linear loop u = K_1 e becomes unstable"
     return [
-        Row("4", "K_1, eq. 21 as printed [unit/BLU]", 9.0364, found.k1_printed, "its equations"),
-        Row("4", "K_2 at K_1 = 4.518, eq. 22 [unit/BLU]", 5.895, float(found.k2(4.518)), ""),
+        Row("4", "K_1, eq. 21 as printed [unit/BLU]", 9.0364, found.k1_printed, equations),
+        Row("4", "K_2 at K_1 = 4.518, eq. 22 [unit/BLU]", 5.895, float(found.k2(4.518)), equations),
         Row("4", "K_1 that this project allows [unit/BLU]", None, found.k1, linear),
         Row("4", "K_1, eq. 21 with the right sign [unit/BLU]", None, theorem_k1(found.drive)),
     ]
@@ -65,74 +73,73 @@ def circle(out: Path, *changes: str) -> list[Row]:
 
 
 def line(out: Path) -> list[Row]:
-    """Fig. 11: line at 26.6 deg with K_I = 8."""
-    found = [run(changed(design, integral_gain=8.0), HERE / "line.toml") for design in (FLC, AFLC)]
-    save(_both(*found, {"contour error [BLU]": {"FLC in the paper": 5.0}}), out)
-    low_gain = "plant.parameters.gain=28.3"
-    found.append(run(changed(AFLC, integral_gain=8.0), HERE / "line.toml", low_gain))
-    late = found[0].time >= 5.0
-    flc, aflc, printed = (evaluation.contour.error[late] for evaluation in found)
-    words = '"almost zero", 1.5 the best that a control can achieve'
+    """Fig. 11: line at 26.6 deg with K_I = 8, and what else the AFLC does there."""
+    flc, aflc = (run(changed(name, integral_gain=8.0), HERE / "line.toml") for name in (FLC, AFLC))
+    save(_both(flc, aflc, {"contour error [BLU]": {"FLC in the paper": 5.0}}), out)
+    narrow = changed(AFLC, integral_gain=8.0, adaptation=_overlap(0.5, 0.125))
+    others = {
+        "K = 28.3": run(
+            changed(AFLC, integral_gain=8.0), HERE / "line.toml", "plant.parameters.gain=28.3"
+        ),
+        "overlap of one step": run(narrow, HERE / "line.toml"),
+        "no friction": run(changed(AFLC, integral_gain=8.0), HERE / "line-frictionless.toml"),
+        "K_I = 2": run(changed(AFLC, integral_gain=2.0), HERE / "line.toml"),
+        "K_I = 2, overlap of one step": run(
+            changed(AFLC, integral_gain=2.0, adaptation=_overlap(0.5, 0.125)), HERE / "line.toml"
+        ),
+    }
+    words = '"almost zero"; 1.5 the best that a control can achieve'
+    largest = "largest contour error after 5 s [BLU]"
     return [
-        Row("11", "FLC: largest contour error after 5 s [BLU]", 5.0, float(np.abs(flc).max())),
-        Row(
-            "11",
-            "AFLC: largest contour error after 5 s [BLU]",
-            1.5,
-            float(np.abs(aflc).max()),
-            words,
-        ),
-        Row(
-            "11",
-            "AFLC: largest contour error after 5 s [BLU]",
-            1.5,
-            float(np.abs(printed).max()),
-            "K = 28.3",
-        ),
-        Row("11", "FLC: contour RMS after 5 s [BLU]", None, rms(flc)),
-        Row("11", "AFLC: contour RMS after 5 s [BLU]", None, rms(aflc)),
+        Row("11", f"FLC: {largest}", 5.0, _late(flc)),
+        Row("11", f"AFLC: {largest}", 1.5, _late(aflc), words),
+        *(Row("11", f"AFLC: {largest}", 1.5, _late(item), name) for name, item in others.items()),
     ]
 
 
+def _late(evaluation: Evaluation) -> float:
+    """Largest contour error after 5 s [BLU]."""
+    return float(np.abs(evaluation.contour.error[evaluation.time >= 5.0]).max())
+
+
 def friction(out: Path) -> list[Row]:
-    """Fig. 12: circle of 20 mm with and without friction; the third cycle, AFLC with K_I = 8."""
-    aflc = changed(AFLC, integral_gain=8.0)
+    """Fig. 12: circle of 20 mm with and without friction; the third cycle."""
     start, coulomb, none = (
         HERE / f"slow-circle{name}.toml" for name in ("", "-coulomb", "-frictionless")
     )
-    with_, without = run(aflc, start), run(aflc, none)
-    hard = run(changed(AFLC), coulomb)
-    pid, easy = run(PID, coulomb), run(PID, start)
-    pid_without = run(PID, none)
-    gain = [f"plant.parameters.gain={28.3}"]
-    printed = run(PID, coulomb, *gain)
-    last = slice(2 * len(pid.time) // 3, None)
+    aflc = changed(AFLC, integral_gain=8.0)
+    narrow = changed(AFLC, integral_gain=8.0, adaptation=_overlap(0.5, 0.125))
+    kinds = {"F_c = 15": coulomb, "eq. 28 alone": start, "no friction": none}
+    adaptive = {name: run(aflc, file) for name, file in kinds.items()}
+    pid = {name: run(PID, file) for name, file in kinds.items()}
+    printed = cycles(run(PID, coulomb, "plant.parameters.gain=28.3"))
+    last = slice(2 * len(pid["no friction"].time) // 3, None)
     panels = {
-        "contour error, AFLC [BLU]": {"Coulomb": hard, "eq. 28": with_, "no friction": without},
-        "contour error, PID [BLU]": {"Coulomb": pid, "eq. 28": easy, "no friction": pid_without},
-    }
-    thinner = {
-        label: {name: item.contour.error[last] for name, item in part.items()}
-        for label, part in panels.items()
+        f"contour error, {name} [BLU]": {k: item.contour.error[last] for k, item in part.items()}
+        for name, part in (("AFLC", adaptive), ("PID", pid))
     }
     levels = {"contour error, PID [BLU]": {"PID in the paper": 15.6}}
-    save(curves(pid.time[last], thinner, levels), out)
-    both = "Coulomb friction of 15 units"
-    return [
-        Row("12a", "AFLC: contour RMS without friction [BLU]", 1.1, cycles(without).contour[-1]),
-        Row("12a", "AFLC: contour RMS with friction [BLU]", 1.5, cycles(with_).contour[-1],
-            "eq. 28"),
-        Row("12a", "AFLC: contour RMS with friction [BLU]", 1.5, cycles(hard).contour[-1], both),
-        Row("12b", "PID: contour RMS without friction [BLU]", 1.5, cycles(pid_without).contour[-1]),
-        Row("12b", "PID: contour RMS with friction [BLU]", 3.4, cycles(pid).contour[-1], both),
-        Row("12b", "PID: largest contour error [BLU]", 15.6, cycles(pid).largest[-1], both),
-        Row("12b", "PID: contour RMS with friction [BLU]", 3.4, cycles(easy).contour[-1], "eq. 28"),
-        Row("12b", "PID: largest contour error [BLU]", 15.6, cycles(easy).largest[-1], "eq. 28"),
-        Row("12b", "PID: contour RMS with friction [BLU]", 3.4, cycles(printed).contour[-1],
-            f"{both}, K = 28.3"),
-        Row("12b", "PID: largest contour error [BLU]", 15.6, cycles(printed).largest[-1],
-            f"{both}, K = 28.3"),
-    ]  # fmt: skip
+    save(curves(pid["no friction"].time[last], panels, levels), out)
+    with_, without = ("contour RMS with friction [BLU]", "contour RMS without friction [BLU]")
+    rows = [
+        Row("12a", f"AFLC: {without}", 1.1, cycles(adaptive["no friction"]).contour[-1], "K_I = 8")
+    ]
+    for name, file in (("eq. 28 alone", start), ("F_c = 15", coulomb)):
+        found = {
+            "K_I = 8": adaptive[name],
+            "K_I = 0": run(AFLC, file),
+            "K_I = 8, overlap of one step": run(narrow, file),
+        }
+        rows += [
+            Row("12a", f"AFLC: {with_}", 1.5, cycles(item).contour[-1], f"{name}, {words}")
+            for words, item in found.items()
+        ]
+    rows.append(Row("12b", f"PID: {without}", 1.5, cycles(pid["no friction"]).contour[-1]))
+    found = {name: cycles(pid[name]) for name in ("F_c = 15", "eq. 28 alone")}
+    for words, item in {**found, "F_c = 15, K = 28.3": printed}.items():
+        rows.append(Row("12b", f"PID: {with_}", 3.4, item.contour[-1], words))
+        rows.append(Row("12b", "PID: largest contour error [BLU]", 15.6, item.largest[-1], words))
+    return rows
 
 
 def rule_bases(out: Path) -> list[Row]:
@@ -177,7 +184,13 @@ def machine(out: Path) -> list[Row]:
         for name in (FLC, AFLC)
     ]
     slot = run(aflc, HERE / "slot.toml")
-    cut = cycles(slot)
+    cut, slower = (
+        cycles(item)
+        for item in (
+            slot,
+            run(changed(AFLC, **settings, adaptation={"k_c": 0.2}), HERE / "slot.toml"),
+        )
+    )
     tuned, pid = (cycles(run(item, HERE / "slow-circle-coulomb.toml")) for item in (aflc, PID))
     save(curves(slot.time, {"contour error [BLU]": {"AFLC in a slot": slot.contour.error}}), out)
     trend = "real machine"
@@ -194,6 +207,8 @@ def machine(out: Path) -> list[Row]:
             plain[0].largest[-1] / plain[1].largest[-1], f"{trend}; without integral term"),
         Row("15", "slot: largest contour error, cycle 1 / cycle 3", 2.0,
             cut.largest[0] / cut.largest[-1], f"{trend}; the force is assumed"),
+        Row("15", "slot: largest contour error, cycle 1 / cycle 3", 2.0,
+            slower.largest[0] / slower.largest[-1], f"{trend}; the force is assumed; K_C = 0.2"),
         Row("16", "circle: contour RMS, PID / tuned AFLC", 2.6,
             pid.contour[-1] / tuned.contour[-1], f"{trend}; Coulomb friction of 15 units"),
         Row("16", "circle: largest contour error, PID / tuned AFLC", 2.9,
@@ -264,37 +279,63 @@ def variants(names: tuple[str, ...] = tuple(VARIANTS)) -> tuple[str, dict[str, C
             *(f"{item.axial[k]:.1f}" for k in (0, 1, 2)),
             *(f"{item.contour[k]:.2f}" for k in (0, 1, 2)),
             f"{item.largest[-1]:.1f}",
+            f"{item.unrest[-1]:.1f}",
             f"{fixed.contour[-1] / item.contour[-1]:.1f}",
         ]
         for name, item in {"the FLC": fixed, **found}.items()
     ]
     header = ["AFLC on the circle of fig. 10", "axial 1", "2", "3", "contour 1", "2", "3",
-              "largest", "FLC / AFLC"]  # fmt: skip
+              "largest", "unrest", "FLC / AFLC"]  # fmt: skip
     return markdown(header, lines), found
 
 
-#: Gain K and Coulomb friction F_c of the third table.
-FRICTION = ((28.3, 0.0), (28.3, 15.0), (40.0, 0.0), (40.0, 5.0), (40.0, 10.0), (40.0, 15.0),
-            (46.0, 2.0), (57.0, 4.0), (70.0, 6.0))  # fmt: skip
+#: Gain K, Coulomb friction F_c and how far stiction rises above it, of the third table.
+FRICTION = ((28.3, 0.0, 0.0), (28.3, 15.0, 0.0), (40.0, 0.0, 0.0), (40.0, 5.0, 0.0),
+            (40.0, 10.0, 0.0), (40.0, 15.0, 0.0), (40.0, 0.0, 20.0), (57.0, 4.0, 0.0),
+            (57.0, 4.0, 20.0), (91.0, 8.0, 0.0), (92.0, 8.0, 15.0), (100.0, 9.0, 15.0),
+            (107.0, 10.0, 10.0))  # fmt: skip
 
 
-def friction_sets(pairs: tuple[tuple[float, float], ...] = FRICTION) -> str:
-    """What gain and Coulomb friction do to the figures that have numbers, as a table."""
-    lines = [["the paper", "", "16.2", "-", "5.6", "4", "3.4", "15.6"]]
-    for gain, coulomb in pairs:
-        changes = [f"plant.parameters.gain={gain}", f"plant.parameters.coulomb={coulomb}"]
+def friction_sets(sets: tuple[tuple[float, float, float], ...] = FRICTION) -> str:
+    """What gain and friction do to the figures that have numbers, as a table."""
+    lines = [["the paper", "", "", "16.2", "3.4", "15.6", "1.5", "5.6", "4", "1.5"]]
+    for gain, coulomb, rise in sets:
+        changes = [
+            f"plant.parameters.{key}={value}"
+            for key, value in (("gain", gain), ("coulomb", coulomb), ("stiction_rise", rise))
+        ]
         flc, aflc = (cycles(run(name, HERE / "circle.toml", *changes)) for name in (FLC, AFLC))
-        pid = cycles(run(PID, HERE / "slow-circle.toml", *changes))
+        pid, slow = (cycles(run(name, HERE / "slow-circle.toml", *changes)) for name in (PID, AFLC))
+        easy = cycles(run(PID, HERE / "slow-circle-frictionless.toml", changes[0]))
         follows = flc.axial[-1] < 100.0  # else the largest singleton is too small
-        fixed = ["cannot follow", "-"]
-        if follows:
-            fixed = [f"{flc.axial[-1]:.3g}", f"{flc.contour[-1]:.3g}"]
-        factor = f"{flc.contour[-1] / aflc.contour[-1]:.2f}" if follows else "-"
-        rest = (f"{x:.3g}" for x in (pid.contour[-1], pid.largest[-1]))
-        lines.append([f"{gain:g}", f"{coulomb:g}", *fixed, f"{aflc.axial[-1]:.3g}", factor, *rest])
-    header = ["K", "F_c", "FLC axial", "FLC contour", "AFLC axial", "FLC / AFLC", "PID contour",
-              "PID largest"]  # fmt: skip
+        lines.append([
+            *(f"{value:g}" for value in (gain, coulomb, rise)),
+            f"{flc.axial[-1]:.3g}" if follows else "cannot follow",
+            *(f"{value:.3g}" for value in (pid.contour[-1], pid.largest[-1], easy.contour[-1])),
+            f"{aflc.axial[-1]:.3g}",
+            f"{flc.contour[-1] / aflc.contour[-1]:.2f}" if follows else "-",
+            f"{slow.contour[-1]:.3g}",
+        ])  # fmt: skip
+    header = ["K", "F_c", "rise", "FLC axial", "PID contour", "PID largest", "PID, no friction",
+              "AFLC axial", "FLC / AFLC", "AFLC, fig. 12a"]  # fmt: skip
     return markdown(header, lines)
+
+
+def heights(values: tuple[float, ...] = (10.0, 20.0, 30.0, 50.0, 100.0)) -> str:
+    """Integral of the error's magnitude of the steps of fig. 18, by height, gain and friction."""
+    designs = {
+        base: changed(FLC, rules={"labels": rule_labels(base), "centroids": rule_singletons(base)})
+        for base in ("I", "II", "III")
+    }
+    lines = []
+    for gain in (28.3, 40.0):
+        for words, curve in (("none", []), ("eq. 28", EQ_28)):
+            for height in values:
+                changes = [f"reference.height={height}", f"plant.parameters.gain={gain}", *curve]
+                found = (run(design, HERE / "step.toml", *changes) for design in designs.values())
+                errors = [np.abs(item.axes[0].motion.error).sum() * 0.01 for item in found]
+                lines.append([f"{gain:g}", words, f"{height:g}", *(f"{x:.2f}" for x in errors)])
+    return markdown(["K", "friction", "height [BLU]", "I", "II", "III"], lines)
 
 
 def _seen(evaluation: Evaluation) -> float:
@@ -327,7 +368,7 @@ def main(out: Path) -> None:
         "fig-18.svg": rule_bases,
     }
     rows = [row for name, part in parts.items() for row in part(out / name)]
-    others = {"variants": variants()[0], "friction": friction_sets()}
+    others = {"variants": variants()[0], "friction": friction_sets(), "heights": heights()}
     click.echo(write(out, [*rows, *computing()], others), nl=False)
 
 
