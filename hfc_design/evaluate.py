@@ -14,14 +14,14 @@ from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, named_design
 from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
 from hfc_design.signals import AxisSamples, Samples
-from plants import Plant
+from plants import Plant, in_a_name
 
 
 class AxisMotion(NamedTuple):
-    """What one axis of the machine was to do, and did."""
+    """What one axis of the machine was to do, and did; in the units of the plant."""
 
-    reference: np.ndarray  # (steps,) [rad]
-    load: np.ndarray  # (steps,) [N m]
+    reference: np.ndarray  # (steps,) what the control was told
+    load: np.ndarray  # (steps,)
     motion: simulate.Trajectory  # leaves (steps,)
     readings: dict[str, np.ndarray]  # the plant's signals, each (steps,)
 
@@ -31,6 +31,7 @@ class Evaluation(NamedTuple):
 
     fitness: float  # 0 where it diverged
     diverged: bool
+    plant: Plant
     metrics: dict[str, float | None]
     time: np.ndarray  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
@@ -70,6 +71,7 @@ def evaluation(
     path = _contour(scenario, axes, plants)
     if path is None:
         found = fitness.metrics(
+            plant,
             axes[0].motion,
             axes[0].readings[plant.velocity],
             samples.axes[0].reference_rate,
@@ -81,7 +83,8 @@ def evaluation(
         commands = np.stack([axis.motion.command for axis in axes])
         found = contour_metrics(path, errors, commands)
     diverged = next(iter(found.values())) is None
-    return Evaluation(0.0 if diverged else float(score), diverged, found, time, axes, path)
+    merit = 0.0 if diverged else float(score)
+    return Evaluation(merit, diverged, plant, found, time, axes, path)
 
 
 def _contour(
@@ -185,17 +188,20 @@ def trajectory_csv(evaluation: Evaluation) -> str:
 
 def _one_axis(evaluation: Evaluation) -> dict[str, np.ndarray]:
     (axis,) = evaluation.axes
-    state = axis.motion.state
-    return {
+    plant, state = evaluation.plant, axis.motion.state
+    unit = {signal: in_a_name(unit) for signal, unit in plant.units.items()}
+    columns = {
         "time_s": evaluation.time,
-        "reference_rad": axis.reference,
-        "spindle_angle_rad": state.spindle_angle,
-        "error_rad": axis.motion.error,
-        "spindle_velocity_rad_s": state.spindle_velocity,
-        "deflection_rad": axis.readings["deflection"],
-        "voltage_V": axis.motion.command,
-        "load_torque_Nm": axis.load,
+        f"reference_{unit['error']}": axis.reference,
+        f"{plant.position}_{unit['error']}": getattr(state, plant.position),
+        f"error_{unit['error']}": axis.motion.error,
+        f"{plant.velocity}_{unit['error_rate']}": getattr(state, plant.velocity),
     }
+    if "deflection" in axis.readings:
+        columns[f"deflection_{unit['deflection']}"] = axis.readings["deflection"]
+    columns[f"{plant.command_name}_{unit['command']}"] = axis.motion.command
+    columns[f"{plant.load_name}_{unit['load']}"] = axis.load
+    return columns
 
 
 def _two_axes(evaluation: Evaluation) -> dict[str, np.ndarray]:

@@ -121,12 +121,26 @@ class FlcDesign(FuzzyRecord):
         return self.table()
 
 
+class OverlapRecord(Record):
+    """The least that two neighbouring terms overlap."""
+
+    error: Positive  # [BLU]
+    error_change: Positive  # [BLU]
+
+
 class RatesRecord(Record):
-    """Steps of the adaptation, see ``aflc.Rates``."""
+    """Steps of the adaptation, see ``aflc.Rates``; an overlap of None is one step."""
 
     k_a: NotNegative  # [BLU]
     k_b: NotNegative  # [BLU]
     k_c: NotNegative  # units of the command
+    smallest_overlap: OverlapRecord | None = None
+
+    def rates(self) -> Rates:
+        """The same for the law."""
+        least = self.smallest_overlap
+        overlaps = (self.k_a, self.k_b) if least is None else (least.error, least.error_change)
+        return Rates(self.k_a, self.k_b, self.k_c, *overlaps)
 
 
 class SectorsRecord(Record):
@@ -142,18 +156,26 @@ class BoundedRatesRecord(RatesRecord):
     stable_range: SectorsRecord
 
 
+class SoflcRatesRecord(RatesRecord):
+    """Steps of the adaptation; JK95 has no bounds, JK04's can be added."""
+
+    stable_range: SectorsRecord | None = None
+
+
 def _steps_fit(design: "AnyAdaptive") -> "AnyAdaptive":
-    rates = design.adaptation
-    for key, step, terms in (
-        ("k_a", rates.k_a, design.error_terms),
-        ("k_b", rates.k_b, design.error_change_terms),
+    rates, least = design.adaptation, design.adaptation.smallest_overlap
+    for key, step, name, terms in (
+        ("k_a", rates.k_a, "error", design.error_terms),
+        ("k_b", rates.k_b, "error_change", design.error_change_terms),
     ):
         room = min(upper.centre - lower.centre for lower, upper in pairwise(terms))
+        limit = f"{room}, the smallest distance between two centres"
         if step >= room:
-            raise ValueError(
-                f"adaptation.{key} = {step}: has to be less than {room}, the smallest distance "
-                "between two centres"
-            )
+            raise ValueError(f"adaptation.{key} = {step}: has to be less than {limit}")
+        overlap = 0.0 if least is None else getattr(least, name)
+        if overlap > room:
+            place = f"adaptation.smallest_overlap.{name}"
+            raise ValueError(f"{place} = {overlap}: has to be at most {limit}")
     return design
 
 
@@ -167,23 +189,24 @@ class AflcDesign(FuzzyRecord):
 
     def gains(self) -> AdaptiveGains:
         """The gains of one individual."""
-        rates = self.adaptation
-        sectors = Sectors(rates.stable_range.k1_max, rates.stable_range.k2_max)
-        return AdaptiveGains(self.table(), Rates(rates.k_a, rates.k_b, rates.k_c), sectors)
+        limits = self.adaptation.stable_range
+        sectors = Sectors(limits.k1_max, limits.k2_max)
+        return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
 
 
 class SoflcDesign(FuzzyRecord):
     """A controller of kind ``soflc``."""
 
     kind: Literal["soflc"] = "soflc"
-    adaptation: RatesRecord
+    adaptation: SoflcRatesRecord
 
     _steps_fit = model_validator(mode="after")(_steps_fit)
 
     def gains(self) -> AdaptiveGains:
         """The gains of one individual."""
-        rates = self.adaptation
-        return AdaptiveGains(self.table(), Rates(rates.k_a, rates.k_b, rates.k_c), None)
+        limits = self.adaptation.stable_range
+        sectors = None if limits is None else Sectors(limits.k1_max, limits.k2_max)
+        return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
 
 
 AnyAdaptive = TypeVar("AnyAdaptive", AflcDesign, SoflcDesign)

@@ -13,18 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.paths.contour import local_error
+from plants import Plant, in_a_name
 
 Floats = NDArray[np.float64]
 
 
 class Moment(NamedTuple):
-    """What a fitness sees of one axis at one sample; scalars."""
+    """What a fitness sees of one axis at one sample; scalars in the units of the plant."""
 
-    error: Any  # [rad]
-    error_rate: Any  # [rad/s]
-    deviation: Any  # from where the axis should be, its sign the other way round [rad]
-    command: Any  # [V]
-    reference_rate: Any  # [rad/s]
+    error: Any
+    error_rate: Any
+    deviation: Any  # from where the axis should be, its sign the other way round
+    command: Any
+    reference_rate: Any
     settled: Any  # 1 once the loop should have settled, before that 0
 
 
@@ -113,18 +114,22 @@ def is_stuck(speed: Any, commanded: Any) -> Any:
 #: The loop has settled once its error stays below this share of its maximum.
 SETTLED = 0.1
 
-#: Unit and meaning of each metric, in the order of every table.
-METRICS = {
-    "rms_error_rad": "root mean square of the tracking error [rad]",
-    "max_error_rad": "largest tracking error [rad]",
-    "final_error_rad": "tracking error at the last sample [rad]",
-    "settling_time_s": "from then on the error stays below a tenth of its maximum [s]",
-    "velocity_ripple_rad_s": "rms of the velocity error once settled [rad/s]",
-    "stick_share": "share of the time, once settled, below a tenth of the commanded speed [1]",
-    "stick_events": "how often the spindle stuck, once settled [1]",
-    "peak_voltage_V": "largest voltage [V]",
-    "control_effort_V2s": "integral of the squared voltage [V2 s]",
-}
+
+def meanings(plant: Plant) -> dict[str, str]:
+    """Name -> meaning and unit of each metric of one axis, in the order of every table."""
+    error, rate, command = (plant.units[name] for name in ("error", "error_rate", "command"))
+    called, squared = plant.command_name, f"{in_a_name(command)}2s"
+    return {
+        f"rms_error_{in_a_name(error)}": f"root mean square of the tracking error [{error}]",
+        f"max_error_{in_a_name(error)}": f"largest tracking error [{error}]",
+        f"final_error_{in_a_name(error)}": f"tracking error at the last sample [{error}]",
+        "settling_time_s": "from then on the error stays below a tenth of its maximum [s]",
+        f"velocity_ripple_{in_a_name(rate)}": f"rms of the velocity error once settled [{rate}]",
+        "stick_share": "share of the time, once settled, below a tenth of the commanded speed [1]",
+        "stick_events": "how often the axis stuck, once settled [1]",
+        f"peak_{called}_{in_a_name(command)}": f"largest {called} [{command}]",
+        f"control_effort_{squared}": f"integral of the squared {called} [{command}2 s]",
+    }
 
 
 def settled_samples(time: Floats, settled_after: float) -> NDArray[np.bool_]:
@@ -133,17 +138,22 @@ def settled_samples(time: Floats, settled_after: float) -> NDArray[np.bool_]:
 
 
 def metrics(
-    motion: Any, speed: Floats, commanded: Floats, time: Floats, settled_after: float
+    plant: Plant,
+    motion: Any,
+    speed: Floats,
+    commanded: Floats,
+    time: Floats,
+    settled_after: float,
 ) -> dict[str, float | None]:
-    """``METRICS`` of one recorded motion; all None where it diverged.
+    """``meanings`` of one recorded motion, in numbers; all None where it diverged.
 
     ``motion`` has ``error``, ``error_rate`` and ``command``, each (steps,); ``speed`` and
-    ``commanded`` [rad/s] are what the axis does and what it should do. "Once settled" means
-    after ``settled_after`` [s], the same for every design; a loop that ends earlier is looked at
-    as a whole. A loop that never settles has no settling time.
+    ``commanded`` are the velocity that the axis has and the one it should have. "Once settled"
+    means after ``settled_after`` [s], the same for every design; a loop that ends earlier is
+    looked at as a whole. A loop that never settles has no settling time.
     """
     if not all(np.isfinite(part).all() for part in (motion.error, speed, motion.command)):
-        return dict.fromkeys(METRICS)
+        return dict.fromkeys(meanings(plant))
     error = np.abs(motion.error)
     late = settled_samples(time, settled_after)
     stuck = is_stuck(speed, commanded)[late]
@@ -162,4 +172,4 @@ def metrics(
         np.sum(motion.command**2) * sample_time,
     )
     values = (None if value is None else float(value) for value in found)
-    return dict(zip(METRICS, values, strict=True))
+    return dict(zip(meanings(plant), values, strict=True))

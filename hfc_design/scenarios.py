@@ -333,14 +333,17 @@ class Scenario(Record):
         loads = np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points])
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         if not isinstance(self.reference, Trajectory):
-            angle, rate = self.reference.at(time), self.reference.rate(time)
-            found = (AxisSamples(angle, rate, loads, noise[0], angle),)
+            place, rate = self.reference.at(time), self.reference.rate(time)
+            told = self.plant.plant.commanded(place)
+            found = (AxisSamples(told, rate, loads, noise[0], place),)
             return Samples(found, None, settled, self.simulation.sample_time_s)
         way, blu = self.reference.samples(time), axes[0].blu
         target = (way.position - way.position[:, :1]) / blu  # the machine starts where it stands
         both = tuple(
-            AxisSamples(np.round(place), velocity / blu, loads, noise_of_axis, place)
-            for place, velocity, noise_of_axis in zip(target, way.velocity, noise, strict=True)
+            AxisSamples(told, velocity / blu, loads, noise_of_axis, place)
+            for told, place, velocity, noise_of_axis in zip(
+                self.plant.plant.commanded(target), target, way.velocity, noise, strict=True
+            )
         )
         frame = PathFrame(way.tangent[0], way.tangent[1], way.curvature * blu)
         return Samples(both, frame, settled, self.simulation.sample_time_s)

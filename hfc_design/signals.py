@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 class AxisSamples(NamedTuple):
     """What happens to one axis, one column a control sample."""
 
-    reference: Any  # (steps,) what the control is told , in whole steps if it counts
+    reference: Any  # (steps,) what the control is told, in whole steps if it counts
     reference_rate: Any  # (steps,)
     loads: Any  # (2 substeps + 1, steps) load where the integrator needs it
     noise: Any  # (encoders, steps) added to the encoders' readings

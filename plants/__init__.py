@@ -6,9 +6,9 @@ A plant is plain data and pure functions written for one machine in scalars;
 
 from plants.c_axis import C_AXIS
 from plants.feed_drive import FEED_DRIVE
-from plants.plant import Plant
+from plants.plant import Plant, in_a_name
 
 #: Every plant that a scenario can name.
 PLANTS: dict[str, Plant] = {plant.name: plant for plant in (C_AXIS, FEED_DRIVE)}
 
-__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Plant"]
+__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Plant", "in_a_name"]

@@ -257,4 +257,5 @@ FEED_DRIVE = Plant(
     encoders={"position": "velocity"},
     accepted=accepted,
     measured=measured,
+    commanded=np.round,
 )

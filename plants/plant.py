@@ -14,6 +14,20 @@ def _same(fixed: Any, value: Any) -> Any:
     return value
 
 
+def _as_it_is(position: Any) -> Any:
+    return position
+
+
+#: What a command and a load with a unit are called; others are just "command" and "load".
+COMMANDS = {"V": "voltage", "A": "current", "N m": "torque"}
+LOADS = {"N m": "load_torque", "N": "force"}
+
+
+def in_a_name(unit: str) -> str:
+    """``unit`` as it ends the name of a column or of a metric: rad/s as rad_s, N m as Nm."""
+    return unit.replace(" ", "").replace("/", "_")
+
+
 @dataclass(frozen=True, eq=False)  # compared by identity: a plant is a key of compiled code
 class Plant:
     """A drive as data and pure functions of scalars.
@@ -55,3 +69,15 @@ class Plant:
     accepted: Callable[[Any, Any], Any] = _same
     #: The state as the control's own sensors report it, in their resolution.
     measured: Callable[[Any, Any], Any] = _same
+    #: A reference (steps,) as the control is told it, in the steps of its interpolator.
+    commanded: Callable[[Any], Any] = _as_it_is
+
+    @property
+    def command_name(self) -> str:
+        """What the command is called: by its unit."""
+        return COMMANDS.get(self.units["command"], "command")
+
+    @property
+    def load_name(self) -> str:
+        """What the load is called: by its unit."""
+        return LOADS.get(self.units["load"], "load")

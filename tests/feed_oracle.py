@@ -64,12 +64,13 @@ def verdict_jk95(e, p, c, u0):
 class Adaptive:
     """The whole controller; ``sectors`` is (k1_max, k2_max) or None."""
 
-    def __init__(self, error_terms, change_terms, table, steps, verdict, sectors):
+    def __init__(self, error_terms, change_terms, table, steps, verdict, sectors, overlaps=None):
         self.a = [list(t) for t in error_terms]
         self.b = [list(t) for t in change_terms]
         self.c = [list(row) for row in table]
         self.first = [list(row) for row in table]
         self.steps, self.verdict, self.sectors = steps, verdict, sectors
+        self.overlaps = overlaps or steps[:2]
         self.e = self.de = self.u0 = 0.0
 
     def step(self, e):
@@ -99,8 +100,8 @@ class Adaptive:
                 moves_c[i, j] = sign * k_c * abs(p)
         for (i, j), move in moves_c.items():
             self.c[i][j] += move
-        self.a = narrowed(self.a, moves_a, k_a)
-        self.b = narrowed(self.b, moves_b, k_b)
+        self.a = narrowed(self.a, moves_a, k_a, self.overlaps[0])
+        self.b = narrowed(self.b, moves_b, k_b, self.overlaps[1])
         if self.sectors:
             self.bound()
 
@@ -122,7 +123,7 @@ class Adaptive:
                 self.c[i][j] = min(max(value, min(own, far)), max(own, far))
 
 
-def narrowed(terms, moves, size):
+def narrowed(terms, moves, size, overlap):
     new = [list(t) for t in terms]
     for k in range(7):
         if k > 0:
@@ -133,10 +134,10 @@ def narrowed(terms, moves, size):
         low, high = terms[k][1], terms[k + 1][1]
         right = min(max(new[k][2], low), high)
         left = min(max(new[k + 1][0], low), high)
-        if right - left < size:
+        if right - left < overlap:
             middle = (right + left) / 2
-            middle = min(max(middle, low + size / 2), high - size / 2)
-            right, left = middle + size / 2, middle - size / 2
+            middle = min(max(middle, low + overlap / 2), high - overlap / 2)
+            right, left = middle + overlap / 2, middle - overlap / 2
         new[k][2], new[k + 1][0] = right, left
     return new
 

@@ -21,9 +21,9 @@ PS, PM, PL = 4, 5, 6
 WIDE = Sectors(1e6, 1e6)
 
 
-def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I"):
+def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I", overlaps=None):
     table = FlcGains(ERROR_TERMS, CHANGE_TERMS, rule_singletons(base), 0.0)
-    return AdaptiveGains(table, Rates(*rates), sectors)
+    return AdaptiveGains(table, Rates(*rates, *(overlaps or rates[:2])), sectors)
 
 
 def stepped(gains, blamed, errors):
@@ -67,7 +67,7 @@ def test_example_1_of_jk04():
 
 def test_example_2_of_jk04():
     """e(k-1) = 10 in PS and PM, de = 0; e(k) = 18 is more PL than PM: p = -2 and -1."""
-    started = gains_of()._replace(rates=Rates(0.0, 0.0, 0.0))
+    started = gains_of()._replace(rates=Rates(0.0, 0.0, 0.0, 0.0, 0.0))
     *_, (action, memory) = stepped(started, blamed_aflc, [10.0, 10.0])
     assert action == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
     _, memory = aflc.step(SCALARS, blamed_aflc, 0.01, gains_of(), memory, {"error": 18.0})
@@ -118,18 +118,20 @@ def test_soflc_steps_of_jk95():
 
 
 @pytest.mark.parametrize(
-    ("blamed", "verdict", "rates", "sectors", "base"),
+    ("blamed", "verdict", "rates", "sectors", "base", "overlaps"),
     [
-        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I"),
-        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (2.0, 3.0), "III"),
-        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), None, "I"),
+        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", None),
+        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5)),
+        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (2.0, 3.0), "III", (7.0, 1.5)),
+        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), None, "I", None),
+        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), (4.0, 6.79), "I", (5.0, 1.0)),
     ],
 )
 @pytest.mark.parametrize("seed", [1, 2])
-def test_equals_a_plain_transcription(blamed, verdict, rates, sectors, base, seed):
-    gains = gains_of(rates, sectors and Sectors(*sectors), base)
+def test_equals_a_plain_transcription(blamed, verdict, rates, sectors, base, overlaps, seed):
+    gains = gains_of(rates, sectors and Sectors(*sectors), base, overlaps)
     plain = feed_oracle.Adaptive(
-        ERROR_TERMS, CHANGE_TERMS, rule_singletons(base), rates, verdict, sectors
+        ERROR_TERMS, CHANGE_TERMS, rule_singletons(base), rates, verdict, sectors, overlaps
     )
     errors = feed_oracle.errors(2000, seed)
     commands, memories = zip(*stepped(gains, blamed, errors), strict=True)
@@ -195,3 +197,14 @@ def test_the_order_of_the_rules_does_not_matter():
 
 def test_resting_on_the_reference_moves_nothing():
     assert after([0.0] * 5) == after([0.0])
+
+
+def test_terms_keep_the_overlap_that_they_are_told():
+    gains = gains_of(overlaps=(3.0, 0.5))
+    for _, memory in stepped(gains, blamed_aflc, feed_oracle.errors(1000, 7)):
+        error_terms, change_terms, _ = aflc.current(gains, memory)
+        no_gap(error_terms, 3.0)
+        no_gap(change_terms, 0.5)
+    *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(1000, 7))
+    error_terms, _, _ = aflc.current(gains_of(), memory)
+    assert error_terms[PS][2] - error_terms[PM][0] < 3.0  # else one step is enough

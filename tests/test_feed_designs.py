@@ -182,7 +182,15 @@ def test_built_in_designs_are_as_published(name):
     table = gains if record.kind == "flc" else gains.flc
     assert table[:4] == (ERROR_TERMS, CHANGE_TERMS, rule_singletons("I"), 0.0)
     if record.kind != "flc":
-        assert gains.rates == ((0.5, 0.125, 1.0) if record.kind == "aflc" else (0.5, 0.2, 1.0))
+        adaptive = {"aflc": (0.5, 0.125, 1.0, 3.0, 0.5), "soflc": (0.5, 0.2, 1.0, 0.5, 0.2)}
+        assert gains.rates == adaptive[record.kind]
+
+
+def test_a_soflc_may_have_a_stable_range():
+    limits = {"k1_max": 4.0, "k2_max": 6.79}
+    rates = {"k_a": 0.5, "k_b": 0.2, "k_c": 1.0, "stable_range": limits}
+    assert changed("jee-koren-1995-soflc", adaptation=rates).controller.gains().sectors == (4, 6.79)
+    assert DESIGNS["jee-koren-1995-soflc"].controller.gains().sectors is None
 
 
 def broken(*keys, value):
@@ -214,6 +222,11 @@ def broken(*keys, value):
         (broken("adaptation", "k_a", value=-0.5), ["adaptation.k_a = -0.5"]),
         (broken("adaptation", "k_b", value=2.0), ["adaptation.k_b = 2.0", "less than 1.5"]),
         (broken("adaptation", "stable_range", "k1_max", value=0), ["k1_max = 0", "greater"]),
+        (
+            broken("adaptation", "smallest_overlap", "error_change", value=2.0),
+            ["adaptation.smallest_overlap.error_change = 2.0", "at most 1.5"],
+        ),
+        (broken("adaptation", "smallest_overlap", "error", value=0.0), ["error = 0.0", "greater"]),
         (broken("low_velocity", value={**X_AXIS, "forward": [1.0]}), ["low_velocity.forward"]),
         (broken("form", value="PD"), ["controller.form", "not permitted"]),
     ],

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hfc_design.fitness import METRICS, Moment, lin_lee, metrics, without_sticking
+from hfc_design.fitness import Moment, lin_lee, meanings, metrics, without_sticking
+from plants import C_AXIS, FEED_DRIVE
 
 
 def measured(error, speed=None, commanded=None, error_rate=None, command=None, **options):
@@ -22,11 +23,37 @@ def measured(error, speed=None, commanded=None, error_rate=None, command=None, *
     )
     time = 0.1 * np.arange(steps)
     settled_after = options.get("settled_after", 0.0)
-    return metrics(motion, filled(speed, 1.0), filled(commanded, 1.0), time, settled_after)
+    plant = options.get("plant", C_AXIS)
+    return metrics(plant, motion, filled(speed, 1.0), filled(commanded, 1.0), time, settled_after)
 
 
 def test_every_metric_has_a_name():
-    assert list(measured([0.0, 1.0])) == list(METRICS)
+    assert list(measured([0.0, 1.0])) == list(meanings(C_AXIS))
+
+
+def test_names_carry_the_units_of_the_plant():
+    assert list(measured([0.0, 1.0])) == [
+        "rms_error_rad",
+        "max_error_rad",
+        "final_error_rad",
+        "settling_time_s",
+        "velocity_ripple_rad_s",
+        "stick_share",
+        "stick_events",
+        "peak_voltage_V",
+        "control_effort_V2s",
+    ]
+    assert list(measured([0.0, 1.0], plant=FEED_DRIVE)) == [
+        "rms_error_BLU",
+        "max_error_BLU",
+        "final_error_BLU",
+        "settling_time_s",
+        "velocity_ripple_BLU_s",
+        "stick_share",
+        "stick_events",
+        "peak_command_unit",
+        "control_effort_unit2s",
+    ]
 
 
 def test_tracking_error():
@@ -108,7 +135,7 @@ def test_run_shorter_than_settled_after_is_looked_at_as_a_whole():
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_diverged_motion_has_no_metrics(part, value):
     parts = {"error": [1.0, 1.0], part: [1.0, value]}
-    assert measured(**parts) == dict.fromkeys(METRICS)
+    assert measured(**parts) == dict.fromkeys(meanings(C_AXIS))
 
 
 def test_single_sample():

@@ -87,21 +87,24 @@ def blamed_soflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
     return (excess <= ALIKE) == third
 
 
-def joined(xp: Any, terms: Sequence[Any], steps: Sequence[Any], size: Any) -> list[Any]:
+def joined(
+    xp: Any, terms: Sequence[Any], steps: Sequence[Any], size: Any, overlap: Any
+) -> list[Any]:
     """Terms (7, 3) after each was narrowed by ``steps`` (7) of ``size`` on both sides.
 
-    Where two terms overlap, both edges stay between the two centres (JK04 section 4.1), and the
-    overlap stays one step wide or more: edges that would come closer are set half a step to
-    either side of their middle, because an error in a gap would have no command.
+    Where two terms overlap, both edges stay between the two centres (JK04 section 4.1), and they
+    overlap by ``overlap`` or more: edges that would come closer are set half of it to either side
+    of their middle. An error in a gap would have no command, and across a narrow overlap the
+    command almost jumps. The papers print no such limit.
     """
     lefts, rights = [terms[0][0]], []
     for k in range(len(terms) - 1):
         lower, upper = terms[k][1], terms[k + 1][1]
         right = clipped(xp, terms[k][2] - size * steps[k], lower, upper)
         left = clipped(xp, terms[k + 1][0] + size * steps[k + 1], lower, upper)
-        half = 0.5 * size
+        half = 0.5 * overlap
         middle = clipped(xp, 0.5 * (left + right), lower + half, upper - half)
-        tight = right - left < size
+        tight = right - left < overlap
         rights.append(xp.once(xp.where(tight, middle + half, right)))
         lefts.append(xp.once(xp.where(tight, middle - half, left)))
     rights.append(terms[-1][2])

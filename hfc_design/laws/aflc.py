@@ -15,11 +15,13 @@ from hfc_design.laws.flc import FlcGains, compensate, infer, memberships, total
 
 
 class Rates(NamedTuple):
-    """Steps of the adaptation for a performance index of 1 or -1."""
+    """Steps of the adaptation for a performance index of 1 or -1, and how narrow terms get."""
 
     k_a: Any  # of an edge of an error term [BLU]
     k_b: Any  # of an edge of a change term [BLU]
     k_c: Any  # of a singleton, units of the command
+    a_overlap: Any  # the least that two neighbouring error terms overlap [BLU]
+    b_overlap: Any  # the same of two change terms [BLU]
 
 
 class AdaptiveGains(NamedTuple):
@@ -129,8 +131,8 @@ def adapted(
         narrowed.append(steps)
     by_row = [xp.once(total(steps)) for steps in narrowed]
     by_column = [xp.once(total(steps)) for steps in zip(*narrowed, strict=True)]
-    error_terms = joined(xp, error_terms, by_row, gains.rates.k_a)
-    change_terms = joined(xp, change_terms, by_column, gains.rates.k_b)
+    error_terms = joined(xp, error_terms, by_row, gains.rates.k_a, gains.rates.a_overlap)
+    change_terms = joined(xp, change_terms, by_column, gains.rates.k_b, gains.rates.b_overlap)
     if gains.sectors is not None:
         signs = gains.flc.singletons
         singletons = bounded(xp, gains.sectors, error_terms, change_terms, singletons, signs)

@@ -19,7 +19,7 @@ def tree(design: Design) -> Figure:
     Each unit stands above what it reads: the column input on the left, the row input on the
     right.
     """
-    controller = hierarchical(design)
+    controller, plant = hierarchical(design), PLANTS[design.plant.name]
     units = {f"unit-{unit.id}": unit for unit in controller.units}
     scales = {item.name: item.scale for item in controller.inputs}
     figure = Figure()
@@ -45,8 +45,10 @@ def tree(design: Design) -> Figure:
     x, y = place(f"unit-{controller.units[-1].id}", 0)
     arrow = {"arrowstyle": "-|>", "color": "0.3"}
     axes.annotate("", (x, y + 0.8), (x, y), arrowprops=arrow, zorder=0)
-    axes.text(x + 0.06, y + 0.42, f"× {controller.output_scale:g} V", fontsize=10)
-    _box(axes, x, y + 1, "voltage = PD part + hierarchy")
+    axes.text(
+        x + 0.06, y + 0.42, f"× {controller.output_scale:g} {plant.units['command']}", fontsize=10
+    )
+    _box(axes, x, y + 1, f"{plant.command_name} = PD part + hierarchy")
     axes.set(xlim=(0, len(leaves)), ylim=(-deepest - 1.0, 1.4))
     axes.set_axis_off()
     figure.set_size_inches(WIDTH, 0.75 * (deepest + 2.4))

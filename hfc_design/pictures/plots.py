@@ -33,7 +33,7 @@ RIVALS: tuple[dict[str, Any], ...] = tuple(
 )
 #: A curve is drawn with at most two points in each of this many slices of time.
 SLICES = 500
-#: A diverged motion is not drawn once its error is this many times the largest reference angle.
+#: A diverged motion is not drawn once its error is this many times the largest reference.
 RUNAWAY = 10.0
 #: File suffix -> metadata that keep the date out of the file.
 FORMATS: dict[str, dict[str, Any]] = {
@@ -66,27 +66,32 @@ def image(figure: Figure, kind: str) -> bytes:
 
 
 def response(evaluation: Evaluation, title: str) -> Figure:
-    """Angle, tracking error, spring deflection, voltage and load (if any) against time.
+    """Position, tracking error, spring deflection, command and load against time.
 
-    As LL fig. 6 and 7, c to f. A diverged motion ends where it runs away.
+    The C-axis as LL fig. 6 and 7, c to f. There is no panel of a deflection that the plant has
+    not, or of a load where there is none. A diverged motion ends where it runs away.
     """
     (axis,) = evaluation.axes
     drawn = slice(_drawn(evaluation))
-    factor, unit = _angle_unit(evaluation)
+    plant = evaluation.plant
+    factor, unit = _error_unit(evaluation)
     error = axis.motion.error[drawn]
+    angular = plant.units["error"] == "rad"
     curves = {
-        "angle [rad]": axis.reference[drawn] - error,
+        f"{'angle' if angular else 'position'} [{plant.units['error']}]": axis.reference[drawn]
+        - error,
         f"error [{unit}]": factor * error,
-        "deflection [mrad]": 1e3 * axis.readings["deflection"][drawn],
-        "voltage [V]": axis.motion.command[drawn],
     }
+    if "deflection" in axis.readings:
+        curves["deflection [mrad]"] = 1e3 * axis.readings["deflection"][drawn]
+    curves[f"{plant.command_name} [{plant.units['command']}]"] = axis.motion.command[drawn]
     if np.any(axis.load):
-        curves["load [N m]"] = axis.load[drawn]
+        curves[f"load [{plant.units['load']}]"] = axis.load[drawn]
     figure = framed(1.45 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for axes, (label, values) in zip(panels, curves.items(), strict=True):
         curve = _thinned(evaluation.time[drawn], values)
-        axes.plot(*curve, color=OWN, lw=1.2, label="spindle")
+        axes.plot(*curve, color=OWN, lw=1.2, label="spindle" if angular else "axis")
         _finish(axes, label)
     reference = _thinned(evaluation.time, axis.reference)
     panels[0].plot(*reference, color="black", lw=1, ls="--", label="reference")
@@ -108,7 +113,7 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """
     figure = framed(3.8, top=0.65)
     axes = figure.subplots()
-    factor, unit = _angle_unit(next(iter(evaluations.values())))
+    factor, unit = _error_unit(next(iter(evaluations.values())))
     styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         count = _drawn(evaluation)
@@ -184,10 +189,11 @@ def _error(evaluation: Evaluation) -> Floats:
     return evaluation.axes[0].motion.error if path is None else path.error
 
 
-def _angle_unit(evaluation: Evaluation) -> tuple[float, str]:
+def _error_unit(evaluation: Evaluation) -> tuple[float, str]:
     """Factor and unit in which the errors of ``evaluation`` are easy to read."""
-    if evaluation.contour is not None:
-        return 1.0, "BLU"
+    unit = evaluation.plant.units["error"]
+    if unit != "rad":
+        return 1.0, unit
     largest = np.abs(_error(evaluation)[: _drawn(evaluation)]).max()
     return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
 
@@ -202,7 +208,7 @@ def _drawn(evaluation: Evaluation) -> int:
     (axis,) = evaluation.axes
     limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
     kept = np.isfinite(axis.motion.command)
-    for values in (axis.motion.error, axis.readings["deflection"]):
+    for values in (axis.motion.error, axis.readings.get("deflection", axis.motion.error)):
         kept &= np.abs(values) < limit  # nan is not
     return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
 

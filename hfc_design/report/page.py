@@ -134,8 +134,10 @@ def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:
     rows = [
         ["fitness", *("diverged" if item.diverged else f"{item.fitness:.4f}" for item in found)]
     ]
-    for key in next(iter(found)).metrics:
-        meaning = (fitness.METRICS | CONTOUR_METRICS)[key]
+    first = next(iter(found))
+    meanings = fitness.meanings(first.plant) if first.contour is None else CONTOUR_METRICS
+    for key in first.metrics:
+        meaning = meanings[key]
         values = (item.metrics[key] for item in found)
         rows.append([meaning, *("–" if value is None else f"{value:.4g}" for value in values)])
     return rows
