@@ -239,17 +239,18 @@ def _save(folder: Path, search: Search, config: str) -> None:
 
 
 def _with_own_tables(scenario: Scenario, folder: Path) -> Scenario:
-    """Copy the CSV files that a scenario names into the run folder, so that it stands alone."""
+    """Copy the files that a scenario names into the run folder, so that it stands alone."""
 
     def copied(key: str, file: Path) -> Path:
-        shutil.copyfile(file, folder / f"{key}.csv")
-        return Path(f"{key}.csv")
+        name = key + file.suffix
+        shutil.copyfile(file, folder / name)
+        return Path(name)
 
     return _renamed(scenario, copied)
 
 
 def _renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
-    """The scenario with other paths to its CSV files."""
+    """The scenario with other paths to its files."""
     changes: dict[str, Any] = {}
     for key in ("reference", "load"):
         record = getattr(scenario, key)

@@ -6,7 +6,6 @@ The records here are what a user writes as TOML; they are checked once, when the
 import copy
 import tomllib
 from collections.abc import Iterable
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -51,6 +50,8 @@ from plants import PLANTS, Plant
 from plants.feed_drive import FeedDriveParameters
 
 MAX_STEPS = 10_000_000
+#: The scenarios that come with the package, and the files that they name.
+BUILTIN = Path(__file__).parent / "builtin_scenarios"
 
 
 class PlantSettings(Record):
@@ -357,8 +358,8 @@ def input_names(plant: Plant) -> list[str]:
 
 def builtin_names() -> list[str]:
     """Names of the scenarios that come with the package."""
-    found = (files("hfc_design") / "builtin_scenarios").iterdir()
-    return sorted(entry.name.removesuffix(".toml") for entry in found if entry.name[0] != "_")
+    found = (entry.name for entry in BUILTIN.iterdir())
+    return sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml"))
 
 
 def load_scenario(name: str, changes: Iterable[str] = ()) -> Scenario:
@@ -368,11 +369,8 @@ def load_scenario(name: str, changes: Iterable[str] = ()) -> Scenario:
         UserError: no such scenario, or its text, a value or a change is not allowed.
     """
     if name in builtin_names():
-        source, text = (
-            name,
-            (files("hfc_design") / "builtin_scenarios" / f"{name}.toml").read_text(),
-        )
-        folder = Path()
+        source, folder = name, BUILTIN
+        text = (BUILTIN / f"{name}.toml").read_text()
     elif Path(name).is_file():
         source, folder = name, Path(name).parent
         try:

@@ -54,8 +54,8 @@ class FuzzyTables(NamedTuple):
 class FuzzyGenome(NamedTuple):
     """What a search can do with ``FuzzyTables``.
 
-    Every individual keeps its table in a rectangle [0, K_1] x [0, K_2] of the stable range; of
-    an adaptive controller it is also where the adaptation stays.
+    Every individual keeps its table in a rectangle [0, K_1] x [0, K_2] of the stable range. Where
+    it adapts it stays in this rectangle, and its terms overlap no less than they do at first.
     """
 
     start: FlcDesign | AflcDesign
@@ -169,7 +169,8 @@ class FuzzyGenome(NamedTuple):
         )
         if isinstance(self.start, FlcDesign):
             return table
-        rates = Rates(*(same(rate) for rate in self.start.gains().rates))
+        steps = (same(rate) for rate in self.start.gains().rates[:3])
+        rates = Rates(*steps, *_overlaps(population).T)
         return AdaptiveGains(table, rates, self._sectors(population.share))
 
     def record(self, individual: FuzzyTables) -> dict[str, Any]:
@@ -190,6 +191,9 @@ class FuzzyGenome(NamedTuple):
             sectors = self._sectors(individual.share)
             limits = {"k1_max": float(sectors.k1_max[0]), "k2_max": float(sectors.k2_max[0])}
             record["adaptation"]["stable_range"] = limits
+            error, change = _overlaps(individual)[0].tolist()
+            overlaps = {"error": error, "error_change": change}
+            record["adaptation"]["smallest_overlap"] = overlaps
         return record
 
     def _allowed(self, population: FuzzyTables) -> FuzzyTables:
@@ -244,6 +248,12 @@ def _bounds(stable: StableRange) -> Floats:
 def _by_input(population: FuzzyTables) -> tuple[Floats, Floats]:
     """Joints (n, 6, 3) of the error and of its change."""
     return population.joints[:, 0], population.joints[:, 1]
+
+
+def _overlaps(population: FuzzyTables) -> Floats:
+    """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
+    distance, left, right = np.moveaxis(population.joints, -1, 0)
+    return np.asarray(((right - left) * distance).min(axis=-1))
 
 
 def _lanes(values: Floats) -> Any:
