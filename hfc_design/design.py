@@ -9,17 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design import __version__, checkpoint, simulate
+from hfc_design.controller_settings import HierarchicalSettings
 from hfc_design.evaluate import Evaluation, evaluate
 from hfc_design.fitness import without_sticking
+from hfc_design.machine_settings import PlantSettings
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design, design_json
-from hfc_design.scenarios import (
-    HierarchicalSettings,
-    PlantSettings,
-    Scenario,
-    load_scenario,
-    scenario_toml,
-)
+from hfc_design.scenarios import Scenario, load_scenario, scenario_toml
 from hfc_design.search.fuzzy_genome import FuzzyGenome
 from hfc_design.search.genome import Floats, Genome, Population
 from hfc_design.search.hierarchical_genome import HierarchicalGenome

@@ -8,11 +8,12 @@ import jax
 import numpy as np
 
 from hfc_design import controllers, fitness, simulate
+from hfc_design.machine_settings import PlantSettings
 from hfc_design.paths.metrics import Contour, contour, contour_metrics
 from hfc_design.paths.trajectories import Trajectory
 from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, named_design
-from hfc_design.scenarios import PlantSettings, Scenario, changed, load_scenario
+from hfc_design.scenarios import Scenario, changed, load_scenario
 from hfc_design.signals import AxisSamples, Samples
 from plants import Plant, in_a_name
 

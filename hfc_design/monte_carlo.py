@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from hfc_design import controllers, simulate
 from hfc_design.evaluate import Evaluation, evaluation, individual, machine
+from hfc_design.machine_settings import PlantSettings
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design
-from hfc_design.scenarios import PlantSettings, Scenario
+from hfc_design.scenarios import Scenario
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]

@@ -11,14 +11,17 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from hfc_design.controllers import Layout
+from hfc_design.controller_settings import (
+    AflcSettings,
+    ControllerSettings,
+    FlcSettings,
+    HierarchicalSettings,
+)
 from hfc_design.controllers.hierarchical import PREVIOUS
-from hfc_design.feed_records import AflcDesign, FlcDesign
 from hfc_design.fitness import Fitness, contour, lin_lee, settled_samples
-from hfc_design.fuzzy import LIN_LEE_TERMS, Term
-from hfc_design.hierarchy import MAX_INPUTS
+from hfc_design.machine_settings import Limits, PlantSettings, SensorSettings
 from hfc_design.paths.trajectories import (
     PathReference,
     Trajectory,
@@ -26,82 +29,21 @@ from hfc_design.paths.trajectories import (
     largest_drive_speed,
 )
 from hfc_design.records import (
-    TERMS,
-    Finite,
     Name,
     NotNegative,
-    Positive,
     Record,
     UserError,
     checked,
 )
-from hfc_design.rulebase import (
-    AdaptationRecord,
-    InputRecord,
-    Label,
-    TermRecord,
-    check_adaptation,
-    named_design,
-)
 from hfc_design.search.settings import LinLeeSettings as SearchLinLee
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Samples, Simulation
-from plants import PLANTS, Plant
+from plants import Plant
 from plants.feed_drive import FeedDriveParameters
 
 MAX_STEPS = 10_000_000
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "builtin_scenarios"
-
-
-class PlantSettings(Record):
-    """Which plant, and the parameters that differ from its nominal machine.
-
-    A machine of several axes names them in ``axes``, each with what differs once more.
-    """
-
-    name: str = "c-axis"
-    parameters: dict[str, Finite] = {}
-    axes: dict[Label, dict[str, Finite]] = {}
-
-    @model_validator(mode="after")
-    def _known(self) -> "PlantSettings":
-        if self.name not in PLANTS:
-            raise ValueError(f"name {self.name!r} is no plant; there is {', '.join(PLANTS)}")
-        for place, changes in self._changes().items():
-            fault = self.plant.fault(changes)
-            if fault:
-                raise ValueError(place + fault)
-        return self
-
-    def _changes(self) -> dict[str, dict[str, float]]:
-        """What differs from the nominal machine in each axis, with its place in a message."""
-        own = {f"axes.{name}: ": changes for name, changes in self.axes.items()}
-        return {place: self.parameters | changes for place, changes in (own or {"": {}}).items()}
-
-    @property
-    def plant(self) -> Plant:
-        """The plant's functions."""
-        return PLANTS[self.name]
-
-    def values(self) -> tuple[Any, ...]:
-        """The parameter record of each axis."""
-        return tuple(self.plant.parameters(**changes) for changes in self._changes().values())
-
-
-class Limits(Record):
-    """Limits of the drive, in the units of the plant."""
-
-    command: Positive | None = None
-
-
-class SensorSettings(Record):
-    """What the controller sees of the machine, in the units of the plant; ideal without any."""
-
-    encoder_resolution: NotNegative = 0.0
-    noise: NotNegative = 0.0  # standard deviation of every encoder reading
-    seed: int = Field(0, ge=0)
-    velocity: Literal["tachometer", "encoder"] = "tachometer"
 
 
 class LinLeeSettings(Record):
@@ -143,84 +85,6 @@ class RunSettings(Record):
 
     seed: int = Field(0, ge=0)
     precision: Literal["float32", "float64"] = "float32"
-
-
-def _default_inputs() -> tuple[InputRecord, ...]:
-    layout = Layout()
-    pairs = zip(layout.inputs, layout.scales, strict=True)
-    return tuple(InputRecord(name=name, scale=scale) for name, scale in pairs)
-
-
-class HierarchicalSettings(Record):
-    """Inputs, scales and terms of the hierarchical fuzzy controller."""
-
-    kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
-    inputs: tuple[InputRecord, ...] = Field(
-        default_factory=_default_inputs, min_length=2, max_length=MAX_INPUTS
-    )
-    output_scale: Positive = 10.0
-    terms: tuple[TermRecord, ...] = Field(
-        tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS),
-        min_length=TERMS,
-        max_length=TERMS,
-    )
-    adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
-
-    @model_validator(mode="after")
-    def _can_adapt(self) -> "HierarchicalSettings":
-        check_adaptation(self.adaptation, self.inputs)
-        return self
-
-    def layout(self) -> Layout:
-        """The same for the closed loop."""
-        return Layout(
-            tuple(item.name for item in self.inputs),
-            tuple(item.scale for item in self.inputs),
-            self.output_scale,
-            tuple(Term(**term.model_dump()) for term in self.terms),
-            self.adaptation.law() if self.adaptation else None,
-        )
-
-
-def _controller_of(start: Any, info: ValidationInfo) -> Any:
-    """The controller of the design that ``start`` names; a record stays one."""
-    if not isinstance(start, str):
-        return start
-    path = Path((info.context or {}).get("folder", "")) / start
-    try:
-        design = named_design(str(path) if path.exists() else start)
-    except UserError as error:
-        raise ValueError(str(error)) from None
-    return design.controller.model_dump()
-
-
-Start = BeforeValidator(_controller_of)
-
-
-class _FuzzySettings(Record):
-    """Bounds of a search that begins with a fuzzy controller, or with a design's."""
-
-    symmetric: bool = True  # both directions are treated alike
-    largest_integral_gain: NotNegative = 8.0  # [units/(BLU s)]
-
-
-class FlcSettings(_FuzzySettings):
-    """A fuzzy controller of a feed drive."""
-
-    kind: Literal["flc"]
-    start: Annotated[FlcDesign, Start] = Field("jee-koren-2004-flc", validate_default=True)
-
-
-class AflcSettings(_FuzzySettings):
-    """A fuzzy controller of a feed drive that adapts."""
-
-    kind: Literal["aflc"]
-    start: Annotated[AflcDesign, Start] = Field("jee-koren-2004-aflc", validate_default=True)
-
-
-ControllerSettings = Annotated[
-    HierarchicalSettings | FlcSettings | AflcSettings, Field(discriminator="kind")
-]
 
 
 def _with_kind(fitness: Any) -> Any:

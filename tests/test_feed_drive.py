@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hfc_design.scenarios import PlantSettings
+from hfc_design.machine_settings import PlantSettings
 from plants import C_AXIS, FEED_DRIVE
 from plants.feed_drive import (
     PARAMETER_SETS,

@@ -12,13 +12,14 @@ from hfc_design.design import Result, new_run
 from hfc_design.evaluate import evaluate, load_design
 from hfc_design.feed_records import FlcDesign
 from hfc_design.laws.rule_bases import CHANGE_TERMS, ERROR_TERMS, LABELS, rule_singletons
+from hfc_design.machine_settings import SensorSettings
 from hfc_design.pictures import fuzzy_plots
 from hfc_design.report import fuzzy, write_report
 from hfc_design.report.adapted import at_the_end
 from hfc_design.report.page import _summary
 from hfc_design.rulebase import Design
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import SensorSettings, load_scenario
+from hfc_design.scenarios import load_scenario
 from hfc_design.search.loop import Archive, History, Search
 
 INFINITY = float("inf")

@@ -11,9 +11,10 @@ from hfc_design import monte_carlo, simulate
 from hfc_design.cli import main
 from hfc_design.controllers import from_design
 from hfc_design.evaluate import evaluate, load_design, own_scenario
+from hfc_design.machine_settings import PlantSettings
 from hfc_design.monte_carlo import drawn, is_stable, limits, robustness
 from hfc_design.records import UserError
-from hfc_design.scenarios import PlantSettings, load_scenario
+from hfc_design.scenarios import load_scenario
 from hfc_design.stability.stable_range import discrete, linear_k1
 from plants import PLANTS
 from plants.c_axis import coefficients

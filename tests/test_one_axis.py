@@ -10,9 +10,10 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.evaluate import evaluate, load_design, trajectory_csv
+from hfc_design.machine_settings import PlantSettings
 from hfc_design.pictures import plots
 from hfc_design.records import UserError
-from hfc_design.scenarios import PlantSettings, Scenario, load_scenario
+from hfc_design.scenarios import Scenario, load_scenario
 from hfc_design.signals import Ramp, Simulation
 
 SCENARIO = """

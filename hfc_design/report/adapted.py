@@ -4,9 +4,10 @@ import numpy as np
 
 from hfc_design.evaluate import AxisMotion, Evaluation
 from hfc_design.feed_records import AflcDesign, FuzzyRecord
+from hfc_design.machine_settings import SensorSettings
 from hfc_design.rulebase import Design
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import Scenario, SensorSettings
+from hfc_design.scenarios import Scenario
 from plants import PLANTS
 
 

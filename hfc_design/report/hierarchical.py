@@ -1,10 +1,11 @@
 """What the page shows of a hierarchical design and of the search for it."""
 
 from hfc_design import hierarchy
+from hfc_design.controller_settings import HierarchicalSettings
 from hfc_design.pictures import diagrams
 from hfc_design.report.section import Drawing, Listing, Section, score
 from hfc_design.rulebase import Design
-from hfc_design.scenarios import HierarchicalSettings, Scenario
+from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Archive
 from plants import PLANTS
 

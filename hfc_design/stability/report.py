@@ -48,7 +48,7 @@ def points(design: Design) -> dict[str, tuple[float, float]]:
 
 def drive(design: Design) -> dict[str, float]:
     """Arguments of ``stable_range``: of the design's axis with the largest gain."""
-    from hfc_design.scenarios import PlantSettings  # starts JAX, which the range does not need
+    from hfc_design.machine_settings import PlantSettings  # starts JAX, not needed for the range
 
     axes = PlantSettings(**design.plant.model_dump()).values()
     axis = max(axes, key=lambda axis: axis.gain)
