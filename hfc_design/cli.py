@@ -212,6 +212,27 @@ def stability(design: str | None, plot: Path | None, as_json: bool, **drive: flo
         report.show(found, points)
 
 
+@main.command()
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Folder [default: runs/NAME].")
+@click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
+@click.option("--status", type=click.Path(path_type=Path), help="What became of a batch's cells.")
+def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | None) -> None:
+    """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
+
+    What is finished is skipped, what broke off goes on where it stopped, what fails stops nothing.
+    """
+    from hfc_design.batch import session
+    from hfc_design.records import UserError
+
+    if (file is None) == (status is None):
+        raise UserError("give either a batch file or --status DIR")
+    if status is not None:
+        session.show_status(status)
+    elif file is not None:
+        session.batch(file, out, dry_run)
+
+
 @main.command("list")
 @click.argument(
     "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])

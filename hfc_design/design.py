@@ -15,7 +15,7 @@ from hfc_design.fitness import without_sticking
 from hfc_design.machine_settings import PlantSettings
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design, design_json
-from hfc_design.scenarios import Scenario, load_scenario, scenario_toml
+from hfc_design.scenarios import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.search.fuzzy_genome import FuzzyGenome
 from hfc_design.search.genome import Floats, Genome, Population
 from hfc_design.search.hierarchical_genome import HierarchicalGenome
@@ -197,7 +197,7 @@ def design_of(individual: Population, scenario: Scenario) -> Design:
             "controller": controller,
             "provenance": {
                 "program": f"hfc-design {__version__}",
-                "scenario": _renamed(scenario, lambda key, file: Path(file.name)).model_dump(
+                "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(
                     mode="json", exclude_none=True
                 ),
             },
@@ -242,15 +242,4 @@ def _with_own_tables(scenario: Scenario, folder: Path) -> Scenario:
         shutil.copyfile(file, folder / name)
         return Path(name)
 
-    return _renamed(scenario, copied)
-
-
-def _renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
-    """The scenario with other paths to its files."""
-    changes: dict[str, Any] = {}
-    for key in ("reference", "load"):
-        record = getattr(scenario, key)
-        file = getattr(record, "file", None)
-        if file is not None:
-            changes[key] = record.model_copy(update={"file": name(key, file)})
-    return scenario.model_copy(update=changes)
+    return renamed(scenario, copied)

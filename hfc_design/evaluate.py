@@ -1,6 +1,5 @@
 """One design on one scenario, in float64: its score, its metrics, its whole motion."""
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +12,7 @@ from hfc_design.paths.metrics import Contour, contour, contour_metrics
 from hfc_design.paths.trajectories import Trajectory
 from hfc_design.records import UserError, checked
 from hfc_design.rulebase import Design, named_design
-from hfc_design.scenarios import Scenario, changed, load_scenario
+from hfc_design.scenarios import Changes, Scenario, changed, load_scenario
 from hfc_design.signals import AxisSamples, Samples
 from plants import Plant, in_a_name
 
@@ -132,7 +131,7 @@ def load_design(name: str) -> Design:
 DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
 
 
-def own_scenario(design: Design, name: str, changes: Iterable[str] = ()) -> Scenario:
+def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     """The scenario that ``design`` was made for, or a default of its plant.
 
     Raises:

@@ -5,7 +5,7 @@ The records here are what a user writes as TOML; they are checked once, when the
 
 import copy
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -41,6 +41,8 @@ from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Sa
 from plants import Plant
 from plants.feed_drive import FeedDriveParameters
 
+#: Values by dotted key, or texts like "key.sub=value".
+Changes = Iterable[str] | Mapping[str, Any]
 MAX_STEPS = 10_000_000
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "builtin_scenarios"
@@ -226,8 +228,8 @@ def builtin_names() -> list[str]:
     return sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml"))
 
 
-def load_scenario(name: str, changes: Iterable[str] = ()) -> Scenario:
-    """The scenario with a built-in name or at a path, with ``changes`` like "key.sub=value".
+def load_scenario(name: str, changes: Changes = ()) -> Scenario:
+    """The scenario with a built-in name or at a path, with some keys changed.
 
     Raises:
         UserError: no such scenario, or its text, a value or a change is not allowed.
@@ -252,29 +254,52 @@ def load_scenario(name: str, changes: Iterable[str] = ()) -> Scenario:
     return checked(Scenario, data, source, folder)
 
 
-def changed(data: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
-    """``data`` with values set by "dotted.key=value"; a value is TOML, or else a bare string.
+def set_keys(changes: Iterable[str]) -> dict[str, Any]:
+    """Dotted keys and values of "dotted.key=value"; a value is TOML, or else a bare string.
 
     Raises:
-        UserError: a change is not of that form, or its key runs through something else.
+        UserError: a change is not of that form.
     """
-    data = copy.deepcopy(data)
+    found: dict[str, Any] = {}
     for change in changes:
         key, equals, text = change.partition("=")
         if not equals or not key.strip():
             raise UserError(f"--set {change}: has to look like simulation.duration_s=5")
         try:
-            value = tomllib.loads(f"value = {text}")["value"]
+            found[key.strip()] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
-            value = text.strip()
-        *path, last = key.strip().split(".")
+            found[key.strip()] = text.strip()
+    return found
+
+
+def changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
+    """``data`` with the values of dotted keys.
+
+    Raises:
+        UserError: a key runs through something that is not a table.
+    """
+    data = copy.deepcopy(data)
+    values = changes if isinstance(changes, Mapping) else set_keys(changes)
+    for key, value in values.items():
+        *path, last = key.split(".")
         place = data
         for part in path:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise UserError(f"--set {change}: {part} is not a table")
+                raise UserError(f"--set {key}={value}: {part} is not a table")
         place[last] = value
     return data
+
+
+def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
+    """The scenario with other paths, ``name(key, file)``, to the files that it names."""
+    changes: dict[str, Any] = {}
+    for key in ("reference", "load"):
+        record = getattr(scenario, key)
+        file = getattr(record, "file", None)
+        if file is not None:
+            changes[key] = record.model_copy(update={"file": name(key, file)})
+    return scenario.model_copy(update=changes)
 
 
 def scenario_toml(scenario: Scenario) -> str:

@@ -1,0 +1,123 @@
+"""A batch on disk: which cells it has, what became of each, and who is at it.
+
+The cells are ordinary run folders, and nothing else is written into them. What belongs to the
+batch lies in ``batch.json`` and in ``.batch/``.
+"""
+
+import fcntl
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from hfc_design.batch.plan import Cell
+from hfc_design.checkpoint import write_whole
+from hfc_design.design import CHECKPOINT, CONFIG, DESIGN
+from hfc_design.records import RunError, UserError
+
+PLAN, NOTES = "batch.json", ".batch"
+State = Literal["finished", "failed", "broken off", "waiting"]
+
+
+class Entry(NamedTuple):
+    """A cell as the folder knows it."""
+
+    name: str
+    settings: dict[str, Any]
+    state: State
+    reason: str  # of a failure
+    seconds: float | None  # that a finished cell took
+
+
+def note_plan(out: Path, cells: Sequence[Cell]) -> None:
+    """Add the cells to the folder's plan; others that are in it stay.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    try:
+        (out / NOTES).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
+    with _locked(out, "plan") as mine:
+        assert mine
+        plan = _plan(out) if (out / PLAN).exists() else {}
+        plan |= {cell.name: cell.settings for cell in cells}
+        write_whole(out / PLAN, (json.dumps(plan, indent=1) + "\n").encode())
+
+
+def entries(out: Path) -> list[Entry]:
+    """What became of every cell of a batch.
+
+    Raises:
+        UserError: the folder holds no batch.
+    """
+    if not (out / PLAN).exists():
+        raise UserError(f"{out}: holds no batch (no {PLAN})")
+    found = []
+    for name, settings in _plan(out).items():
+        reason, seconds = _text(out, name, "failed"), _text(out, name, "seconds")
+        time = float(seconds) if seconds else None
+        found.append(Entry(name, settings, state(out, name), reason, time))
+    return found
+
+
+def state(out: Path, name: str) -> State:
+    """What became of a cell."""
+    if (out / name / DESIGN).exists():
+        return "finished"
+    if (out / NOTES / f"{name}.failed").exists():
+        return "failed"
+    begun = (out / name / CONFIG).exists() or (out / name / CHECKPOINT).exists()
+    return "broken off" if begun else "waiting"
+
+
+def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) -> None:
+    """Note why a cell failed, or how many seconds it took."""
+    write_whole(out / NOTES / f"{name}.{kind}", (text + "\n").encode())
+
+
+def forget_failure(out: Path, name: str) -> None:
+    """A cell is tried again."""
+    (out / NOTES / f"{name}.failed").unlink(missing_ok=True)
+
+
+@contextmanager
+def claimed(out: Path, name: str) -> Iterator[bool]:
+    """Whether this process alone may run the cell; another batch may be at it.
+
+    The system gives the claim back when the process ends, however it ends.
+    """
+    with _locked(out, name, wait=False) as mine:
+        yield mine
+
+
+@contextmanager
+def _locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
+    try:
+        file = (out / NOTES / f"{name}.lock").open("a")
+    except OSError as error:
+        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
+
+
+def _plan(out: Path) -> dict[str, dict[str, Any]]:
+    try:
+        plan = json.loads((out / PLAN).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserError(f"{out / PLAN}: cannot be read: {error}") from None
+    if not isinstance(plan, dict) or not all(isinstance(item, dict) for item in plan.values()):
+        raise UserError(f"{out / PLAN}: is not the plan of a batch")
+    return plan
+
+
+def _text(out: Path, name: str, kind: str) -> str:
+    path = out / NOTES / f"{name}.{kind}"
+    return path.read_text(encoding="utf-8").strip() if path.exists() else ""

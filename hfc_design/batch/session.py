@@ -1,0 +1,161 @@
+"""What ``hfc batch`` says: the plan, the progress, the outcome."""
+
+import statistics
+import sys
+from collections import Counter
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hfc_design.batch import folder
+from hfc_design.batch.plan import Cell, read_batch
+from hfc_design.batch.work import Outcome, run_cells
+from hfc_design.records import RunError
+from hfc_design.search.loop import Search
+
+#: Individual-steps a second that a plan is estimated with before any cell has run.
+USUAL_SPEED = 2e7
+#: So many cells are listed one by one.
+LISTED = 40
+
+
+def batch(path: Path, out: Path | None, dry_run: bool) -> None:
+    """``hfc batch FILE``: run every cell that is not finished.
+
+    Raises:
+        UserError: the batch file is not one.
+        RunError: cells failed, or the batch was interrupted.
+    """
+    cells = read_batch(path)
+    target = out or Path("runs") / path.stem
+    if dry_run:
+        _show_plan(cells, target)
+        return
+    folder.note_plan(target, cells)
+    watch = Watch(len(cells))
+    try:
+        with watch:
+            run_cells(target, cells, watch.outcome, watch.generation)
+    except KeyboardInterrupt:
+        raise RunError(f"interrupted; hfc batch {path} goes on where it stopped") from None
+    print(f"{len(cells)} cells in {target}: {watch.finished} finished, {len(watch.failed)} failed")
+    if watch.failed:
+        lines = [f"{outcome.cell.name}: {outcome.reason}" for outcome in watch.failed]
+        print("\n".join(lines), file=sys.stderr)
+        raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
+
+
+def show_status(out: Path) -> None:
+    """``hfc batch --status DIR``: what became of every cell."""
+    found = folder.entries(out)
+    counts = Counter(entry.state for entry in found)
+    seconds = [entry.seconds for entry in found if entry.seconds is not None]
+    told = ", ".join(f"{count} {state}" for state, count in counts.items())
+    print(f"{len(found)} cells in {out}: {told}")
+    if seconds:
+        print(f"median time of a finished cell {statistics.median(seconds):.1f} s")
+    table = Table("cell", "state", "settings", box=None)
+    for entry in [entry for entry in found if entry.state != "finished"][:LISTED]:
+        table.add_row(entry.name, entry.state, _told(entry.settings) + f"\n{entry.reason}".rstrip())
+    if table.row_count:
+        Console().print(table)
+
+
+def _show_plan(cells: list[Cell], out: Path) -> None:
+    states = [folder.state(out, cell.name) for cell in cells]
+    same = _same(cells)
+    print(f"{len(cells)} cells in {out}" + (f", all with {_told(same)}" if same else ""))
+    table = Table("cell", "state", "settings", box=None)
+    for cell, state in list(zip(cells, states, strict=True))[:LISTED]:
+        own = {key: value for key, value in cell.settings.items() if key not in same}
+        table.add_row(cell.name, state, _told(own))
+    Console().print(table)
+    if len(cells) > LISTED:
+        print(f"and {len(cells) - LISTED} more")
+    left = [cell for cell, state in zip(cells, states, strict=True) if state != "finished"]
+    speed, source = _speed(cells, out)
+    seconds = sum(_work(cell) for cell in left) / speed
+    hours, rest = divmod(round(seconds), 3600)
+    print(
+        f"{len(cells) - len(left)} of them finished; about {hours} h {rest // 60:02d} "
+        f"min {rest % 60:02d} s to go ({source})"
+    )
+
+
+def _same(cells: list[Cell]) -> dict[str, object]:
+    """The settings that every cell has."""
+    first, *others = (cell.settings for cell in cells)
+    return {
+        key: value
+        for key, value in first.items()
+        if all(key in own and own[key] == value for own in others)
+    }
+
+
+def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
+    """Individual-steps a second, and where that number comes from."""
+    if (out / folder.PLAN).exists():
+        seconds = {e.name: e.seconds for e in folder.entries(out) if e.seconds}
+        known = [_work(cell) / seconds[cell.name] for cell in cells if cell.name in seconds]
+        if known:
+            return statistics.median(known), f"as fast as the {len(known)} finished ones"
+    return USUAL_SPEED, f"at {USUAL_SPEED:.0e} individual-steps/s, a guess until one has finished"
+
+
+def _work(cell: Cell) -> float:
+    search, scenario = cell.scenario.search, cell.scenario
+    return search.population * search.generations * scenario.simulation.steps
+
+
+def _told(settings: dict[str, object]) -> str:
+    return ", ".join(f"{key}={value}" for key, value in settings.items())
+
+
+class Watch:
+    """A bar on a terminal, a line a cell elsewhere; both on stderr."""
+
+    def __init__(self, total: int):
+        self._console = Console(stderr=True)
+        self._bar = Progress(
+            TextColumn("cells"),
+            BarColumn(bar_width=20),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[line]}"),
+            TimeRemainingColumn(),
+            console=self._console,
+            disable=not self._console.is_terminal,
+        )
+        self._task = self._bar.add_task("cells", total=total, line="")
+        self._total, self._done = total, 0
+        self.finished = 0
+        self.failed: list[Outcome] = []
+
+    def __enter__(self) -> "Watch":
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def generation(self, cell: Cell, search: Search) -> None:
+        """Show where the running cell is."""
+        line = (
+            f"{cell.name} {cell.scenario.name} generation {search.generation}/"
+            f"{cell.scenario.search.generations} best {search.history.best[-1]:.5g}"
+        )
+        self._bar.update(self._task, line=line)
+
+    def outcome(self, outcome: Outcome) -> None:
+        """Count a cell that is done."""
+        self._done += 1
+        if outcome.state == "failed":
+            self.failed.append(outcome)
+        else:
+            self.finished += 1
+        self._bar.update(self._task, completed=self._done)
+        if not self._console.is_terminal and (outcome.seconds or outcome.reason):
+            told = outcome.reason or f"{outcome.seconds:.1f} s"
+            place = f"cell {self._done}/{self._total}  {outcome.cell.name}"
+            print(f"{place}  {_told(outcome.cell.settings)}  {told}", file=sys.stderr)
