@@ -235,7 +235,7 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
         UserError: no such scenario, or its text, a value or a change is not allowed.
     """
     if name in builtin_names():
-        source, folder = name, BUILTIN
+        source, folder = name, Path()
         text = (BUILTIN / f"{name}.toml").read_text()
     elif Path(name).is_file():
         source, folder = name, Path(name).parent
@@ -250,6 +250,9 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{source}: is not valid TOML: {error}") from None
+    own = data.get("reference", {})
+    if name in builtin_names() and "file" in own:  # a file in a change lies where the user is
+        own["file"] = str(BUILTIN / own["file"])
     data = changed({"name": Path(source).stem} | data, changes)
     return checked(Scenario, data, source, folder)
 
