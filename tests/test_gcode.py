@@ -11,6 +11,7 @@ from hfc_design.paths import gcode
 from hfc_design.paths.shapes import Path
 from hfc_design.paths.trajectories import GCode, PathReference
 from hfc_design.records import Record, UserError, checked
+from hfc_design.scenarios import load_scenario
 
 # Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.
 SLOT = """%
