@@ -5,6 +5,7 @@ python -m experiments.designed_tables.run
 """
 
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -74,12 +75,12 @@ def line(path: str, name: str, designs: list[Design], scenario: Scenario) -> lis
     return [path, name, *cells]
 
 
-def table(batch: Path) -> str:
+def table(batch: Path, paths: Iterable[str] = tuple(PATHS)) -> str:
     """Every controller on every path."""
     found = candidates(batch)
     rows = []
-    for path, changes in PATHS.items():
-        scenario = load_scenario("feed-drive-circle", changes)
+    for path in paths:
+        scenario = load_scenario("feed-drive-circle", PATHS[path])
         rows += [line(path, name, designs, scenario) for name, designs in found.items()]
     return markdown(HEADER, rows)
 
