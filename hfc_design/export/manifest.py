@@ -8,6 +8,7 @@ gains, and the steps of one sample in words.
 import csv
 import io
 import json
+import re
 from collections.abc import Collection
 from typing import Any
 
@@ -31,12 +32,12 @@ def surroundings(design: Design, suffix: str) -> dict[str, str]:
 
 
 def distinct(design: Design, target: str, reserved: Collection[str]) -> list[RuleUnit]:
-    """``rule_units`` of which no two names and no name and a word of the target's own are alike.
+    """``rule_units`` whose names and labels are identifiers, each one of its own.
 
-    Upper and lower case are alike, as in IEC 61131.
+    None is a word of ``reserved`` either. Upper and lower case are alike, as in IEC 61131.
 
     Raises:
-        UserError: two of them are.
+        UserError: they are not.
     """
     units = rule_units(design)
     inputs = ["error", "error_change"]
@@ -46,6 +47,8 @@ def distinct(design: Design, target: str, reserved: Collection[str]) -> list[Rul
     for names in ([*inputs, *(unit.name for unit in units)], labels):
         taken = {word.casefold() for word in reserved}
         for name in names:
+            if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+                raise UserError(f"--to {target}: {name} is no identifier; rename it")
             if name.casefold() in taken:
                 raise UserError(
                     f"--to {target}: {name} is a word of that format, or two names are {name} "
