@@ -87,7 +87,8 @@ def _input(name: str, terms: tuple[Term, ...], source: Table | None) -> Input:
         return Input(name, terms, lowest, 2.0 * last.centre - last.left, clamped=False)
     if source is None:
         return Input(name, terms, -1.0, 1.0, clamped=True)
-    return Input(name, terms, *_range(source), clamped=False)
+    lowest, highest = _range(source)
+    return Input(name, terms, min(lowest, -1.0), max(highest, 1.0), clamped=False)
 
 
 def _range(table: Table) -> tuple[float, float]:

@@ -1,8 +1,8 @@
 """FLL read back by pyfuzzylite and by the C++ tool fuzzylite.
 
-Measured, the worst of all designs and relative to the largest output: pyfuzzylite 7e-16; the C++
-tool 2e-6 with the terms of LL, because it drops rules that fire at less than 1e-6, and 3e-17 with
-triangles.
+Measured, the worst of all designs and relative to the largest output: pyfuzzylite 7e-16. The C++
+tool drops rules that fire at less than 1e-6: against the unit without these 8e-16, against the unit
+itself 2e-7 with the published tables and 9e-6 with random ones, 3e-7 in the command.
 """
 
 import json
@@ -23,13 +23,13 @@ OPTIONS = ["-of", "fld", "-decimals", "15", "-dheader", "false", "-dinputs", "fa
 
 @pytest.fixture(params=["pyfuzzylite", "fuzzylite"])
 def reader(request, program, tmp_path):
-    """(evaluate, largest error allowed)."""
+    """(evaluate, firing up to which it drops a rule)."""
     if request.param == "pyfuzzylite":
         if not PYTHON.exists():
             pytest.skip("pyfuzzylite is not installed; make interop installs it")
-        return in_python, 1e-12
+        return in_python, 0.0
     tool = program("fuzzylite")
-    return lambda *job: in_tool(tool, tmp_path / "points.fld", "fll", *job), 2e-6
+    return lambda *job: in_tool(tool, tmp_path / "points.fld", "fll", *job), 1e-6
 
 
 def in_python(file, row, column, points):
@@ -48,17 +48,17 @@ def in_tool(tool, table, language, file, _row, _column, points):
         text=True,
         check=True,
     )
-    assert not done.stderr, done.stderr
+    assert not done.stdout, done.stdout  # it says there what is wrong, and ends with 0
     return np.loadtxt(f"{table}.out")
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_every_unit_and_the_controller_read_back(name, reader, tmp_path):
-    evaluate, allowed = reader
+    evaluate, least = reader
     record, folder = design(name), tmp_path / "out"
     fll.write(record, folder)
-    assert unit_error(record, folder, "fll", evaluate) <= allowed
-    assert controller_error(record, folder, evaluate) <= allowed
+    assert unit_error(record, folder, "fll", evaluate, least) <= 1e-12
+    assert controller_error(record, folder, evaluate) <= (2e-6 if least else 1e-12)
 
 
 def test_a_unit_gives_0_where_no_rule_fires(reader, tmp_path):

@@ -68,14 +68,16 @@ class Unit:
         falling = 1.0 if term.right is None else right
         return max(min(rising, falling, 1.0), 0.0)
 
-    def expected(self, row, column):
+    def expected(self, row, column, least=0.0):
+        """The output, by those rules that fire at more than ``least``."""
         weighted = firing = 0.0
         columns = [self.degree(term, column) for term in self.columns]
         for term, singletons in zip(self.rows, self.table, strict=True):
             degree = self.degree(term, row)
             for other, singleton in zip(columns, singletons, strict=True):
-                weighted += degree * other * singleton
-                firing += degree * other
+                if degree * other > least:
+                    weighted += degree * other * singleton
+                    firing += degree * other
         return weighted / firing if firing else 0.0
 
     def points(self, count=2000):
@@ -88,10 +90,10 @@ class Unit:
                 edges = (term.left, term.right) if self.fuzzy else _shoulders(term)
                 marks |= {term.centre, *(edge for edge in edges if edge is not None)}
             span = max(map(abs, marks)) if self.fuzzy else 1.0
-            beyond = {1.5 * span, -1.5 * span} if self.fuzzy else {-1.0, 1.0}
-            sides.append((sorted(m for m in marks | beyond if abs(m) <= 1.5 * span), span))
+            beyond = {1.5 * span, -1.5 * span}
+            sides.append((sorted(marks | beyond), span))
         corners = [[r, c] for r in sides[0][0] for c in sides[1][0]]
-        inside = rng.uniform(-1.0, 1.0, (count, 2)) * [1.2 * side[1] for side in sides]
+        inside = 1.5 * rng.uniform(-1.0, 1.0, (count, 2)) * [span for _, span in sides]
         return np.array([*corners, *inside])
 
 
@@ -103,21 +105,33 @@ def units(record):
     return [Unit(record, k) for k in range(len(getattr(record.controller, "units", [0])))]
 
 
+def entering(record, unit):
+    """The unit's points; what an earlier unit gives is within its table or the universe."""
+    points = unit.points()
+    tables = {other.name: other.table for other in units(record)}
+    for k, name in enumerate((unit.row, unit.column)):
+        if name in tables:
+            low, high = np.min(tables[name]), np.max(tables[name])
+            points[:, k] = np.clip(points[:, k], min(low, -1.0), max(high, 1.0))
+    return points
+
+
 def clamped(unit, points):
-    """The points as they enter the unit: a scaled signal never leaves -1 .. 1."""
-    if unit.fuzzy:
-        return points
-    from_unit = [name.startswith("unit_") for name in (unit.row, unit.column)]
-    return np.where(from_unit, points, np.clip(points, -1.0, 1.0))
+    """The points as a unit counts them: a scaled signal beyond -1 .. 1 as these."""
+    signal = [not unit.fuzzy and not name.startswith("unit_") for name in (unit.row, unit.column)]
+    return np.where(signal, np.clip(points, -1.0, 1.0), points)
 
 
-def unit_error(record, folder, suffix, evaluate):
-    """Largest error of any unit; ``evaluate(path, unit, points)`` gives what the program does."""
+def unit_error(record, folder, suffix, evaluate, least=0.0):
+    """Largest error of any unit, relative to its largest singleton if that is more than 1.
+
+    ``evaluate(path, row, column, points)`` gives what the program does.
+    """
     errors = []
     for unit in units(record):
-        points = unit.points()
+        points = entering(record, unit)
         found = evaluate(folder / f"{unit.name}.{suffix}", unit.row, unit.column, points)
-        wanted = [unit.expected(*point) for point in clamped(unit, points)]
+        wanted = [unit.expected(*point, least) for point in clamped(unit, points)]
         scale = max(1.0, np.abs(unit.table).max())
         errors.append(np.abs(found - np.array(wanted)).max() / scale)
     return max(errors)
