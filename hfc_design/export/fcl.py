@@ -42,7 +42,7 @@ def write(design: Design, path: Path) -> None:
     about = [
         "Fuzzy Control Language, standard dialect (IEC 61131-7:2000).",
         "Terms are straight lines between points, constant beyond the first and the last.",
-        f"A Gaussian has {LINES} lines a side: a unit is right to about 1e-3 of its largest output.",
+        f"A Gaussian has {LINES} lines a side: a unit is right to 1e-3 of its largest output.",
     ]
     write_files(
         design,
