@@ -43,8 +43,10 @@ def distinct(design: Design, target: str, reserved: Collection[str]) -> list[Rul
     inputs = ["error", "error_change"]
     if isinstance(design.controller, HierarchicalDesign):
         inputs = [identifier(item.name) for item in design.controller.inputs]
-    labels = [term.label for term in units[0].row_terms]
-    for names in ([*inputs, *(unit.name for unit in units)], labels):
+    rows, columns = (
+        [t.label for t in terms] for terms in (units[0].row_terms, units[0].column_terms)
+    )
+    for names in ([*inputs, *(unit.name for unit in units)], rows, columns):
         taken = {word.casefold() for word in reserved}
         for name in names:
             if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
