@@ -205,12 +205,13 @@ def test_a_real_has_a_point_and_reads_back():
     ]
 
 
-def test_tables_of_one_value_and_of_terms_without_overlap(tmp_path):
-    """A constant unit has a range, and where no rule fires the output is 0."""
-    record = silent()
-    for target, suffix in (("fcl-jfuzzylogic", "fcl"), ("fml", "fml")):
-        folder = written(record, target, tmp_path / target)
-        reader = {"fcl": Block, "fml": System}[suffix](folder / f"unit_7.{suffix}")
-        at = np.array([0.1, 0.0])
-        found = reader.evaluate(previous_spindle_velocity=at, spindle_velocity=at)
-        assert found.tolist() == [0.0, 0.4853]
+@pytest.mark.parametrize("target", LANGUAGES[1:])
+@pytest.mark.parametrize("rate", [1e6, 1e300])
+def test_a_unit_gives_0_where_no_rule_fires(rate, target, tmp_path):
+    folder = written(silent(rate), target, tmp_path / "x")
+    (file,) = folder.glob("unit_7.*")
+    at = np.array([0.1, 0.0])
+    found = (System if target == "fml" else Block)(file).evaluate(
+        previous_spindle_velocity=at, spindle_velocity=at
+    )
+    assert found.tolist() == [0.0, 0.4853]

@@ -156,11 +156,11 @@ def _not_adapting(record):
     return Design.model_validate(data)
 
 
-def silent():
+def silent(rate=1e6):
     """Table I with terms so narrow that between them no rule fires."""
     data = named_design("lin-lee-1999-table-1").model_dump(mode="json")
     for term in data["controller"]["terms"]:
-        term |= {"half_width": 0.0, "rate": 1e6}
+        term |= {"half_width": 0.0, "rate": rate}
     return Design.model_validate(data)
 
 
