@@ -12,6 +12,6 @@ FORMATS: dict[str, tuple[str, Callable[[Design, Path], None]]] = {
     "csv": ("a folder with one labelled rule table a unit, and manifest.csv", csv_tables.write),
     "fll": ("a folder with FuzzyLite Language, one engine a unit", fll.write),
     "fcl": ("a folder with Fuzzy Control Language of IEC 61131-7, one block a unit", fcl.write),
-    "fml": ("a folder with Fuzzy Markup Language (IEEE 1855), one system a unit", fml.write),
     "fcl-jfuzzylogic": ("the same in the dialect of jFuzzyLogic", fcl.write_jfuzzylogic),
+    "fml": ("a folder with Fuzzy Markup Language (IEEE 1855), one system a unit", fml.write),
 }
