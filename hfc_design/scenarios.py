@@ -71,12 +71,13 @@ class ContourSettings(Record):
     """Contour error of an X-Y machine; see ``fitness.contour``."""
 
     kind: Literal["contour"] = "contour"
-    worst: NotNegative = 0.3
+    worst: NotNegative = 0.3  # weight of the largest contour error
+    lag: NotNegative = 0.01  # weight of the lag
     settled_after_s: NotNegative = 1.0
 
     def fitness(self) -> Fitness:
         """The same as functions."""
-        return contour(self.worst)
+        return contour(self.worst, self.lag)
 
 
 FitnessSettings = Annotated[LinLeeSettings | ContourSettings, Field(discriminator="kind")]
