@@ -218,6 +218,38 @@ def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: A
 
 
 @main.command()
+@click.argument("design")
+@click.option(
+    "--at",
+    "samples",
+    multiple=True,
+    required=True,
+    metavar="SIGNAL=NUMBER,...",
+    help="Signals of a sample; given again for each sample that follows, the last is explained.",
+)
+@click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
+def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) -> None:
+    """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
+
+    Every signal that DESIGN reads has to be given. With one --at that includes what it remembers
+    of the sample before, as in previous_velocity=0.02; a feed drive's takes previous_error or
+    error_change. Integral and adaptation are then as before the first sample. With several --at
+    the controller steps through them from rest, and adapts.
+    """
+    from hfc_design.evaluate import load_design
+    from hfc_design.explain import explanation
+
+    found = explanation(load_design(design), samples)
+    if as_json:
+        click.echo(json.dumps(found))
+        return
+    from hfc_design.explain_tables import show
+
+    show(found, least)
+
+
+@main.command()
 @click.argument("design", required=False)
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
