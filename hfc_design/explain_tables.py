@@ -102,5 +102,5 @@ def _table(title: str | None) -> Table:
         title_style="bold",
         box=SIMPLE_HEAD,
         show_edge=False,
-        padding=(0, 1, 0, 0),
+        padding=0,  # the box separates columns by a space, so that seven terms fit
     )

@@ -5,11 +5,10 @@ import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.export.units import FlatGaussian, Term, Triangle
-from hfc_design.feed_records import TriangleRecord, terms_fault
-from hfc_design.importing.system import Input, System, fault
-from hfc_design.laws.rule_bases import LABELS, nearest_labels
-from hfc_design.records import TERMS, UserError, checked
+from hfc_design.export.units import FlatGaussian, Term
+from hfc_design.importing.system import Input, System, centre_of, fault, triangle_records
+from hfc_design.laws.rule_bases import nearest_labels
+from hfc_design.records import NAME, TERMS, UserError, checked
 from hfc_design.rulebase import Design, named_design
 
 HIERARCHY = "pd+hierarchical-fuzzy"
@@ -40,29 +39,33 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
         UserError: what the user says does not fit.
         ValueError: what the file says does not.
     """
-    gaussian = {isinstance(item.terms[0], FlatGaussian) for item in system.inputs}
-    if len(gaussian) > 1:
+    shapes = [isinstance(item.terms[0], FlatGaussian) for item in system.inputs]
+    if shapes[0] != shapes[1]:
         raise ValueError("one input has Gaussian terms and the other straight ones")
-    kind = wish.kind or (HIERARCHY if gaussian == {True} else "flc")
-    if (kind == HIERARCHY) != (gaussian == {True}):
+    like = None if wish.like is None else _with_known_plant(wish.like)
+    kind = wish.kind or (like.controller.kind if like else HIERARCHY if shapes[0] else "flc")
+    if kind not in PLANT_OF or (like and like.controller.kind != kind):
+        listed = " or ".join(PLANT_OF) if wish.kind is None else kind
+        raise UserError(f"--like {wish.like}: has to be of kind {listed}")
+    if (kind == HIERARCHY) != shapes[0]:
         needed = "Gaussian terms" if kind == HIERARCHY else "triangles"
-        raise ValueError(f"--kind {kind}: needs {needed}, which are not what the file has")
-    like = _like(wish, kind)
-    if wish.plant or not like:
-        plant: dict[str, Any] = {"name": wish.plant or PLANT_OF[kind], "parameters": {}}
-    else:
-        plant = like.plant.model_dump()
-    if like and like.plant.name == plant["name"]:
+        raise ValueError(f"kind {kind} needs {needed}, which are not what the file has")
+    if kind == "aflc" and like is None:
+        like = named_design(ADAPTIVE)
+    plant_name = wish.plant or (like.plant.name if like else PLANT_OF[kind])
+    plant: dict[str, Any] = {"name": plant_name, "parameters": {}}
+    if like and like.plant.name == plant_name:
         plant = like.plant.model_dump()
     base = like.controller.model_dump() if like else {}
-    sample_time = wish.sample_time or base.get("sample_time_s") or SAMPLE_TIMES[plant["name"]]
-    controller = base | {"kind": kind, "sample_time_s": sample_time}
+    controller = {"sample_time_s": SAMPLE_TIMES[plant_name]} | base | {"kind": kind}
+    if wish.sample_time is not None:
+        controller["sample_time_s"] = wish.sample_time
     signals = _signals(system, wish.signals)
     make = _hierarchy if kind == HIERARCHY else _fuzzy
     data = {
-        "name": wish.name or path.resolve().stem,
+        "name": _name(wish, path),
         "plant": plant,
-        "controller": make(controller, system, signals, plant["name"]),
+        "controller": make(controller, system, signals, plant_name),
         "provenance": {
             "source": f"imported from {path.name}",
             "sha256": digests,
@@ -72,13 +75,19 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     return checked(Design, data, path, path.parent)
 
 
-def _like(wish: Wish, kind: str) -> Design | None:
-    if wish.like is None:
-        return named_design(ADAPTIVE) if kind == "aflc" else None
-    like = named_design(wish.like)
-    if like.controller.kind != kind:
-        raise UserError(f"--like {wish.like}: is of kind {like.controller.kind}, not {kind}")
-    return like
+def _with_known_plant(name: str) -> Design:
+    from hfc_design.evaluate import load_design  # with JAX
+
+    return load_design(name)
+
+
+def _name(wish: Wish, path: Path) -> str:
+    name = path.resolve().stem if wish.name is None else wish.name
+    if not re.fullmatch(NAME, name):
+        raise UserError(
+            f"--name {name[:70]!r}: a design's name is letters, digits, . _ and -, 64 at most"
+        )
+    return name
 
 
 def _signals(system: System, given: dict[str, str]) -> tuple[str, str]:
@@ -128,26 +137,14 @@ def _fuzzy(
     return {
         "integral_gain": 0.0,
         **base,
-        "error_terms": _triangles(system.inputs[row]),
-        "error_change_terms": _triangles(system.inputs[1 - row]),
+        "error_terms": _dumped(system.inputs[row]),
+        "error_change_terms": _dumped(system.inputs[1 - row]),
         "rules": {"labels": nearest_labels(table), "centroids": table},
     }
 
 
-def _triangles(item: Input) -> list[dict[str, Any]]:
-    terms = tuple(
-        TriangleRecord(
-            label=label,
-            left=None if math.isinf(term.left) else term.left,
-            centre=term.centre,
-            right=None if math.isinf(term.right) else term.right,
-        )
-        for label, term in zip(LABELS, sorted(item.terms, key=_centre), strict=True)
-        if isinstance(term, Triangle)
-    )
-    if message := terms_fault(terms):
-        raise fault(item.line, f"input {item.name} (terms NL to PL by their centres): {message}")
-    return [term.model_dump() for term in terms]
+def _dumped(item: Input) -> list[dict[str, Any]]:
+    return [term.model_dump() for term in triangle_records(item.terms)]
 
 
 def _hierarchy(
@@ -158,20 +155,20 @@ def _hierarchy(
     from plants import PLANTS
 
     _known(system, signals, input_names(PLANTS[plant]))
-    first, second = (tuple(sorted(item.terms, key=_centre)) for item in system.inputs)
+    first, second = (tuple(sorted(item.terms, key=centre_of)) for item in system.inputs)
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
             raise fault(item.line, f"input {item.name}: its range has to lie within -1 and 1")
     if [term[1:] for term in first] != [term[1:] for term in second]:
         raise ValueError("both inputs need the same terms; a hierarchy has one set of them")
     scales = {item["name"]: item["scale"] for item in base.get("inputs", ())}
-    column, row = signals
-    unit = {"id": 0, "column_input": column, "row_input": row, "consequents": _table(system, 1)}
+    row, column = signals
+    unit = {"id": 0, "column_input": column, "row_input": row, "consequents": _table(system, 0)}
     return {
         "pd": {"kp": 0.0, "kd": 0.0},
         "output_scale": 1.0,
         **base,
-        "inputs": [{"name": name, "scale": scales.get(name, 1.0)} for name in signals],
+        "inputs": [{"name": name, "scale": scales.get(name, 1.0)} for name in (column, row)],
         "terms": _flat_gaussians(first),
         "units": [unit],
     }
@@ -206,8 +203,4 @@ def _rounded(value: float, digits: int) -> float:
 
 def _order(item: Input) -> list[int]:
     """Indices of the terms, from the lowest to the highest."""
-    return sorted(range(TERMS), key=lambda k: _centre(item.terms[k]))
-
-
-def _centre(term: Term) -> float:
-    return term.centre if isinstance(term, Triangle) else 0.5 * (term.low + term.high)
+    return sorted(range(TERMS), key=lambda k: centre_of(item.terms[k]))

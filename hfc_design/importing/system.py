@@ -9,6 +9,8 @@ from math import inf, isfinite
 from typing import NamedTuple
 
 from hfc_design.export.units import FlatGaussian, Term, Triangle
+from hfc_design.feed_records import TriangleRecord, terms_fault
+from hfc_design.laws.rule_bases import LABELS
 from hfc_design.records import TERMS
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
@@ -128,7 +130,29 @@ def input_of(line: int, name: str, low: float, high: float, shapes: Sequence[Sha
         return Input(line, name, low, high, tuple(gaussians))
     if gaussians:
         raise fault(line, f"input {name} mixes Gaussian and straight terms; a design does not")
-    return Input(line, name, low, high, _triangles(low, high, shapes))
+    terms = _triangles(low, high, shapes)
+    if message := terms_fault(triangle_records(terms)):
+        raise fault(line, f"input {name}, with terms NL to PL in the order of centres: {message}")
+    return Input(line, name, low, high, terms)
+
+
+def triangle_records(terms: Sequence[Term]) -> tuple[TriangleRecord, ...]:
+    """Triangles as a design holds them, NL to PL in the order of their centres."""
+    return tuple(
+        TriangleRecord(
+            label=label,
+            left=term.left if isfinite(term.left) else None,
+            centre=term.centre,
+            right=term.right if isfinite(term.right) else None,
+        )
+        for label, term in zip(LABELS, sorted(terms, key=centre_of), strict=True)
+        if isinstance(term, Triangle)
+    )
+
+
+def centre_of(term: Term) -> float:
+    """Where a term is 1, or the middle of that."""
+    return term.centre if isinstance(term, Triangle) else 0.5 * (term.low + term.high)
 
 
 def _triangles(low: float, high: float, shapes: Sequence[Shape]) -> tuple[Term, ...]:
@@ -189,7 +213,8 @@ def place(line: int, label: str, labels: Sequence[str], what: str) -> int:
         ValueError: nowhere.
     """
     if label not in labels:
-        raise fault(line, f"{label[:40]!r} is no {what}; there is {', '.join(labels)}")
+        known = ", ".join(labels[:TERMS]) + (", ..." if len(labels) > TERMS else "")
+        raise fault(line, f"{label[:40]!r} is no {what}; there is {known}")
     return labels.index(label)
 
 
