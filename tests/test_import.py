@@ -88,7 +88,7 @@ def fll_text():
                 lines.append(f"  term: {label} Triangle {left!r} {centre!r} {right!r} 1.0")
     lines += ["OutputVariable: u", "  range: -40 40", "  defuzzifier: WeightedAverage"]
     lines += [f"  term: u{i}{j} Constant {TABLE[i][j]!r}" for i in range(7) for j in range(7)]
-    lines += ["RuleBlock:", "  conjunction: AlgebraicProduct"]
+    lines += ["RuleBlock:", "  conjunction: AlgebraicProduct", "  activation: General"]
     for i in range(7):
         for j in range(7):
             pair = [f"change is d{j}", f"error is e{i}"]
@@ -97,17 +97,17 @@ def fll_text():
 
 
 def fis_text():
-    lines = ["% by hand", "[System]", "Name='mine'", "Type='sugeno'", "NumInputs=2"]
+    lines = ["% by hand", "[System]", "Name='mine'", "Type='sugeno'", "Version=1.0", "NumInputs=2"]
     lines += ["NumOutputs=1", "NumRules=49", "AndMethod='prod'", "OrMethod='max'"]
     lines += ["ImpMethod='prod'", "AggMethod='sum'", "DefuzzMethod='wtaver'"]
     for n, name in ((1, "error"), (2, "change")):
         lines += ["", f"[Input{n}]", f"Name='{name}'", "Range=[-9.5 12]", "NumMFs=7"]
-        rows = triangles([f"t {k}" for k in range(7)])
+        rows = triangles([f"t{k}" for k in range(7)])
         for m, (label, left, centre, right) in enumerate((rows[k] for k in ORDER), 1):
             if left is None:
                 shape = f"'linzmf',[{centre!r} {right!r}]"
             elif right is None:
-                shape = f"'linsmf', [{left!r}, {centre!r}]"
+                shape = f"'linsmf',[{left!r} {centre!r}]"
             else:
                 shape = f"'trimf',[{left!r} {centre!r} {right!r}]"
             lines.append(f"MF{m}='{label}':{shape}")
@@ -137,6 +137,33 @@ def test_terms_in_any_order_are_sorted_and_the_table_with_them(tmp_path, suffix)
     # With the signals named the other way round the table is the transposed one.
     other = controller_of(file, signals={"change": "error", "error": "error_change"})
     assert [list(row) for row in zip(*other.rules.centroids, strict=True)] == TABLE
+
+
+#: (error, change, output) of the texts above in pyfuzzylite 8.0.6; Octave's fuzzy-logic-toolkit
+#: 0.4.6 gives the same but for 1e-14, with linzmf and linsmf, which only MATLAB has, as trapmf.
+THE_PROGRAMS_SAY = [
+    (-4.425, -7.282, -2.7178249257424683),
+    (-0.985, -6.168, -26.804041613344157),
+    (-8.07, -0.866, 19.169686756311147),
+    (10.236, 7.71, -14.39653818159953),
+    (6.951, -4.729, -2.9608886974273987),
+    (2.039, -3.551, 0.8227702208369054),
+    (-5.788, -7.217, -1.05006906668974),
+    (-4.89, 10.441, 2.197253485598709),
+    (-9.5, 12.0, 23.46720670093304),
+    (-6.0, 0.25, -19.279320662762114),
+    (1.7, -0.9, 11.154143876630698),
+]
+
+
+@pytest.mark.parametrize("suffix", TEXTS)
+def test_the_design_computes_what_the_real_programs_do(tmp_path, suffix):
+    file = tmp_path / f"mine.{suffix}"
+    file.write_text(TEXTS[suffix])
+    runtime = Controller(imported(file, Wish(signals=CHANGE)))
+    for error, change, output in THE_PROGRAMS_SAY:
+        runtime.remember({"error": error - change})
+        assert runtime.step({"error": error}) == pytest.approx(output, abs=1e-12)
 
 
 def test_what_the_file_does_not_hold_comes_from_another_design(tmp_path):
@@ -208,12 +235,12 @@ FLL_FAULTS = [
     ("d3 Triangle", "d2 Triangle", 6, "term d2 stands twice"),
     ("  term: d3 Triangle -0.9 0.25 1.7 1.0\n", "", 3, "has 6 terms; a design has 7"),
     ("d3 Triangle -0.9 0.25 1.7", "d3 Triangle 0.24 0.25 0.26", 3, "there is a gap between"),
-    ("then u is u00", "then u is u00 with 0.5", 77, "only of weight 1"),
-    ("if error is e1 and", "if error is very e1 and", 84, "cannot be imported, only: if change"),
-    ("if error is e1 and", "if error is e1 or", 84, "cannot be imported, only: if change"),
-    ("change is d1 and error is e0", "change is d0 and error is e0", 78, "the first is in line 77"),
-    ("change is d1 and error is e0", "error is e1 and error is e0", 78, "read both inputs"),
-    ("u is u11", "u is u99", 85, "'u99' is no term of u"),
+    ("then u is u00", "then u is u00 with 0.5", 78, "only of weight 1"),
+    ("if error is e1 and", "if error is very e1 and", 85, "cannot be imported, only: if change"),
+    ("if error is e1 and", "if error is e1 or", 85, "cannot be imported, only: if change"),
+    ("change is d1 and error is e0", "change is d0 and error is e0", 79, "the first is in line 78"),
+    ("change is d1 and error is e0", "error is e1 and error is e0", 79, "read both inputs"),
+    ("u is u11", "u is u99", 86, "'u99' is no term of u"),
     ("Engine: mine", "Engine", 2, "no line of FLL"),
     ("Engine: mine", "Motor: mine", 2, "stands before any block"),
     ("  enabled: true", "  enabled: maybe", 4, "enabled = 'maybe' cannot be imported"),
@@ -227,26 +254,26 @@ FLL_FAULTS = [
 ]
 FIS_FAULTS = [
     ("'sugeno'", "'mamdani'", 4, "Type = 'mamdani' cannot be imported, only sugeno"),
-    ("AndMethod='prod'", "AndMethod='min'", 8, "only prod"),
-    ("AggMethod='sum'", "AggMethod='max'", 11, "only sum"),
+    ("AndMethod='prod'", "AndMethod='min'", 9, "only prod"),
+    ("AggMethod='sum'", "AggMethod='max'", 12, "only sum"),
     ("AggMethod='sum'\n", "", 2, "[System] has no AggMethod"),
-    ("NumRules=49", "NumRules=48", 7, "NumRules=48, but there are 49"),
-    ("NumInputs=2", "NumInputs=3", 5, "only 2"),
-    ("NumMFs=7", "NumMFs=5", 17, "NumMFs=5, but there are 7"),
-    ("MF2='t 0'", "MF9='t 0'", 19, "here belongs MF2='NAME'"),
-    ("'linzmf'", "'sigmf'", 19, "only trimf or trapmf or linzmf"),
-    ("[Input2]", "[Input3]", 26, "section = 'Input3' cannot be imported"),
-    ("[Output1]", "[Input1]", 37, "a second section [Input1]"),
-    ("'constant',[", "'linear',[0 0 ", 41, "only constant"),
-    ("1 1, 25 (1) : 1", "1 1, 25 (1) : 2", 115, "only 1"),
-    ("1 1, 25 (1) : 1", "1 1, 25 (0.5) : 1", 115, "of weight 0.5"),
-    ("1 1, 25 (1) : 1", "-1 1, 25 (1) : 1", 115, "allowed is 1 to 7"),
-    ("1 1, 25 (1) : 1", "0 1, 25 (1) : 1", 115, "allowed is 1 to 7"),
-    ("1 1, 25 (1) : 1", "1 1, 50 (1) : 1", 115, "allowed is 1 to 49"),
-    ("1 1, 25 (1) : 1", "1 1 1, 25 (1) : 1", 115, "is no rule of two inputs"),
-    ("1 1, 25 (1) : 1", "1 2, 25 (1) : 1", 115, "a second rule for the same two terms"),
-    ("Range=[-9.5 12]", "Range=[-9.5 Inf]", 16, "has to be a finite number"),
-    ("Range=[-9.5 12]", "Range=[12 -9.5]", 15, "its range has to rise"),
+    ("NumRules=49", "NumRules=48", 8, "NumRules=48, but there are 49"),
+    ("NumInputs=2", "NumInputs=3", 6, "only 2"),
+    ("NumMFs=7", "NumMFs=5", 18, "NumMFs=5, but there are 7"),
+    ("MF2='t0'", "MF9='t0'", 20, "here belongs MF2='NAME'"),
+    ("'linzmf'", "'sigmf'", 20, "only trimf or trapmf or linzmf"),
+    ("[Input2]", "[Input3]", 27, "section = 'Input3' cannot be imported"),
+    ("[Output1]", "[Input1]", 38, "a second section [Input1]"),
+    ("'constant',[", "'linear',[0 0 ", 42, "only constant"),
+    ("1 1, 25 (1) : 1", "1 1, 25 (1) : 2", 116, "only 1"),
+    ("1 1, 25 (1) : 1", "1 1, 25 (0.5) : 1", 116, "of weight 0.5"),
+    ("1 1, 25 (1) : 1", "-1 1, 25 (1) : 1", 116, "allowed is 1 to 7"),
+    ("1 1, 25 (1) : 1", "0 1, 25 (1) : 1", 116, "allowed is 1 to 7"),
+    ("1 1, 25 (1) : 1", "1 1, 50 (1) : 1", 116, "allowed is 1 to 49"),
+    ("1 1, 25 (1) : 1", "1 1 1, 25 (1) : 1", 116, "is no rule of two inputs"),
+    ("1 1, 25 (1) : 1", "1 2, 25 (1) : 1", 116, "a second rule for the same two terms"),
+    ("Range=[-9.5 12]", "Range=[-9.5 Inf]", 17, "has to be a finite number"),
+    ("Range=[-9.5 12]", "Range=[12 -9.5]", 16, "its range has to rise"),
 ]
 
 

@@ -56,11 +56,11 @@ KEYS: dict[str, dict[str, tuple[str, ...] | None]] = {
         "conjunction": ("AlgebraicProduct",),
         "disjunction": None,
         "implication": ("none", "AlgebraicProduct"),
-        "activation": ("General", "none"),
+        "activation": ("General",),
         "rule": None,
     },
 }
-NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction",)}
+NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
 RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: with (\S+))?")
 #: Term -> how many numbers it has.
 SHAPES = {"Triangle": 3, "Trapezoid": 4, "Ramp": 2, "Gaussian": 2, "GaussianProduct": 4}
