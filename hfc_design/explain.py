@@ -35,9 +35,10 @@ def explanation(design: Design, texts: Sequence[str]) -> dict[str, Any]:
     if not isinstance(record, HierarchicalDesign | FuzzyRecord):
         raise UserError(f"design {design.name} is of kind {record.kind}: it has no rules")
     samples = [_sample(text) for text in texts]
-    for k, sample in enumerate(samples):
-        _check(design, sample, earlier=k > 0, alone=len(samples) == 1)
-    controller = Controller(_held(design) if len(samples) == 1 else design)
+    alone = len(samples) == 1
+    for sample in samples:
+        _check(design, sample, alone)
+    controller = Controller(_held(design) if alone else design)
     controller.remember(_memory(samples[0]))
     for sample in samples[:-1]:
         controller.step(sample)
@@ -60,7 +61,7 @@ def explanation(design: Design, texts: Sequence[str]) -> dict[str, Any]:
         "command": command,
         "accepted": float(plant.accepted(machine, command)),  # by the drive's converter
         "command_unit": plant.units["command"],
-        "adaptation_held": controller.design is not record,
+        "adaptation_held": alone and getattr(record, "adaptation", None) is not None,
     }
 
 
@@ -80,16 +81,18 @@ def _sample(text: str) -> Sample:
     return found
 
 
-def _check(design: Design, sample: Sample, earlier: bool, alone: bool) -> None:
+def _check(design: Design, sample: Sample, alone: bool) -> None:
     """Whether a sample holds what the controller reads and nothing else."""
     now, before = read_signals(design)
-    names = now if earlier else [*now, *before]
-    if isinstance(design.controller, FuzzyRecord) and before and not earlier:
+    names = [*now, *before] if alone else now
+    if isinstance(design.controller, FuzzyRecord) and before and alone:
         names.append("error_change")
     listed = ", ".join(names)
     for name in sample:
         if name not in names:
-            why = "the --at before says it" if name in before else f"{design.name} reads {listed}"
+            why = f"{design.name} reads {listed}"
+            if not alone and (name in before or name == "error_change"):
+                why = "several --at start from rest, and each is the one before the next"
             raise UserError(f"--at {name}={sample[name]:g}: no such signal; {why}")
     if "error_change" in sample and f"{PREVIOUS}error" in sample:
         raise UserError("--at: of error_change and previous_error only one can be given")
