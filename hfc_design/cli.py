@@ -195,8 +195,9 @@ def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: A
 
     Two inputs of seven terms and a singleton for each of the 49 rules, with product and weighted
     average. Triangles give an flc, or with --kind aflc one that adapts; Gaussians with flat tops
-    give a hierarchy of one unit. Whatever a design cannot hold is refused. A scenario takes an
-    flc or aflc as the start of a search with [controller] start = "NAME.json".
+    give a hierarchy of one unit. Whatever a design cannot hold is refused; within the ranges of its
+    inputs the design computes what FILE says. A scenario takes an flc or aflc as the start of a
+    search with [controller] start = "NAME.json".
     """
     from hfc_design.checkpoint import write_whole
     from hfc_design.importing import Wish, imported

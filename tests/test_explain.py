@@ -151,6 +151,21 @@ def test_what_was_read_before_is_the_sample_before(name):
     assert explanation(design, [text_of(second | remembered)])["command"] == runtime.step(second)
 
 
+def test_the_forms_p_and_pi_of_jk95():
+    """P reads no change; PI adds up what is inferred, from 0 before the first sample."""
+    p = explanation(changed("jee-koren-2004-flc", form="P"), ["error=10"])
+    change = {
+        label: degree for label, degree in p["units"][0]["column"]["degrees"].items() if degree
+    }
+    assert change == {"ZR": 1.0}
+    assert p["command"] == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
+    pi = changed("jee-koren-2004-flc", form="PI")
+    twice = explanation(pi, ["error=7", "error=7"])
+    assert twice["units"][0]["output"] == 8.0  # PS and no change
+    assert twice["parts"]["fuzzy"] == 32.0 + 8.0  # at first the change of 7 was PL, and PS-PL is PL
+    assert explanation(pi, ["error=7,error_change=0"])["parts"]["fuzzy"] == 8.0
+
+
 def test_alone_nothing_adapts_and_the_stable_range_still_bounds_the_table():
     design = load_design("jee-koren-2004-aflc")
     found = explanation(design, ["error=11,previous_error=12.3"])

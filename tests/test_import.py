@@ -313,6 +313,44 @@ def test_an_unknown_signal_is_asked_for(tmp_path):
         imported(changed(tmp_path, GAUSSIAN, "error", "torque", "deflection", "error"), Wish())
 
 
+SIGMA = "0.35355339059327379"
+OF_GAUSSIANS = [
+    ("range: -1 1", "range: -2 1", "line 2: input error: its range has to lie within -1 and 1"),
+    (f"{SIGMA} -0.9", "0.3 -0.9", "line 6: term f1: both flanks have to be equally wide"),
+    ("-1.10000000000000009", "-0.1", "line 6: term f1: its top may not fall"),
+    ("0.125", "0.0000000001", "line 8: term f3: its top may not fall, its width has to be 1e-9"),
+    ("f4 GaussianProduct 0 0", "f4 GaussianProduct 0 0.1 0", "line 9: term f4: only the height 1"),
+    ("f4 GaussianProduct 0 0.125", "f4 Gaussian 0.01 0.125 #", "both inputs need the same terms"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), OF_GAUSSIANS)
+def test_gaussians_that_are_not_those_of_a_hierarchy(tmp_path, old, new, message):
+    text = GAUSSIAN.read_text()
+    assert old in text
+    file = tmp_path / "mine.fll"
+    count = -1 if "f3" in message else 1
+    file.write_text(text.replace(old, new, count))
+    with pytest.raises(UserError) as caught:
+        imported(file, Wish())
+    assert str(caught.value).startswith(f"{file}: {message}")
+
+
+def test_one_input_of_gaussians_and_one_of_triangles(tmp_path):
+    straight, flat = (file.read_text().split("InputVariable") for file in (PYFUZZYLITE, GAUSSIAN))
+    file = tmp_path / "mine.fll"
+    text = "InputVariable".join([*straight[:2], *flat[2:]])
+    rules = [
+        f"  rule: if error is {label} and deflection is f{k} then unit_0 is r00"
+        for label in ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
+        for k in range(1, 8)
+    ]
+    kept = [line for line in text.splitlines() if "rule: " not in line]
+    file.write_text("\n".join(kept + rules))
+    with pytest.raises(UserError, match=r"one input has Gaussian terms and the other straight"):
+        imported(file, Wish())
+
+
 def changed(folder, file, *pairs):
     text = file.read_text()
     for old, new in zip(pairs[::2], pairs[1::2], strict=True):

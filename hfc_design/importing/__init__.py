@@ -1,4 +1,9 @@
-"""Readers of other programs' fuzzy controllers: a design that a search can start from."""
+"""Readers of other programs' fuzzy controllers: a design that a search can start from.
+
+Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
+them, where programs differ, its outermost terms stay 1. Nothing is approximated: what a design
+cannot hold is refused.
+"""
 
 import hashlib
 from collections.abc import Callable
