@@ -15,10 +15,10 @@ from hfc_design.importing.system import System
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design
 
-__all__ = ["FORMATS", "Wish", "imported"]
+__all__ = ["READERS", "Wish", "imported"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
-FORMATS: dict[str, Callable[[str], System]] = {".fll": fll.read, ".fis": fis.read}
+READERS: dict[str, Callable[[str], System]] = {".fll": fll.read, ".fis": fis.read}
 
 
 def imported(path: Path, wish: Wish) -> Design:
@@ -28,15 +28,15 @@ def imported(path: Path, wish: Wish) -> Design:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
     tables = path.is_dir() or path.suffix.lower() == ".csv"
-    if not tables and path.suffix.lower() not in FORMATS:
-        known = ", ".join(FORMATS)
+    if not tables and path.suffix.lower() not in READERS:
+        known = ", ".join(READERS)
         raise UserError(f"{path}: is neither {known} nor a folder of .csv tables")
     try:
         texts = {file.name: _text(file) for file in (csv_tables.files(path) if tables else [path])}
         if tables:
             system = csv_tables.read(texts)
         else:
-            system = FORMATS[path.suffix.lower()](texts[path.name])
+            system = READERS[path.suffix.lower()](texts[path.name])
         digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
         return design_of(system, wish, path, digests)
     except ValueError as error:
