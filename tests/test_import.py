@@ -15,6 +15,7 @@ from hfc_design.evaluate import evaluate, load_design
 from hfc_design.export import FORMATS
 from hfc_design.importing import Wish, imported
 from hfc_design.records import UserError
+from hfc_design.rulebase import design_json
 from hfc_design.runtime import Controller
 from hfc_design.scenarios import load_scenario
 
@@ -170,3 +171,14 @@ def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path):
     found = load_design(str(tmp_path / "run"))
     assert found.controller.kind == "aflc"
     assert evaluate(found, load_scenario(str(scenario), ["simulation.duration_s=1.0"])).fitness > 0
+
+
+def test_a_search_does_not_start_from_terms_that_it_would_move(tmp_path):
+    (tmp_path / "lopsided.fll").write_text(TEXTS["fll"])
+    found = imported(tmp_path / "lopsided.fll", Wish(signals=CHANGE))  # ZR is centred on 0.25
+    (tmp_path / "lopsided.json").write_text(design_json(found))
+    start = f"controller.start={tmp_path / 'lopsided.json'}"
+    with pytest.raises(
+        UserError, match=r"ZR of its error_terms is centred on 0.25; a search keeps"
+    ):
+        load_scenario("feed-drive-circle", ["controller.kind=flc", start])
