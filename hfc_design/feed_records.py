@@ -94,7 +94,7 @@ class FuzzyRecord(Record):
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
         for key in ("error_terms", "error_change_terms"):
-            if fault := _fault(getattr(self, key)):
+            if fault := terms_fault(getattr(self, key)):
                 raise ValueError(f"{key}: {fault}")
         return self
 
@@ -213,7 +213,7 @@ def _edges(terms: tuple[TriangleRecord, ...]) -> tuple[tuple[float, float, float
     )
 
 
-def _fault(terms: tuple[TriangleRecord, ...]) -> str | None:
+def terms_fault(terms: tuple[TriangleRecord, ...]) -> str | None:
     """What is wrong with a row of terms, in one line; None if nothing is."""
     if [term.label for term in terms] != list(LABELS):
         return f"has to hold the labels {', '.join(LABELS)} in this order"

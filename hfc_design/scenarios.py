@@ -160,6 +160,13 @@ class Scenario(Record):
                 f"controller.start: runs every {controller.start.sample_time_s} s, "
                 f"simulation.sample_time_s is {self.simulation.sample_time_s}"
             )
+        for key in ("error_terms", "error_change_terms"):
+            middle = getattr(controller.start, key)[TERMS // 2]
+            if middle.centre != 0.0:
+                raise ValueError(
+                    f"controller.start: {middle.label} of its {key} is centred on "
+                    f"{middle.centre}; a search keeps it on 0"
+                )
         if isinstance(self.search, SearchLinLee):
             raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
 
