@@ -29,6 +29,7 @@ from hfc_design.paths.trajectories import (
     largest_drive_speed,
 )
 from hfc_design.records import (
+    TERMS,
     Name,
     NotNegative,
     Record,
