@@ -102,10 +102,13 @@ def test_what_the_file_does_not_hold_comes_from_another_design(tmp_path):
     file.write_text(TEXTS["fll"])
     aflc = load_design("jee-koren-2004-aflc")
     adapting = controller_of(file, kind="aflc", signals=CHANGE)
-    assert adapting.adaptation == aflc.controller.adaptation
+    own = aflc.controller.adaptation.model_copy(update={"smallest_overlap": None})
+    assert adapting.adaptation == own
     assert adapting.rules == controller_of(file, signals=CHANGE).rules
-    like = controller_of(file, like="jee-koren-2004-aflc", sample_time=0.002, signals=CHANGE)
-    assert like == adapting.model_copy(update={"sample_time_s": 0.002})
+    with pytest.raises(UserError, match=r"smallest_overlap\.error = 3\.0: has to be at most"):
+        controller_of(file, like="jee-koren-2004-aflc", signals=CHANGE)  # whose terms are wider
+    like = controller_of(file, like=FLC, sample_time=0.002, signals=CHANGE)
+    assert like == controller_of(file, signals=CHANGE).model_copy(update={"sample_time_s": 0.002})
     root = controller_of(GAUSSIAN, like="lin-lee-1999-table-1")
     assert (root.pd.kp, root.output_scale) == (758.405, 10.0)
     assert {item.name: item.scale for item in root.inputs} == {"error": 50.0, "deflection": 80.0}

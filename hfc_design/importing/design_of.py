@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,7 +63,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
         controller["sample_time_s"] = wish.sample_time
     signals = _signals(system, wish.signals)
     make = _hierarchy if kind == HIERARCHY else _fuzzy
-    data = {
+    data: dict[str, Any] = {
         "name": _name(wish, path),
         "plant": plant,
         "controller": make(controller, system, signals, plant_name),
@@ -72,6 +73,8 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
             "terms": {item.name: [term.label for term in item.terms] for item in system.inputs},
         },
     }
+    if kind == "aflc" and wish.like is None:
+        data["controller"] = _with_room(data["controller"])
     return checked(Design, data, path, path.parent)
 
 
@@ -141,6 +144,17 @@ def _fuzzy(
         "error_change_terms": _dumped(system.inputs[1 - row]),
         "rules": {"labels": nearest_labels(table), "centroids": table},
     }
+
+
+def _with_room(controller: dict[str, Any]) -> dict[str, Any]:
+    """An aflc; with overlaps of one step where they are too wide for its terms."""
+    overlaps = controller["adaptation"]["smallest_overlap"]
+    for key, overlap in overlaps.items():
+        centres = [term["centre"] for term in controller[f"{key}_terms"]]
+        if overlap > min(b - a for a, b in pairwise(centres)):
+            adaptation = controller["adaptation"] | {"smallest_overlap": None}
+            return controller | {"adaptation": adaptation}
+    return controller
 
 
 def _dumped(item: Input) -> list[dict[str, Any]]:
