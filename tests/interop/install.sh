@@ -2,7 +2,7 @@
 # What the read-back tests of the export formats need; as root on Debian, else only what pip gives.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-packages=(gcc)
+packages=(gcc g++ clang)
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
     DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -y -qq \
