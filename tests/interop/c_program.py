@@ -34,9 +34,8 @@ def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     name = c_source.c_name(design)
     (folder / "main.c").write_text(main.format(name=name))
     sources = [folder / f"{name}.c", folder / "main.c"]
-    libraries = [] if "-nostdlib" in flags else ["-lm"]
-    command = [compiler, "-std=c99", *WARNINGS.split(), "-O2", *flags, *sources, "-o", folder / "program"]
-    subprocess.run([*command, *libraries], check=True, capture_output=True, text=True)
+    command = [compiler, "-std=c99", *WARNINGS.split(), "-O2", *flags, *sources, "-lm"]
+    subprocess.run([*command, "-o", folder / "program"], check=True)
     return folder / "program"
 
 
