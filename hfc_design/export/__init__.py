@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hfc_design.export import csv_tables, fcl, fll, fml, json_file
+from hfc_design.export import c_source, csv_tables, json_file
 from hfc_design.rulebase import Design
 
 #: Format -> (what it writes, writer). A writer takes a design and a path that does not exist.
@@ -14,4 +15,5 @@ FORMATS: dict[str, tuple[str, Callable[[Design, Path], None]]] = {
     "fcl": ("a folder with Fuzzy Control Language of IEC 61131-7, one block a unit", fcl.write),
     "fcl-jfuzzylogic": ("the same in the dialect of jFuzzyLogic", fcl.write_jfuzzylogic),
     "fml": ("a folder with Fuzzy Markup Language (IEEE 1855), one system a unit", fml.write),
+    "c": ("a folder with the controller in C99, adaptation and all", c_source.write),
 }
