@@ -159,19 +159,26 @@ def simulate(
 @click.argument("design")
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
 @click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
-def export(design: str, target: str, out: Path | None) -> None:
+@click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
+def export(design: str, target: str, out: Path | None, lookup: int | None) -> None:
     """Write DESIGN for another program."""
     from hfc_design.evaluate import load_design
-    from hfc_design.export import FORMATS
+    from hfc_design.export import FORMATS, c_source
     from hfc_design.records import UserError
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
+    if lookup is not None and target != "c":
+        raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design)
     path = out or Path(f"{found.name}.{target}")
     if path.exists():
         raise UserError(f"--out {path}: exists already; name another path")
-    FORMATS[target][1](found, path)
+    if lookup is None:
+        FORMATS[target][1](found, path)
+    else:
+        deviation = c_source.write_lookup(found, path, lookup)
+        click.echo(f"largest deviation from the exact command: {deviation:.2g}")
     click.echo(path)
 
 
