@@ -1,6 +1,6 @@
 """A component of LinuxCNC's HAL, the files that wire it, and a simulated machine to close the loop.
 
-The component includes the C code of ``--to c``: there is one control law.
+The component includes the C code of ``--to c``, so there is one control law.
 """
 
 import hashlib
@@ -14,9 +14,9 @@ from hfc_design.export.templates import rendered, write_folder
 from hfc_design.export.units import facts, identifier
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design
-from plants import PLANTS
+from plants import PLANTS, Plant
 
-#: Characters of a component's name: its longest pin, .N.deflection-rate, has to fit into 47.
+#: Characters of a component's name: its longest pin, NAME.0.spindle-velocity, has to fit into 47.
 LONGEST_NAME = 28
 #: Plant -> pin of its component with the position itself, not what an encoder makes of it.
 TRUE_POSITION = {"c-axis": "spindle_angle", "feed-drive": "true_position"}
@@ -32,27 +32,25 @@ def write(design: Design, path: Path) -> None:
         UserError: the design cannot run on HAL.
         RunError: the folder cannot be written.
     """
-    loop: Loop | None = None
-    reason = ""
-    try:
-        loop = simulated_loop(design)
-    except UserError as error:
-        reason = str(error)
-    values = _values(design) | {"machine": loop, "axes": list(loop.axes) if loop else [""], "reason": _plain(reason)}
-    texts = {
+    values = _values(design)
+    templates = {
         f"{values['component']}.comp": "controller.comp.j2",
         "controller.hal": "controller.hal.j2",
         "README.md": "README.md.j2",
     }
-    if loop:
-        texts["loop.hal"] = "loop.hal.j2"
-    files = {
-        name: rendered(f"linuxcnc/{template}", design, **values)
-        for name, template in texts.items()
-    }
-    if loop:
+    files = {}
+    loop: Loop | None = None
+    try:
+        loop = simulated_loop(design)
+    except UserError as error:
+        values["reason"] = _plain(str(error))
+    else:
+        templates["loop.hal"] = "loop.hal.j2"
         files[f"{values['plant']}.comp"] = plant_component(design)
         files["reference.txt"] = loop.reference
+    values |= {"machine": loop, "axes": list(loop.axes) if loop else [""]}
+    for name, template in templates.items():
+        files[name] = rendered(f"linuxcnc/{template}", design, **values)
     c_source.write(design, path)
     write_folder(path, files)
 
@@ -75,47 +73,52 @@ def _values(design: Design) -> dict[str, Any]:
             f"design {design.name}: controller.sample_time_s = {every}: the period of a HAL thread "
             "is 1e-6 to 1"
         )
+    return _signals(design, plant) | {
+        "component": component_name(design),
+        "controller": c_source.c_name(design),
+        "head": [_plain(line) for line in facts(design)],
+        "every": every,
+        "nanoseconds": round(every * 1e9),
+        "adapts": getattr(design.controller, "adaptation", None) is not None,
+        "plant": f"hfc_{identifier(plant.name)}",
+        "plant_name": plant.name,
+        "command_unit": plant.units["command"],
+        "load_unit": plant.units["load"],
+        "true_position": TRUE_POSITION[plant.name],
+    }
+
+
+def _signals(design: Design, plant: Plant) -> dict[str, Any]:
+    """What the controller reads; an error comes in as the two values that it is between."""
     read = c_source.signals(design)
-    units = plant.units | {plant.position: plant.units["error"]}
-    unknown = [name for name in read if name not in units]
-    if unknown:
-        raise UserError(
-            f"design {design.name}: reads {unknown[0]}, which is no signal of the {plant.name}"
-        )
-    # An error comes in as the two values that it is the difference of.
+    for name in read:
+        if name not in plant.units:
+            raise UserError(
+                f"design {design.name}: reads {name}, which is no signal of the {plant.name}"
+            )
     pairs = {
         "error": ("reference", plant.position),
         "error_rate": ("reference_rate", plant.velocity),
     }
-    needed = [pin for name in read for pin in pairs.get(name, (name,))]
-    units |= {"reference": units["error"], "reference_rate": units["error_rate"]}
+    sources = {name: pairs.get(name, (name,)) for name in read}
+    units = plant.units | {
+        "reference": plant.units["error"],
+        "reference_rate": plant.units["error_rate"],
+        plant.position: plant.units["error"],
+    }
     return {
-        "component": component_name(design),
-        "controller": c_source.c_name(design),
-        "design_plant": plant.name,
-        "adapts": getattr(design.controller, "adaptation", None) is not None,
+        "position": plant.position,
+        "inputs": {name: " - ".join(f"{pin}_" for pin in pins) for name, pins in sources.items()},
+        "pins": {pin: units[pin] for pins in sources.values() for pin in pins},
         "meanings": {
             "reference": "where the axis should be",
             "reference_rate": "how fast it should be",
             plant.position: "where it is",
             plant.velocity: "how fast it is",
         },
-        "plant": f"hfc_{identifier(plant.name)}",
-        "every": every,
-        "head": [_plain(line) for line in facts(design)],
-        "nanoseconds": round(every * 1e9),
-        "command_unit": plant.units["command"],
-        "load_unit": plant.units["load"],
-        "position": plant.position,
-        "true_position": TRUE_POSITION[plant.name],
-        "velocity": plant.velocity,
-        "pins": {pin: units[pin] for pin in needed},
-        "inputs": {
-            name: " - ".join(f"{pin}_" for pin in pairs.get(name, (name,))) for name in read
-        },
     }
 
 
 def _plain(line: str) -> str:
-    """A line without anything that a comment or a string of some language could end with."""
+    """A line without anything that could end a comment or a string."""
     return re.sub(r"[^\w .,:()+-]", "_", line, flags=re.ASCII)

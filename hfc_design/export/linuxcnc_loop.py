@@ -7,11 +7,15 @@ import numpy as np
 
 from hfc_design.evaluate import machine, own_scenario
 from hfc_design.export.templates import rendered
+from hfc_design.export.units import identifier
+from hfc_design.records import UserError
 from hfc_design.rulebase import Design
 from plants import PLANTS
 
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
 MOST_ROWS = 2000
+#: Characters of an axis' name: AXIS-machine.positive-curvature has to fit into 47.
+LONGEST_AXIS = 20
 
 Coefficients = list[tuple[str, float]]
 
@@ -41,7 +45,7 @@ def simulated_loop(design: Design) -> Loop:
     for axis in samples.axes:
         columns += [axis.reference, axis.reference_rate, _mean(axis.loads)]
     table = np.stack(columns, axis=1)[:MOST_ROWS]
-    names = [f"{name}-" for name in plants.axes] or [""]
+    names = [_prefix(name) for name in plants.axes] or [""]
     return Loop(
         scenario.name,
         {
@@ -66,6 +70,13 @@ def plant_component(design: Design) -> str:
 def coefficients(plant: str, parameters: Any) -> Coefficients:
     """The coefficients of a machine by name; those of a part have the part's name before theirs."""
     return list(_flat("", PLANTS[plant].coefficients(parameters)))
+
+
+def _prefix(axis: str) -> str:
+    """What the names of an axis begin with."""
+    if len(axis) > LONGEST_AXIS:
+        raise UserError(f"plant.axes.{axis}: the names of HAL leave {LONGEST_AXIS} characters")
+    return f"{identifier(axis)}-"
 
 
 def _flat(prefix: str, record: Any) -> Iterator[tuple[str, float]]:
