@@ -62,7 +62,8 @@ class Session:
         try:
             return self.call("halrun", file, cwd=folder, timeout=timeout)
         except BaseException:
-            subprocess.run(["halrun", "-U"], env=self.environment, capture_output=True, timeout=60)
+            down = ["halrun", "-U"]
+            subprocess.run(down, env=self.environment, capture_output=True, timeout=60, check=False)
             raise
 
     def put_back(self):
@@ -79,7 +80,7 @@ def session():
         raise Unusable(f"{MODULES} cannot be written, components are installed there as root")
     with open(Path(tempfile.gettempdir()) / "hfc-design-hal.lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if subprocess.run([REALTIME, "status"], capture_output=True).returncode == 0:
+        if subprocess.run([REALTIME, "status"], capture_output=True, check=False).returncode == 0:
             raise Unusable("HAL runs already on this machine")
         with tempfile.TemporaryDirectory() as folder:
             os.chown(folder, NOBODY, -1)
@@ -90,9 +91,13 @@ def session():
                 found.put_back()
 
 
-def write_rows(path, rows):
-    """Samples (n, columns) as halstreamer reads them."""
-    path.write_text("".join(" ".join(map(repr, row)) + "\n" for row in np.asarray(rows).tolist()))
+def write_rows(path, kinds, columns):
+    """Columns (n,) as halstreamer reads them, one of "f" a number and one of "b" a bit."""
+    texts = [
+        [repr(float(x)) if kind == "f" else str(int(x)) for x in column]
+        for kind, column in zip(kinds, columns, strict=True)
+    ]
+    path.write_text("".join(" ".join(row) + "\n" for row in zip(*texts, strict=True)))
 
 
 OPEN_LOOP = """
@@ -103,28 +108,25 @@ addf streamer.0 servo-thread
 source controller.hal
 addf sampler.0 servo-thread
 {nets}
-net {axis}error => sampler.0.pin.0
-net {axis}command => sampler.0.pin.1
-net fault {axis}controller.fault => sampler.0.pin.2
+net error => sampler.0.pin.0
+net command => sampler.0.pin.1
+net fault controller.fault => sampler.0.pin.2
 loadusr -w halstreamer in.txt
 start
 loadusr -w halsampler -n {count} out.txt
 """
 
 
-def open_loop(hal, folder, period, pins, *extra, axis="", kinds=None):
+def open_loop(hal, folder, period, pins, *extra, kinds=None):
     """(n, 3) error, command, fault for the samples in ``pins``: pin -> (n,)."""
-    write_rows(folder / "in.txt", np.stack(list(pins.values()), axis=1))
-    nets = [
-        f"net {axis}{pin} streamer.0.pin.{k} => {axis}controller.{pin}"
-        for k, pin in enumerate(pins)
-    ]
+    kinds = kinds or "f" * len(pins)
+    write_rows(folder / "in.txt", kinds, pins.values())
+    nets = [f"net {pin} streamer.0.pin.{k} => controller.{pin}" for k, pin in enumerate(pins)]
     count = len(next(iter(pins.values())))
     text = OPEN_LOOP.format(
         period=period,
-        kinds=kinds or "f" * len(pins),
+        kinds=kinds,
         nets="\n".join([*nets, *extra]),
-        axis=axis,
         count=count,
     )
     (folder / "open.hal").write_text(text)

@@ -1,10 +1,12 @@
 """The exported component in LinuxCNC's HAL, without hardware and without a real-time kernel."""
 
+import subprocess
+
 import feed_oracle
 import jax
 import numpy as np
 import pytest
-from hal_session import Unusable, open_loop, session
+from hal_session import open_loop
 
 from hfc_design import runtime
 from hfc_design.evaluate import evaluate, own_scenario
@@ -19,17 +21,6 @@ pytestmark = pytest.mark.interop
 #: HAL's text has six decimals.
 TEXT = 5.001e-7
 C_AXIS = ("error", "error_rate", "deflection", "deflection_rate", "spindle_velocity")
-
-
-@pytest.fixture
-def hal(program):
-    program("halcompile")
-    program("halrun")
-    try:
-        with session() as found:
-            yield found
-    except Unusable as error:
-        pytest.skip(str(error))
 
 
 def exported(hal, design, folder):
@@ -200,4 +191,58 @@ def test_published_aflc_moves_as_the_runtime_on_the_plant(hal, tmp_path):
                 command = controller.step({"error": error})
                 wanted = (error, command, float(state.position))
                 assert abs(seen[:, k] - wanted).max() <= 1e-6
-                state = move(fixed, state, float(min(max(round(command), -128), 127)), (0.0,) * 3, 0.01)
+                state = move(
+                    fixed, state, float(min(max(round(command), -128), 127)), (0.0,) * 3, 0.01
+                )
+
+
+def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
+    design = with_controller(named_design("jee-koren-2004-aflc"), sample_time_s=0.001)
+    folder = exported(hal, design, tmp_path / "out")
+    error = np.array(feed_oracle.errors(600, 3))
+    enable = np.ones(600)
+    enable[300:310] = 0
+    pins = {"reference": error.copy(), "position": np.zeros(600), "enable": enable}
+    pins["reference"][500] = np.nan
+    found = open_loop(hal, folder, 1000000, pins, "setp controller.limit 20", kinds="ffb")
+    controller = runtime.Controller(design)
+    for k, (_, command, fault) in enumerate(found):
+        wanted = 0.0
+        if not enable[k]:
+            controller.reset()
+        elif k != 500:
+            wanted = min(max(controller.step({"error": float(error[k])}), -20.0), 20.0)
+        assert fault == (k == 500)
+        assert abs(command - wanted) <= 1e-6
+    assert (abs(found[:, 1]) == 20.0).any()
+
+
+def test_a_thread_of_another_period_is_a_fault(hal, tmp_path):
+    design = named_design("lin-lee-1999-table-1")
+    folder = exported(hal, design, tmp_path / "out")
+    found = open_loop(hal, folder, 2000000, {"reference": np.ones(20)})
+    assert (found == [1.0, 0.0, 1.0]).all()
+
+
+def test_longest_names_fit_into_hal(hal, tmp_path):
+    name = "a.name-of_64-characters-" + "x" * 40
+    design = named_design("lin-lee-1999-table-1").model_copy(update={"name": name})
+    folder = exported(hal, design, tmp_path / "out")
+    component = linuxcnc.component_name(design)
+    (folder / "names.hal").write_text(
+        f"loadrt {component}\nloadrt hfc_c_axis\nshow pin\nshow param\n"
+    )
+    shown = hal.run(folder, "names.hal")
+    prefix = component.replace("_", "-")
+    assert f"{prefix}.0.spindle-velocity" in shown
+    assert "hfc-c-axis.0.friction-inverse-stribeck-velocity" in shown
+
+
+def test_a_session_that_hangs_is_ended(hal, tmp_path):
+    (tmp_path / "hangs.hal").write_text(
+        "loadrt sampler depth=10 cfg=f\nloadusr -w halsampler -n 9 out.txt\n"
+    )
+    with pytest.raises(subprocess.TimeoutExpired):
+        hal.run(tmp_path, "hangs.hal", timeout=3)
+    (tmp_path / "next.hal").write_text("show comp\n")
+    assert "sampler" not in hal.run(tmp_path, "next.hal")
