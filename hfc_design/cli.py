@@ -178,7 +178,7 @@ def export(design: str, target: str, out: Path | None, lookup: int | None) -> No
         FORMATS[target][1](found, path)
     else:
         deviation = c_source.write_lookup(found, path, lookup)
-        click.echo(f"largest deviation from the exact command: {deviation:.2g}")
+        click.echo(f"largest deviation from the exact command: {deviation}")
     click.echo(path)
 
 

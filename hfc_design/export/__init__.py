@@ -9,10 +9,7 @@ from hfc_design.rulebase import Design
 #: Format -> (what it writes, writer). A writer takes a design and a path that does not exist.
 FORMATS: dict[str, tuple[str, Callable[[Design, Path], None]]] = {
     "json": ("the design file itself", json_file.write),
-    "c": ("a folder with the controller in C99, adaptation and all", c_source.write),
     "csv": ("a folder with one labelled rule table a unit, and manifest.csv", csv_tables.write),
-    "linuxcnc": (
-        "a folder with a HAL component, its wiring and a simulated machine",
-        linuxcnc.write,
-    ),
+    "c": ("a folder with the controller in C99, adaptation and all", c_source.write),
+    "linuxcnc": ("a folder with a HAL component and a simulated machine", linuxcnc.write),
 }

@@ -8,7 +8,7 @@ from typing import Any
 from hfc_design.export.c_lookup import lookup
 from hfc_design.export.templates import rendered, write_folder
 from hfc_design.export.units import UNITS, facts, identifier, rule_units
-from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign, SoflcDesign
+from hfc_design.feed_records import AflcDesign, FlcDesign, PidDesign, SoflcDesign
 from hfc_design.laws import aflc, root_unit
 from hfc_design.laws.adaptation import ALIKE, PERFORMANCE, ZR, blamed_aflc, blamed_soflc
 from hfc_design.laws.flc import MM_PER_BLU, SCALARS, STANDSTILL
@@ -24,12 +24,12 @@ SIGNAL_UNITS = {
     "velocity": "BLU/s",
 }
 #: Words that no member of a struct can be called.
-KEYWORDS = set(
+KEYWORDS = (
     "auto break case char const continue default do double else enum extern float for goto if "
     "inline int long register restrict return short signed sizeof static struct switch typedef "
     "union unsigned void volatile while asm bool catch class delete explicit export false friend "
     "linux mutable namespace new operator private protected public template this throw true try "
-    "typeid typename typeof unix using virtual".split()
+    "typeid typename typeof unix using virtual"
 )
 
 
@@ -43,11 +43,11 @@ def write(design: Design, path: Path) -> None:
     _write(design, path, _parts(design))
 
 
-def write_lookup(design: Design, path: Path, points: int) -> float:
+def write_lookup(design: Design, path: Path, points: int) -> str:
     """The same without ``exp``: degrees tabulated at ``points`` values, linear in between.
 
     Returns:
-        The largest deviation from the exact command that was found, in units of the command.
+        The largest deviation from the exact command that was found, with the command's unit.
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``write``.
@@ -61,7 +61,7 @@ def write_lookup(design: Design, path: Path, points: int) -> float:
         )
     found = lookup(controller, points)
     _write(design, path, _parts(design) | {"lookup": found, "exponential": False})
-    return found.deviation
+    return f"{found.deviation:.2g} {_command_unit(design)}"
 
 
 def c_name(design: Design) -> str:
@@ -80,7 +80,7 @@ def signals(design: Design) -> dict[str, str]:
     elif not isinstance(controller, PdDesign | PidDesign) and controller.low_velocity:
         names.append("velocity")
     for name in names:
-        if name in KEYWORDS or name.startswith("_"):
+        if name in KEYWORDS.split() or name.startswith("_"):
             raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
     units = SIGNAL_UNITS | {"error": UNITS.get(design.plant.name, ("",))[0]}
     return {identifier(name): units.get(name, "") for name in names}
@@ -92,7 +92,7 @@ def _write(design: Design, path: Path, parts: dict[str, Any]) -> None:
         "name": name,
         "head": [re.sub(r"[^\w .,:()+-]", "_", line, flags=re.ASCII) for line in facts(design)],
         "signals": signals(design),
-        "command_unit": UNITS.get(design.plant.name, ("", "unit"))[1],
+        "command_unit": _command_unit(design),
         "every": design.controller.sample_time_s,
         "alike": ALIKE,
         "performance": PERFORMANCE,
@@ -101,6 +101,10 @@ def _write(design: Design, path: Path, parts: dict[str, Any]) -> None:
     templates = {"h": "c/header.h.j2", "c": "c/source.c.j2"}
     texts = {f"{name}.{end}": rendered(file, design, **values) for end, file in templates.items()}
     write_folder(path, texts)
+
+
+def _command_unit(design: Design) -> str:
+    return UNITS.get(design.plant.name, ("", "unit"))[1]
 
 
 def _parts(design: Design) -> dict[str, Any]:

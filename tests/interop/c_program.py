@@ -6,7 +6,7 @@ import numpy as np
 
 from hfc_design.export import c_source
 
-WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion".split()
+WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion"
 MAIN = """
 #include <stdio.h>
 #include "{name}.h"
@@ -35,7 +35,7 @@ def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     (folder / "main.c").write_text(main.format(name=name))
     sources = [folder / f"{name}.c", folder / "main.c"]
     libraries = [] if "-nostdlib" in flags else ["-lm"]
-    command = [compiler, "-std=c99", *WARNINGS, "-O2", *flags, *sources, "-o", folder / "program"]
+    command = [compiler, "-std=c99", *WARNINGS.split(), "-O2", *flags, *sources, "-o", folder / "program"]
     subprocess.run([*command, *libraries], check=True, capture_output=True, text=True)
     return folder / "program"
 
