@@ -4,15 +4,15 @@ import subprocess
 
 import feed_oracle
 import jax
+import made_up
 import numpy as np
 import pytest
 from hal_session import open_loop
 
 from hfc_design import runtime
 from hfc_design.evaluate import evaluate, own_scenario
-from hfc_design.export import linuxcnc
-from hfc_design.feed_records import CompensationRecord
-from hfc_design.rulebase import AdaptationRecord, named_design
+from hfc_design.export import c_source, linuxcnc
+from hfc_design.rulebase import named_design
 from hfc_design.scenarios import load_scenario
 from plants import feed_drive
 
@@ -20,7 +20,6 @@ pytestmark = pytest.mark.interop
 
 #: HAL's text has six decimals.
 TEXT = 5.001e-7
-C_AXIS = ("error", "error_rate", "deflection", "deflection_rate", "spindle_velocity")
 
 
 def exported(hal, design, folder):
@@ -33,18 +32,17 @@ def with_controller(design, **changes):
     return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
 
 
-def random_hierarchy():
-    """Another table than the paper's, with an input of the sample before and a root that adapts."""
-    design = named_design("lin-lee-1999-table-1")
-    random = np.random.default_rng(7)
-    units = tuple(
-        unit.model_copy(
-            update={"consequents": tuple(map(tuple, random.uniform(-2, 2, (7, 7)).tolist()))}
-        )
-        for unit in design.controller.units
-    )
-    adaptation = AdaptationRecord(largest_move=0.7, k_c=0.01)
-    return with_controller(design, units=units, adaptation=adaptation)
+def around(design, count):
+    """Random signals for a design of the C-axis: its universe, corners, centre and beyond."""
+    random = np.random.default_rng(1)
+    inputs = getattr(design.controller, "inputs", ())
+    reach = {item.name.removeprefix("previous_"): 1.0 / item.scale for item in inputs}
+    signals = {}
+    for name in c_source.signals(design):
+        values = random.uniform(-1.3, 1.3, count)
+        values[:7] = [0.0, 1.0, 1.0, -1.0, -1.0, 30.0, -30.0]
+        signals[name] = reach.get(name, 0.1) * values
+    return signals
 
 
 @pytest.mark.parametrize(
@@ -52,50 +50,33 @@ def random_hierarchy():
     [
         named_design("lin-lee-1999-table-1"),
         named_design("lin-lee-1999-table-2"),
-        random_hierarchy(),
+        made_up.hierarchy(3, inputs=4),
+        made_up.hierarchy(4, adaptation={"largest_move": 0.7, "k_c": 0.01}),
         named_design("pd-only"),
     ],
-    ids=["table-1", "table-2", "random", "pd"],
+    ids=["table-1", "table-2", "random", "adapts", "pd"],
 )
 def test_c_axis_controllers_do_what_the_runtime_does(hal, design, tmp_path):
     folder = exported(hal, design, tmp_path / "out")
-    random = np.random.default_rng(1)
-    size = {"error": 0.03, "error_rate": 0.2, "deflection": 0.02, "deflection_rate": 0.08}
-    signals = {n: size.get(n, 0.08) * random.uniform(-1, 1, 2000) for n in C_AXIS}
-    for name, edge in zip(C_AXIS, (0.02, 1.0, 0.0125, 0.05, 0.05), strict=True):
-        signals[name][:5] = [0.0, edge, -edge, 9.0, -9.0]  # centre, corners, beyond
+    signals = around(design, 2000)
+    velocity = signals.setdefault("spindle_velocity", np.zeros(2000))
     pins = {
-        "reference": signals["error"],
-        "reference-rate": signals["error_rate"] + signals["spindle_velocity"],
-        "spindle-velocity": signals["spindle_velocity"],
+        "reference": signals["error"] + 0.01,
+        "spindle-angle": np.full(2000, 0.01),
+        "reference-rate": signals["error_rate"] + velocity,
+        "spindle-velocity": velocity,
     }
-    reads = (folder / "controller.hal").read_text()
-    for pin in ("deflection", "deflection-rate"):
-        if f"controller.{pin} " in reads:
-            pins[pin] = signals[pin.replace("-", "_")]
+    for name in signals.keys() & {"deflection", "deflection_rate"}:
+        pins[name.replace("_", "-")] = signals[name]
     found = open_loop(hal, folder, 1000000, pins)
 
+    signals["error"] = pins["reference"] - pins["spindle-angle"]
+    signals["error_rate"] = pins["reference-rate"] - velocity
     controller = runtime.Controller(design)
-    rate = pins["reference-rate"] - pins["spindle-velocity"]
     for k, (error, command, fault) in enumerate(found):
-        sample = {name: float(values[k]) for name, values in signals.items()}
-        sample["error_rate"] = float(rate[k])
-        assert (abs(error - sample["error"]), fault) <= (TEXT, 0)
-        assert abs(command - controller.step(sample)) <= 1e-6
-
-
-def compensated():
-    """JK04's fuzzy controller with its integral term and compensation of friction."""
-    low_velocity = CompensationRecord(
-        forward=(0.05, -1.16, 6.54),
-        backward=(-0.04, -1.0, -6.43),
-        highest_velocity_mm_s=12.0,
-        breakaway=(6.54, -6.43),
-        smallest_error=1.0,
-    )
-    return with_controller(
-        named_design("jee-koren-2004-flc"), integral_gain=8.0, low_velocity=low_velocity
-    )
+        wanted = controller.step({name: float(values[k]) for name, values in signals.items()})
+        assert (abs(error - signals["error"][k]), fault) <= (TEXT, 0)
+        assert abs(command - wanted) <= 1e-6
 
 
 @pytest.mark.parametrize(
@@ -105,9 +86,10 @@ def compensated():
         named_design("jee-koren-2004-aflc"),
         named_design("jee-koren-1995-soflc"),
         named_design("jee-koren-2004-pid"),
-        compensated(),
+        made_up.fuzzy("flc", 3, form="PI"),
+        made_up.fuzzy("aflc", 4),
     ],
-    ids=["flc", "aflc", "soflc", "pid", "compensated"],
+    ids=["flc", "aflc", "soflc", "pid", "random-flc", "random-aflc"],
 )
 def test_feed_drive_controllers_do_what_the_runtime_does(hal, design, tmp_path):
     design = with_controller(design, sample_time_s=0.001)  # ten times as fast, to wait less

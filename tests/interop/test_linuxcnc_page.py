@@ -2,15 +2,17 @@
 
 import re
 import shlex
-import sys
+from contextlib import chdir
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
 
 pytestmark = pytest.mark.interop
 
 PAGE = Path(__file__).parents[2] / "docs" / "linuxcnc.md"
-HFC = [sys.executable, "-c", "from hfc_design.cli import main; main()"]
 
 
 def transcript(hal, block, folder):
@@ -26,10 +28,12 @@ def transcript(hal, block, folder):
             continue
         if words[0] == "halcompile":
             hal.about_to_install(Path(words[-1]).stem)
-        if words[0] == "halrun":
+        if words[0] == "hfc":
+            with chdir(folder):
+                printed = CliRunner().invoke(main, words[1:]).output
+        elif words[0] == "halrun":
             printed = hal.run(folder, words[1])
         else:
-            words = [*HFC, *words[1:]] if words[0] == "hfc" else words
             printed = hal.call(*words, cwd=folder)
         lines += [shown.rstrip() for shown in printed.splitlines()]
     return "\n".join(lines) + "\n"
