@@ -154,6 +154,10 @@ def test_without_its_scenario_there_is_a_controller_and_a_reason(tmp_path):
     ("design", "said"),
     [
         (with_controller(TABLE_1, sample_time_s=2.0), "controller.sample_time_s = 2.0: the period"),
+        (
+            TABLE_1.model_copy(update={"plant": AFLC.plant.model_copy(update={"name": "lathe"})}),
+            "HAL has no component of the plant lathe",
+        ),
         (AFLC.model_copy(update={"controller": TABLE_1.controller}), "reads deflection, which is"),
     ],
 )

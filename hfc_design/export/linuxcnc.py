@@ -66,6 +66,12 @@ def component_name(design: Design) -> str:
 
 def _values(design: Design) -> dict[str, Any]:
     """What every template reads."""
+    if design.plant.name not in TRUE_POSITION:
+        known = ", ".join(TRUE_POSITION)
+        raise UserError(
+            f"design {design.name}: HAL has no component of the plant {design.plant.name}; there "
+            f"is {known}"
+        )
     plant = PLANTS[design.plant.name]
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:

@@ -9,6 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
+from hfc_design.export import linuxcnc
+from hfc_design.rulebase import named_design
 
 pytestmark = pytest.mark.interop
 
@@ -42,3 +44,28 @@ def transcript(hal, block, folder):
 def test_page_shows_what_the_commands_print(hal, tmp_path):
     (block,) = re.findall(r"```console\n(.*?)```", PAGE.read_text(), re.S)
     assert transcript(hal, block, tmp_path) == block
+
+
+MOTION = """loadrt tpmod
+loadrt homemod
+loadrt trivkins
+loadrt motmod servo_period_nsec=10000000 num_joints=2
+addf motion-command-handler servo-thread
+addf motion-controller servo-thread
+"""
+
+
+def test_lines_for_a_machine_fit_linuxcnc_itself(hal, tmp_path):
+    (block,) = re.findall(r"```text\n(.*?)```", PAGE.read_text(), re.S)
+    linuxcnc.write(named_design("jee-koren-2004-aflc"), tmp_path / "out")
+    hal.install(tmp_path / "out")
+    (tmp_path / "out" / "machine.hal").write_text(f"{MOTION}{block}start\nshow thread\n")
+    shown = hal.run(tmp_path / "out", "machine.hal")
+    assert re.findall(r"^ +\d+ (\S+)", shown, re.M) == [
+        "motion-command-handler",
+        "motion-controller",
+        "x-blu",
+        "y-blu",
+        "x-controller",
+        "y-controller",
+    ]
