@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hfc_design.export import csv_tables, fcl, fll, fml, json_file
 from hfc_design.export import c_source, csv_tables, json_file
+from hfc_design.export import c_source, csv_tables, json_file, linuxcnc
 from hfc_design.rulebase import Design
 
 #: Format -> (what it writes, writer). A writer takes a design and a path that does not exist.
@@ -16,4 +17,5 @@ FORMATS: dict[str, tuple[str, Callable[[Design, Path], None]]] = {
     "fcl-jfuzzylogic": ("the same in the dialect of jFuzzyLogic", fcl.write_jfuzzylogic),
     "fml": ("a folder with Fuzzy Markup Language (IEEE 1855), one system a unit", fml.write),
     "c": ("a folder with the controller in C99, adaptation and all", c_source.write),
+    "linuxcnc": ("a folder with a HAL component and a simulated machine", linuxcnc.write),
 }

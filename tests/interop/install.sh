@@ -5,8 +5,10 @@ cd "$(dirname "$0")/../.."
 packages=(gcc)
 packages+=(fuzzylite) # FLL, FCL
 packages=(gcc g++ clang)
+linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
+    apt-cache show "${linuxcnc[@]}" >/dev/null 2>&1 && packages+=("${linuxcnc[@]}")
     DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -y -qq \
         --no-install-recommends "${packages[@]}" >/dev/null
 fi
