@@ -145,7 +145,7 @@ def test_a_seed_run_twice_counts_once(tmp_path):
     assert group.fitness.tolist() == [1.0, 2.0]
     assert len(group.runs) == 3
     assert hfc("report", tmp_path).exit_code == 0
-    assert "1 runs repeat settings and seed" in (tmp_path / "report.html").read_text()
+    assert "settings and seed (1)" in (tmp_path / "report.html").read_text()
 
 
 def test_runs_outside_of_batches_are_told_apart_by_their_configuration(tmp_path):
@@ -169,6 +169,21 @@ def test_runs_outside_of_batches_are_told_apart_by_their_configuration(tmp_path)
     ]
 
 
+def test_a_damaged_configuration_belongs_to_no_group(tmp_path):
+    for name, text in (("one", 'name = "mine"\n[run]\nseed = 3\n'), ("two", "name = ")):
+        run_folder(tmp_path / name, 1.0)
+        (tmp_path / name / "config.toml").write_text(text)
+    (tmp_path / "loop").symlink_to(tmp_path)
+    run_folder(tmp_path / "three", 1.0)
+    assert hfc("report", tmp_path).exit_code == 0
+    found = [(r["run"], r["group"], r["state"], r["reason"]) for r in table(tmp_path / "runs.csv")]
+    assert found[0] == ("one", "1", "finished", "")
+    assert found[1] == ("three", "", "unreadable", "config.toml: No such file or directory")
+    assert found[2][:3] == ("two", "", "unreadable")
+    assert found[2][3].startswith("config.toml: Invalid value")
+    assert len(found) == 3
+
+
 def test_scores_of_different_fitness_are_not_compared(tmp_path):
     groups = [({"fitness.worst": worst}, [1.0, 2.0, 3.0]) for worst in (0.1, 0.3)]
     batch_folder(tmp_path, groups)
@@ -189,6 +204,7 @@ DAMAGED = {
     "head": ("history.csv", "generation,best\n", "no generation"),
     "cut": ("history.csv", "generation,best,median\n0,1.0,1.0\n1,1.", "row 3 is damaged"),
     "lost": ("history.csv", "generation,best\n0,1.0\n2,1.0\n", "row 3 is damaged"),
+    "a folder": ("history.csv", None, "history.csv: Is a directory"),
     "words": ("history.csv", "generation,best\n0,one\n", "could not convert"),
     "infinite": ("history.csv", "generation,best\n0,inf\n", "no number"),
 }
@@ -198,9 +214,12 @@ DAMAGED = {
 def test_what_is_damaged_is_listed_and_stops_nothing(case, tmp_path):
     file, content, words = DAMAGED[case]
     names = batch_folder(tmp_path, [({}, [1.0, 2.0, 3.0])])
-    (tmp_path / names[1] / file).write_bytes(
-        content if isinstance(content, bytes) else content.encode()
-    )
+    path = tmp_path / names[1] / file
+    path.unlink()
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
     assert hfc("report", tmp_path).exit_code == 0
     runs = table(tmp_path / "runs.csv")
     assert words in runs[1]["reason"]
@@ -321,7 +340,7 @@ def test_two_thousand_runs_stay_readable(large):
     assert page.tags["figure"] == 4
     assert all(address.startswith("data:image/svg+xml") for address in page.addresses)
     assert len(table(large / "comparisons.csv")) == 2 * 190
-    assert "180 more are in <code>comparisons.csv" in text
+    assert "280 more are in <code>comparisons.csv" in text
     assert text.index("<h2>Groups") < text.index("<h2>Every run")
 
 
@@ -395,7 +414,7 @@ def test_the_page_of_a_run_is_that_of_hfc_design(tmp_path):
     pages[0].unlink()
     found = hfc("report", out, "--each")
     assert found.exit_code == 1
-    assert "1 runs got no page of their own" in found.stderr
+    assert "1 of the runs got no page of their own" in found.stderr
 
 
 @pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])

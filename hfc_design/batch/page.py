@@ -18,7 +18,7 @@ from hfc_design.report.template import rendered
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10
 #: So many rows of each table stand on the page; the CSV files have all of them.
-GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 200, 200, 5000
+GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
 #: Up to this many runs are shown at once, more only when asked for.
 UNFOLDED = 60
 
@@ -110,7 +110,7 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
         return f"{told}."
     shown = sum(item.holm <= ALPHA for item in against)
     if len(against) > 1:
-        return f"{told}. Higher by more than chance it is than {shown} of {len(against)} others."
+        return f"{told}; by more than chance higher than {shown} of {len(against)} others."
     if shown:
         return f"{told}. The other group is lower by more than chance."
     return f"{told}. That the other group is lower may be chance."

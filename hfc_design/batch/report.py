@@ -38,7 +38,7 @@ def report(path: Path, each: bool, parquet: bool) -> None:
     write_whole(path / REPORT, page(path.resolve().name, runs, groups, comparisons))
     print(path / REPORT)
     if failed:
-        raise RunError(f"{failed} runs got no page of their own")
+        raise RunError(f"{failed} of the runs got no page of their own")
 
 
 def _write_missing(path: Path, runs: list[Run]) -> int:

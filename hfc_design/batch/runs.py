@@ -70,8 +70,13 @@ def _folders(path: Path) -> Iterator[Path]:
     if (path / folder.PLAN).exists() or is_run(path):
         yield path
         return
-    for inner in sorted(path.iterdir()):
-        if inner.is_dir() and not inner.is_symlink() and not inner.name.startswith("."):
+    try:
+        inside = sorted(inner for inner in path.iterdir() if inner.is_dir())
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+    for inner in inside:
+        loop = inner.is_symlink() and not is_run(inner)  # perhaps, so it is left alone
+        if not loop and not inner.name.startswith("."):
             yield from _folders(inner)
 
 
@@ -85,7 +90,7 @@ def _alone(path: Path, top: Path) -> Run:
     try:
         config = tomllib.loads((path / CONFIG).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        return Run(_below(path, top), {}, "unreadable", f"{CONFIG}: {error}", {}, _NONE, False)
+        return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error), {}, _NONE, False)
     settings = {SCENARIO: config.get("name", ""), **_flat(config)}
     settings = {key: value for key, value in settings.items() if key not in SAID}
     state: State = "finished" if (path / DESIGN).exists() else "broken off"
@@ -123,13 +128,13 @@ def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason:
         try:
             score = _score(path)
         except (OSError, ValueError) as error:
-            state, reason = "unreadable", f"{DESIGN}: {error}"
+            state, reason = "unreadable", _told(DESIGN, error)
     best = _NONE
     if (path / HISTORY).exists() or state == "finished":
         try:
             best = _best(path)
         except (OSError, ValueError) as error:
-            reason = f"{reason}; {HISTORY}: {error}".removeprefix("; ")
+            reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
     if state == "broken off" and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
     return Run(_below(path, top), settings, state, reason, score, best, (path / REPORT).exists())
@@ -176,6 +181,12 @@ def _best(path: Path) -> Floats:
     if not np.isfinite(numbers).all():
         raise ValueError("a score is no number")
     return numbers
+
+
+def _told(file: str, error: Exception) -> str:
+    """What is wrong with a file, in a line that does not depend on where it lies."""
+    why = error.strerror if isinstance(error, OSError) else str(error)
+    return " ".join(f"{file}: {why}".split())
 
 
 def text(value: object) -> str:

@@ -18,7 +18,7 @@ POINTS = 150
 #: A label is cut off here; the table has all of it.
 LABEL = 52
 #: Height of a line of the legend [in].
-LINE = 0.19
+LINE = 0.16
 
 
 def convergence(
@@ -43,7 +43,7 @@ def convergence(
     for (generation, low, _, high), k in zip(bands, order, strict=True):
         axes.fill_between(
             generation, np.maximum(low, floor), np.maximum(high, floor),
-            color=_colour(k), alpha=0.18, lw=0,
+            color=_colour(k), alpha=0.2 if len(labels) < 5 else 0.1, lw=0,
         )  # fmt: skip
     axes.margins(x=0)
     axes.set_xlabel("generation")
