@@ -315,6 +315,21 @@ def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | Non
         session.batch(file, out, dry_run)
 
 
+@main.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
+@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
+def report(folder: Path, each: bool, parquet: bool) -> None:
+    """Write report.html of a run FOLDER, or of all runs below a FOLDER.
+
+    Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
+    the same numbers as runs.csv, groups.csv and comparisons.csv.
+    """
+    from hfc_design.batch.report import report
+
+    report(folder, each, parquet)
+
+
 @main.command("list")
 @click.argument(
     "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])

@@ -59,14 +59,25 @@ def design(
             result = designs.run(scenario, folder, watch.generation)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
+    rivals = write_page(scenario, result, folder)
     baselines = BASELINES.get(scenario.plant.name, {})
-    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
-    from hfc_design.report import write_report
-
-    write_report(scenario, result, rivals, folder)
     beside = {baselines[name]: rival for name, rival in rivals.items()}
     show_table({"this design": result.evaluation, **beside}, watch.summary())
     Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
+
+
+def write_page(scenario: Scenario, result: designs.Result, folder: Path) -> dict[str, Evaluation]:
+    """Write the page of a run beside the published designs; returns what these do.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    from hfc_design.report import write_report
+
+    baselines = BASELINES.get(scenario.plant.name, {})
+    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
+    write_report(scenario, result, rivals, folder)
+    return rivals
 
 
 class Quiet:

@@ -1,12 +1,8 @@
 """The report of a run: one page that needs nothing else, and the rule tables as CSV."""
 
-import base64
 import json
 from collections.abc import Mapping
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.figure import Figure
 
 from hfc_design import fitness
 from hfc_design.checkpoint import write_whole
@@ -17,6 +13,7 @@ from hfc_design.paths.metrics import CONTOUR_METRICS
 from hfc_design.pictures import contour_plots, plots
 from hfc_design.report import fuzzy, hierarchical
 from hfc_design.report.section import Rows, score
+from hfc_design.report.template import rendered
 from hfc_design.rulebase import HierarchicalDesign
 from hfc_design.scenarios import ContourSettings, Scenario
 
@@ -48,11 +45,8 @@ def write_report(
     design, own, search = result
     hierarchy = isinstance(design.controller, HierarchicalDesign)
     evaluations = {OWN: own, **rivals}
-    environment = Environment(
-        loader=PackageLoader("hfc_design"), autoescape=True, undefined=StrictUndefined
-    )
-    environment.filters["picture"] = _picture
-    page = environment.get_template("report.html.j2").render(
+    page = rendered(
+        "report.html.j2",
         scenario=scenario,
         design=design,
         summary=_summary(scenario, own, rivals),
@@ -76,12 +70,7 @@ def write_report(
         },
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
-    write_whole(folder / REPORT, page.encode())
-
-
-def _picture(figure: Figure) -> str:
-    """A figure as the address of an image, so that its names cannot clash with the page's."""
-    return "data:image/svg+xml;base64," + base64.b64encode(plots.image(figure, "svg")).decode()
+    write_whole(folder / REPORT, page)
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
