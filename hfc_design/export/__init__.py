@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from hfc_design.export import csv_tables, fcl, fll, fml, json_file
-from hfc_design.export import c_source, csv_tables, json_file
-from hfc_design.export import c_source, csv_tables, json_file, linuxcnc
+from hfc_design.export import c_source, csv_tables, fcl, fll, fml, json_file, linuxcnc
 from hfc_design.rulebase import Design
 
 #: Format -> (what it writes, writer). A writer takes a design and a path that does not exist.

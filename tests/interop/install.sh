@@ -2,9 +2,8 @@
 # What the read-back tests of the export formats need; as root on Debian, else only what pip gives.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-packages=(gcc)
-packages+=(fuzzylite) # FLL, FCL
-packages=(gcc g++ clang)
+packages=(gcc g++ clang) # C
+packages+=(fuzzylite)    # FLL, FCL
 linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
