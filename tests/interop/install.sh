@@ -4,6 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 packages=(gcc)
 packages+=(fuzzylite) # FLL, FCL
+packages+=(octave octave-fuzzy-logic-toolkit) # FIS, MAT
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
     DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -y -qq \
