@@ -15,3 +15,9 @@ if [ ! -x .venv-fuzzylite/bin/python ]; then
     .venv/bin/python -m venv .venv-fuzzylite
     .venv-fuzzylite/bin/pip install -q "pyfuzzylite==8.*" "numpy<2"
 fi
+# Parsers of Structured Text; blark wants packages of its own.
+if [ ! -x .venv-st/bin/python ]; then
+    .venv/bin/python -m venv .venv-st
+    .venv-st/bin/pip install -q "blark==0.8.*" "tree-sitter==0.26.*" \
+        "tree-sitter-iec61131-3-st==0.1.*"
+fi
