@@ -5,11 +5,11 @@ parsers of others read the files. Measured: 2e-16 of the largest command.
 """
 
 from itertools import product
-from math import exp
 
 import numpy as np
 import pytest
 from structured_text import FunctionBlock
+from wiring import design, not_adapting, silent, units
 
 from hfc_design.export import structured_text
 from hfc_design.export.fcl import real
@@ -43,50 +43,32 @@ def updated(name, **changes):
     return Design.model_validate(data)
 
 
-def random_hierarchy():
-    rng = np.random.default_rng(5)
-    data = named_design("lin-lee-1999-table-1").model_dump(mode="json")
-    for term in data["controller"]["terms"]:
-        term |= {"half_width": rng.uniform(0.0, 0.2), "rate": rng.uniform(2.0, 40.0)}
-    for unit in data["controller"]["units"]:
-        unit["consequents"] = rng.uniform(-1.5, 1.5, (7, 7)).tolist()
-    return Design.model_validate(data)
-
-
-def silent():
-    """Terms so narrow that between them no rule fires."""
-    terms = named_design("lin-lee-1999-table-1").model_dump(mode="json")["controller"]["terms"]
-    narrow = [term | {"half_width": 0.0, "rate": 1e6} for term in terms]
-    return updated("lin-lee-1999-table-1", terms=narrow)
-
-
-def not_adapting(name):
-    data = named_design(name).model_dump(mode="json")
-    del data["controller"]["adaptation"]
-    data["controller"]["kind"] = "flc"
-    return Design.model_validate(data)
-
-
 CASES = {
     "pd": (named_design("pd-only"),) * 2,
     "pid": (named_design("jee-koren-2004-pid"),) * 2,
     "table 1": (named_design("lin-lee-1999-table-1"),) * 2,
     "table 2": (named_design("lin-lee-1999-table-2"),) * 2,
-    "random": (random_hierarchy(),) * 2,
+    "random": (design("random-1"),) * 2,
     "silent": (silent(),) * 2,
-    "aflc": (named_design("jee-koren-2004-aflc"), not_adapting("jee-koren-2004-aflc")),
-    "soflc": (named_design("jee-koren-1995-soflc"), not_adapting("jee-koren-1995-soflc")),
+    "aflc": (
+        named_design("jee-koren-2004-aflc"),
+        not_adapting(named_design("jee-koren-2004-aflc")),
+    ),
+    "soflc": (
+        named_design("jee-koren-1995-soflc"),
+        not_adapting(named_design("jee-koren-1995-soflc")),
+    ),
 }
 for form in ("P", "PI", "PD"):
     changes = {"form": form, "integral_gain": 0.7, "low_velocity": LOW.model_dump(mode="json")}
     CASES[form] = (updated("jee-koren-2004-flc", **changes),) * 2
 
 
-def samples(design, count=2000):
+def samples(record, count=2000):
     """Random signals, then all pairs of edges and centres, their outermost and beyond."""
     rng = np.random.default_rng(11)
-    inputs = getattr(design.controller, "inputs", ())
-    spans = {"error": 30.0} if design.plant.name == "feed-drive" else {"error": 1.0}
+    inputs = getattr(record.controller, "inputs", ())
+    spans = {"error": 30.0} if record.plant.name == "feed-drive" else {"error": 1.0}
     spans |= {"error_rate": 1.0, "velocity": 0.0}
     spans |= {item.name.removeprefix("previous_"): 1.3 / item.scale for item in inputs}
     signals = {name: span * rng.uniform(-1.0, 1.0, count) for name, span in spans.items()}
@@ -115,37 +97,26 @@ def samples(design, count=2000):
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_block_gives_the_commands_of_the_runtime(case, text):
-    design, stepped = CASES[case]
-    block, controller = FunctionBlock(text(design)), Controller(stepped)
-    rows = samples(design)
+    record, stepped = CASES[case]
+    block, controller = FunctionBlock(text(record)), Controller(stepped)
+    rows = samples(record)
     found = [block.step(**{n: row[n] for n in block.inputs if n != "reset"}) for row in rows]
     wanted = [controller.step(row) for row in rows]
     assert np.abs(np.subtract(found, wanted)).max() <= 1e-12 * np.abs(wanted).max()
 
 
 def test_every_unit_is_the_weighted_average_of_its_rules(text):
-    design = random_hierarchy()
-    block, worst = FunctionBlock(text(design)), 0.0
+    record = design("random-2")
+    block = FunctionBlock(text(record))
 
-    def degree(term, u):
-        return exp(-term.rate * max(abs(u - term.centre) - term.half_width, 0.0) ** 2)
+    def value(name):
+        return block.values[name if name.startswith("unit_") else f"scaled_{name}"]
 
-    for row in samples(design, 400):
+    for row in samples(record, 400):
         block.step(**{name: row[name] for name in block.inputs if name != "reset"})
-        for unit in design.controller.units:
-            weighted = firing = 0.0
-            seen = [
-                block.values[f"unit_{name[5:]}" if name.startswith("unit-") else f"scaled_{name}"]
-                for name in (unit.row_input, unit.column_input)
-            ]
-            columns = [degree(term, seen[1]) for term in design.controller.terms]
-            for term, rules in zip(design.controller.terms, unit.consequents, strict=True):
-                of_row = degree(term, seen[0])
-                for other, rule in zip(columns, rules, strict=True):
-                    weighted += of_row * other * rule
-                    firing += of_row * other
-            worst = max(worst, abs(block.values[f"unit_{unit.id}"] - weighted / firing))
-    assert worst <= 1e-12
+        for unit in units(record):
+            expected = unit.expected(value(unit.row), value(unit.column))
+            assert abs(value(unit.name) - expected) <= 1e-12
 
 
 def test_reset_forgets_the_past(text):
@@ -177,10 +148,10 @@ def test_a_literal_has_a_point(value, literal):
 def test_the_head_says_when_the_adaptation_is_left_out(name, text):
     adapts = name.endswith(("aflc", "soflc", "hierarchy"))
     if name == "adapting hierarchy":
-        design = updated("lin-lee-1999-table-1", adaptation={"largest_move": 2.0})
+        record = updated("lin-lee-1999-table-1", adaptation={"largest_move": 2.0})
     else:
-        design = named_design(name)
-    assert ("the adaptation is not here" in text(design)) == adapts
+        record = named_design(name)
+    assert ("the adaptation is not here" in text(record)) == adapts
 
 
 def test_the_same_design_gives_the_same_bytes(text):

@@ -42,7 +42,7 @@ def write(design: Design, path: Path) -> None:
     about = [
         "Fuzzy Control Language, standard dialect (IEC 61131-7:2000).",
         "Terms are straight lines between points, constant beyond the first and the last.",
-        f"A Gaussian has {LINES} lines a side: a unit is right to about 1e-3 of its largest output.",
+        f"A Gaussian has {LINES} lines a side: a unit is right to 1e-3 of its largest output.",
     ]
     write_files(
         design,
@@ -98,25 +98,24 @@ def gauss2(term: Term) -> str | None:
 def polygon(term: Term, place: Input) -> str:
     """The points of a term on the universe of its input."""
     if isinstance(term, FlatGaussian):
-        left = _tail(term.sigma, term.low - place.lowest)
-        right = _tail(term.sigma, place.highest - term.high)
+        left = _tail(term.sigma, term.low, place.lowest, -1.0)
+        right = _tail(term.sigma, term.high, place.highest, 1.0)
         flat = [(term.low, 1.0), (term.high, 1.0)] if term.low < term.high else [(term.low, 1.0)]
-        points = [(term.low - d, degree) for d, degree in reversed(left)]
-        points += flat + [(term.high + d, degree) for d, degree in right]
+        points = [*reversed(left), *flat, *right]
     else:
         corners = [(term.left, 0.0), (term.centre, 1.0), (term.right, 0.0)]
         points = [point for point in corners if math.isfinite(point[0])]
     return " ".join(f"({real(x)}, {real(y)})" for x, y in points)
 
 
-def _tail(sigma: float, reach: float) -> list[tuple[float, float]]:
-    """Points (d, degree) at distances up to ``reach`` from where the degree begins to fall.
+def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[float, float]]:
+    """Points (x, degree) from a ``shoulder``, where the degree begins to fall, to ``end``.
 
-    An output is a quotient of degrees, so that small ones have to be right in proportion where no
-    term is near: the lines are denser where the degree bends, counted half way between its bend
-    itself, degree^(1/2), and its bend in proportion, degree^0.
+    They lie on its ``side``, -1 or 1. An output is a quotient of degrees, so that small ones have
+    to be right in proportion where no term is near: the lines are denser where the degree bends,
+    counted between its bend itself, degree^(1/2), and its bend in proportion, degree^0.
     """
-    reach = min(reach, 39.0 * sigma)  # the degree is 0 from there
+    reach = min(side * (end - shoulder), 39.0 * sigma)  # the degree is 0 from there
     if reach <= 0.0:
         return []
     d = np.linspace(0.0, reach, 4001)
@@ -124,4 +123,6 @@ def _tail(sigma: float, reach: float) -> list[tuple[float, float]]:
     density = np.sqrt(1.0 + (d / sigma) ** 2) * degree**0.35
     share = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
     places = np.interp(np.linspace(0.0, share[-1], LINES + 1), share, d)[1:]
-    return [(float(x), math.exp(-0.5 * (float(x) / sigma) ** 2)) for x in places]
+    points = {shoulder + side * float(x): math.exp(-0.5 * (float(x) / sigma) ** 2) for x in places}
+    points.pop(shoulder, None)  # a term can be narrower than its centre is written
+    return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]

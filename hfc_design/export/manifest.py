@@ -43,12 +43,17 @@ def distinct(design: Design, target: str, reserved: Collection[str]) -> list[Rul
     inputs = ["error", "error_change"]
     if isinstance(design.controller, HierarchicalDesign):
         inputs = [identifier(item.name) for item in design.controller.inputs]
-    labels = [term.label for term in units[0].row_terms]
-    for names in ([*inputs, *(unit.name for unit in units)], labels):
+    rows, columns = (
+        [t.label for t in terms] for terms in (units[0].row_terms, units[0].column_terms)
+    )
+    for names in ([*inputs, *(unit.name for unit in units)], rows, columns):
         taken = {word.casefold() for word in reserved}
         for name in names:
-            if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-                raise UserError(f"--to {target}: {name} is no identifier; rename it")
+            if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
+                raise UserError(
+                    f"--to {target}: {name} is no identifier there: a letter, then letters, digits "
+                    "and single underscores between them; rename it in the design file"
+                )
             if name.casefold() in taken:
                 raise UserError(
                     f"--to {target}: {name} is a word of that format, or two names are {name} "

@@ -11,7 +11,7 @@ if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
         --no-install-recommends "${packages[@]}" >/dev/null
 fi
 # pyfuzzylite needs an older NumPy than this project: an environment of its own.
-if [ ! -x .venv-fuzzylite/bin/python ]; then
+if ! .venv-fuzzylite/bin/python -c "import fuzzylite" 2>/dev/null; then
     .venv/bin/python -m venv .venv-fuzzylite
     .venv-fuzzylite/bin/pip install -q "pyfuzzylite==8.*" "numpy<2"
 fi

@@ -156,11 +156,11 @@ def not_adapting(record):
     return Design.model_validate(data)
 
 
-def silent():
+def silent(rate=1e6):
     """Table I with terms so narrow that between them no rule fires."""
     data = named_design("lin-lee-1999-table-1").model_dump(mode="json")
     for term in data["controller"]["terms"]:
-        term |= {"half_width": 0.0, "rate": 1e6}
+        term |= {"half_width": 0.0, "rate": rate}
     return Design.model_validate(data)
 
 
@@ -169,7 +169,9 @@ def random_signals(record, samples):
     rng = np.random.default_rng(11)
     inputs = getattr(record.controller, "inputs", None)
     if inputs is None:
-        return {"error": 25.0 * rng.uniform(-1.0, 1.0, samples)}
+        velocity = 500.0 * rng.uniform(-1.0, 1.0, samples)
+        signals = {"error": 25.0 * rng.uniform(-1.0, 1.0, samples)}
+        return signals | ({"velocity": velocity} if record.controller.low_velocity else {})
     signals = {"error_rate": rng.uniform(-1.0, 1.0, samples)}
     for item in inputs:
         name = item.name.removeprefix("previous_")
@@ -189,7 +191,8 @@ def command(folder, signals, evaluate):
             values[item["name"]] = np.clip(item["scale"] * signal, item["lowest"], item["highest"])
     else:
         error = signals["error"]
-        values = {"error": error, "error_change": np.diff(error, prepend=0.0)}
+        change = 0.0 * error if about["form"] == "P" else np.diff(error, prepend=0.0)
+        values = {"error": error, "error_change": change}
     with (folder / "manifest.csv").open() as file:
         for line in csv.DictReader(file):
             row, column = line["row_input"], line["column_input"]
@@ -200,4 +203,20 @@ def command(folder, signals, evaluate):
         proportional = about["kp"] * signals["error"] + about["kd"] * signals["error_rate"]
         return proportional + about["output_scale"] * output
     integral = np.cumsum(about["integral_gain"] * about["sample_time_s"] * signals["error"])
-    return output + integral
+    action = np.cumsum(output) if about["form"] == "PI" else output
+    low = about["low_velocity"]
+    return action + integral + (compensation(low, **signals) if low else 0.0)
+
+
+def compensation(low, velocity, error):
+    """As the steps in controller.json say it (JK04 eq. 28-30)."""
+    found = []
+    for v, e in zip(0.01 * velocity, error, strict=True):
+        a, b, c = low["forward"] if v >= 0.0 else low["backward"]
+        u = a * v**2 + b * v + c if abs(v) < low["highest_velocity_mm_s"] else 0.0
+        if abs(v) < 0.5:
+            ahead, back = low["breakaway"]
+            small = low["smallest_error"]
+            u = ahead if e >= small else back if e <= -small else 0.0
+        found.append(u)
+    return np.array(found)
