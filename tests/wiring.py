@@ -122,14 +122,14 @@ def clamped(unit, points):
     return np.where(signal, np.clip(points, -1.0, 1.0), points)
 
 
-def unit_error(record, folder, suffix, evaluate, least=0.0):
+def unit_error(record, folder, suffix, evaluate, least=0.0, every=1):
     """Largest error of any unit, relative to its largest singleton if that is more than 1.
 
     ``evaluate(path, row, column, points)`` gives what the program does.
     """
     errors = []
     for unit in units(record):
-        points = entering(record, unit)
+        points = entering(record, unit)[::every]
         found = evaluate(folder / f"{unit.name}.{suffix}", unit.row, unit.column, points)
         wanted = [unit.expected(*point, least) for point in clamped(unit, points)]
         scale = max(1.0, np.abs(unit.table).max())
@@ -141,14 +141,14 @@ def controller_error(record, folder, evaluate, samples=300):
     """Largest error of the command of the wired controller against ``runtime``, relative."""
     signals = random_signals(record, samples)
     found = command(folder, signals, evaluate)
-    controller = Controller(_not_adapting(record))
+    controller = Controller(not_adapting(record))
     wanted = [
         controller.step({name: float(v[k]) for name, v in signals.items()}) for k in range(samples)
     ]
     return np.abs(found - np.array(wanted)).max() / np.abs(wanted).max()
 
 
-def _not_adapting(record):
+def not_adapting(record):
     data = record.model_dump(mode="json")
     if data["controller"]["kind"] in ("aflc", "soflc"):
         del data["controller"]["adaptation"]

@@ -55,7 +55,7 @@ def texts(
             rules=_rules(unit),
             lowest=lowest,
             highest=highest,
-            head=_head(design),
+            head=head(design),
             infinity=math.inf,
             **values,
         )
@@ -106,9 +106,13 @@ def _rules(unit: RuleUnit) -> list[Rule]:
     ]
 
 
-def _head(design: Design) -> list[str]:
+def head(design: Design) -> list[str]:
+    """What made a unit's file, and what it leaves out."""
+    return comment([*facts(design), *_notes(design)])
+
+
+def comment(lines: list[str]) -> list[str]:
     """Lines for a comment; nothing in them can end it."""
-    lines = [*facts(design), *_notes(design)]
     return [re.sub(r"[^A-Za-z0-9 .,:;_+-]", "_", line) for line in lines]
 
 
