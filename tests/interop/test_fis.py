@@ -18,7 +18,7 @@ from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
 HERE = Path(__file__).parent
-EVERY = 8
+EVERY = 25
 
 
 @pytest.fixture
