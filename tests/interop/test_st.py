@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from wiring import DESIGNS, design
+from wiring import design
 
 from hfc_design.export import structured_text
 
