@@ -15,11 +15,12 @@ from hfc_design import controllers, evaluate, rulebase, scenarios
 from hfc_design import design as designs
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import FORMATS
+from hfc_design.laws.law import LAWS
+from hfc_design.machine_settings import ALL_PLANTS
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Search
-from plants import PLANTS
 
 #: Plant -> designs shown beside every result, and their names in the table.
 BASELINES = {
@@ -59,14 +60,25 @@ def design(
             result = designs.run(scenario, folder, watch.generation)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
+    rivals = write_report(scenario, result, folder)
     baselines = BASELINES.get(scenario.plant.name, {})
-    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
-    from hfc_design.report import write_report
-
-    write_report(scenario, result, rivals, folder)
     beside = {baselines[name]: rival for name, rival in rivals.items()}
-    show_table({"this design": result.evaluation, **beside}, watch.summary())
+    show_table(scenario, {"this design": result.evaluation, **beside}, watch.summary())
     Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
+
+
+def write_report(scenario: Scenario, result: designs.Result, folder: Path) -> dict[str, Evaluation]:
+    """Write the report of a run; returns the published designs that stand beside it.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    from hfc_design import report
+
+    names = BASELINES.get(scenario.plant.name, {})
+    rivals = {name: rival for name in names if (rival := _rival(name, scenario))}
+    report.write_report(scenario, result, rivals, folder)
+    return rivals
 
 
 class Quiet:
@@ -132,15 +144,20 @@ class Watch(Quiet):
         return f"{seconds:.1f} s; {self._diverged} individuals diverged and scored 0"
 
 
-def show_table(rows: dict[str, Evaluation], caption: str = "") -> None:
+#: What the fitness of a kind is called in a table.
+FITNESSES = {"lin-lee": "fitness, LL eq. 5", "contour": "fitness [1/BLU]"}
+
+
+def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:
     """Fitness and metrics of some designs side by side, one column a design."""
     table = Table(caption=caption or None, caption_justify="left")
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
     cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
+    kind = scenario.fitness.kind
+    table.add_row(FITNESSES.get(kind, f"fitness, {kind}"), *cells)
     first = next(iter(rows.values()))
-    table.add_row("fitness, LL eq. 5" if first.contour is None else "fitness [1/BLU]", *cells)
     for key in first.metrics:
         found = (row.metrics[key] for row in rows.values())
         table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
@@ -239,9 +256,10 @@ def show_list(what: str) -> None:
         names = rulebase.builtin_designs()
         lines = {name: str(evaluate.load_design(name).provenance["source"]) for name in names}
     elif what == "plants":
-        lines = {name: ", ".join(plant.parameters._fields) for name, plant in PLANTS.items()}
+        plants = {name: ALL_PLANTS.get(name) for name in ALL_PLANTS.names()}
+        lines = {name: ", ".join(plant.parameters._fields) for name, plant in plants.items()}
     elif what == "controllers":
-        lines = controllers.KINDS
+        lines = {name: controllers.KINDS.get(name, "an own law") for name in LAWS.names()}
     else:
         lines = {name: text for name, (text, _) in FORMATS.items()}
     table = Table(box=None, show_header=False)
