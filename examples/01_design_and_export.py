@@ -1,6 +1,8 @@
 """Design a controller for the C-axis, look at what it does, and write it for other programs.
 
-    python examples/01_design_and_export.py [GENERATIONS] [FOLDER]
+In this folder::
+
+    python 01_design_and_export.py [GENERATIONS] [FOLDER]
 
 With all 200 generations this takes about a minute on two cores.
 """

@@ -1,7 +1,9 @@
 """An own plant: a table on a belt, and a fuzzy hierarchy designed for it.
 
-python examples/02_own_plant.py [GENERATIONS]
-hfc design examples/belt_table.toml --plant 02_own_plant:TABLE   # in the folder examples
+In this folder::
+
+    python 02_own_plant.py [GENERATIONS]
+    hfc design belt_table.toml --plant 02_own_plant:TABLE
 """
 
 import sys
@@ -81,7 +83,7 @@ def main(generations: int = 60) -> None:
     pd = {"controller": {"kind": "pd", "ranges": {"kp": [1e2, 1e5], "kd": [1.0, 1e4]}}}
     alone = hfc.design(hfc.load_scenario(file, {"search.generations": generations, **pd}))
     for name, found in {"fuzzy hierarchy": fuzzy, "best PD": alone.evaluation}.items():
-        print(f"{name}: largest error {1e6 * found.metrics['max_error_m']:.3g} um")
+        print(f"{name}: largest error {1e6 * found.metrics['max_error_m']:.0f} um")
 
 
 if __name__ == "__main__":

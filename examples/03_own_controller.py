@@ -1,7 +1,9 @@
 """An own controller: PI on the position around P on the velocity, its gains searched.
 
-python examples/03_own_controller.py [GENERATIONS]
-hfc design feed-drive-line --controller 03_own_controller:CASCADE   # in the folder examples
+In this folder::
+
+    python 03_own_controller.py [GENERATIONS]
+    hfc design feed-drive-line --controller 03_own_controller:CASCADE
 """
 
 import sys

@@ -1,7 +1,9 @@
 """An own fitness: a small largest error, for as little change of the command as possible.
 
-python examples/04_own_fitness.py [GENERATIONS]
-hfc design c-axis-ramp --fitness 04_own_fitness:GENTLE   # in the folder examples
+In this folder::
+
+    python 04_own_fitness.py [GENERATIONS]
+    hfc design c-axis-ramp --fitness 04_own_fitness:GENTLE
 """
 
 import sys

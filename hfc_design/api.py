@@ -33,7 +33,7 @@ def register(thing: Registered) -> Registered:
     """Let scenarios and designs of this program name an own plant, fitness or control law.
 
     Raises:
-        UserError: it cannot work, or its name is that of a built-in one.
+        UserError: it is none of these, cannot work, or its name is that of a built-in one.
     """
     if isinstance(thing, Plant):
         return ALL_PLANTS.add(thing)

@@ -113,7 +113,7 @@ class LawSettings(Record):
 
     @model_validator(mode="after")
     def _fit(self) -> "LawSettings":
-        own = self.law.ranges._fields
+        own = LAWS.get(self.kind).ranges._fields
         for name, pair in self.ranges.items():
             fault = range_fault(pair) if name in own else f"unknown; there is {', '.join(own)}"
             if fault:
