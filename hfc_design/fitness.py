@@ -107,7 +107,7 @@ def without_sticking(fitness: Fitness, penalty: float) -> Fitness:
         inner, stuck, settled = sums
         return fitness.score(inner) / (1.0 + penalty * stuck / jnp.maximum(settled, 1.0))
 
-    return Fitness(lambda zero: (fitness.initial(zero), zero, zero), update, score)
+    return Fitness(lambda zero: (fitness.initial(zero), zero, zero), update, score, fitness.name)
 
 
 #: Below this share of the commanded speed the spindle counts as stuck.

@@ -259,7 +259,7 @@ def show_list(what: str) -> None:
         plants = {name: ALL_PLANTS.get(name) for name in ALL_PLANTS.names()}
         lines = {name: ", ".join(plant.parameters._fields) for name, plant in plants.items()}
     elif what == "controllers":
-        lines = {name: controllers.KINDS.get(name, "an own law") for name in LAWS.names()}
+        lines = dict.fromkeys(LAWS.names(), "an own law") | controllers.KINDS
     else:
         lines = {name: text for name, (text, _) in FORMATS.items()}
     table = Table(box=None, show_header=False)

@@ -99,6 +99,24 @@ def test_design_of_gains_ends_with_a_report_and_resumes(name, kind, seconds, tmp
         api.design(scenario.model_copy(update={"description": "other"}), tmp_path / "parts")
 
 
+def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path):
+    """The run folder holds a copy of the table, under another path."""
+    table = tmp_path / "way.csv"
+    table.write_text("time_s,reference\n0,0\n1,0.01\n")
+    scenario = api.load_scenario(
+        {
+            "reference": {"kind": "csv", "file": str(table)},
+            "controller": {"kind": "pd"},
+            "search": {"population": 4, "generations": 2},
+            "simulation": {"duration_s": 0.2},
+        }
+    )
+    assert (
+        api.design(scenario, tmp_path / "run").design
+        == api.design(scenario, tmp_path / "run").design
+    )
+
+
 def test_pid_by_search_is_no_worse_than_by_pole_placement(tmp_path):
     """The published gains 1.5, 8.1, 0.1 lie in the ranges."""
     changes = {"controller": {"kind": "pid"}, "search.population": 48, "search.generations": 20}

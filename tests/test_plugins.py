@@ -56,8 +56,15 @@ NO_FIELD = sledge(position="angle")
 OWN_ERROR = sledge(signals=lambda c, x: {"error": x.speed})
 NO_DEFAULTS = sledge(parameters=NamedTuple("Bare", [("mass", float)]))
 
+def branching(c, x, force, loads, dt):
+    return x if force > 0.0 else step(c, x, force, loads, dt)
+
+BRANCHING = sledge(step=branching)
+SHRINKING = sledge(step=lambda c, x, force, loads, dt: (x.place, x.speed))
+
 P = hfc.Law("only-p", Gains(p=(1.0, 100.0)), lambda zero: (),
             lambda T, gains, memory, signals: (gains.p * signals["error"], memory))
+BLIND = P._replace(step=lambda T, gains, memory, signals: (signals["mood"], memory))
 NO_RANGE = P._replace(ranges=Gains(p=(3.0, 1.0)))
 NO_RECORD = P._replace(ranges={"p": (1.0, 3.0)})
 LAST = hfc.Fitness(
@@ -66,6 +73,7 @@ LAST = hfc.Fitness(
     lambda sums: 1.0 / (0.001 + sums),
     name="last-error",
 )
+GROWING = LAST._replace(update=lambda sums, moments, path: (sums, sums))
 FITNESS_TAKEN = LAST._replace(name="contour")
 """
 SCENARIO = """
@@ -231,6 +239,22 @@ def test_what_is_missing_is_said(own):
 )
 def test_references_that_cannot_be_used(own, option, reference, words):
     line = refused("design", "sledge.toml", f"--{option}", reference)
+    for word in words:
+        assert word in line
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--plant", "mine:BRANCHING"], ["plant 'sledge' cannot", "TracerBoolConversionError"]),
+        (["--plant", "mine:SHRINKING"], ["plant 'sledge' cannot", "TypeError"]),
+        (["--controller", "mine:BLIND"], ["controller 'only-p' cannot", "KeyError: 'mood'"]),
+        (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "TypeError"]),
+    ],
+)
+def test_own_code_that_cannot_be_simulated_is_named(own, options, words):
+    sledge = ["sledge.toml"] if "--plant" in options else ["c-axis-ramp", "--controller", "pd"]
+    line = refused("design", *sledge, *options, "--out", "run", *BUDGET)
     for word in words:
         assert word in line
 
