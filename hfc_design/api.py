@@ -81,7 +81,7 @@ def design(
         with TemporaryDirectory() as name:
             own = _design.new_run(scenario, Path(name))
             return _design.run(own, Path(name), on_generation)
-    from hfc_design.session import write_report
+    from hfc_design.session import write_page
 
     place = Path(folder)
     if (place / _design.CONFIG).exists():
@@ -91,7 +91,7 @@ def design(
     else:
         own = _design.new_run(scenario, place)
     result = _design.run(own, place, on_generation)
-    write_report(own, result, place)
+    write_page(own, result, place)
     return result
 
 

@@ -14,7 +14,7 @@ from hfc_design.evaluate import Evaluation, evaluate
 from hfc_design.fitness import without_sticking
 from hfc_design.machine_settings import PlantSettings
 from hfc_design.records import RunError, UserError, checked
-from hfc_design.rulebase import Design, design_json
+from hfc_design.rulebase import Design, design_json, read_design
 from hfc_design.scenarios import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.search.fuzzy_genome import FuzzyGenome
 from hfc_design.search.gains_genome import GainsGenome
@@ -164,6 +164,25 @@ def run(
     design, evaluation = champion(search, scenario)
     checkpoint.write_whole(folder / DESIGN, (design_json(design) + "\n").encode())
     return Result(design, evaluation, search)
+
+
+def finished_run(folder: Path) -> tuple[Scenario, Result]:
+    """The scenario and the result of a run that has ended, from its folder.
+
+    Raises:
+        UserError: there is no finished run in the folder, or its config or design is damaged.
+        RunError: its checkpoint is damaged, foreign or gone.
+    """
+    for name in (CONFIG, DESIGN):
+        if not (folder / name).exists():
+            raise UserError(f"{folder}: holds no finished run (no {name})")
+    scenario = opened_run(folder)
+    config = (folder / CONFIG).read_text(encoding="utf-8")
+    search = _stored(folder / CHECKPOINT, scenario, config)
+    if search is None:
+        raise RunError(f"{folder / CHECKPOINT}: is gone; what the search did is not known")
+    design = read_design(folder / DESIGN)
+    return scenario, Result(design, evaluate(design, scenario), search)
 
 
 def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:

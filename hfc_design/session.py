@@ -60,24 +60,24 @@ def design(
             result = designs.run(scenario, folder, watch.generation)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
-    rivals = write_report(scenario, result, folder)
+    rivals = write_page(scenario, result, folder)
     baselines = BASELINES.get(scenario.plant.name, {})
     beside = {baselines[name]: rival for name, rival in rivals.items()}
     show_table(scenario, {"this design": result.evaluation, **beside}, watch.summary())
     Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
 
-def write_report(scenario: Scenario, result: designs.Result, folder: Path) -> dict[str, Evaluation]:
-    """Write the report of a run; returns the published designs that stand beside it.
+def write_page(scenario: Scenario, result: designs.Result, folder: Path) -> dict[str, Evaluation]:
+    """Write the page of a run beside the published designs; returns what these do.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    from hfc_design import report
+    from hfc_design.report import write_report
 
-    names = BASELINES.get(scenario.plant.name, {})
-    rivals = {name: rival for name in names if (rival := _rival(name, scenario))}
-    report.write_report(scenario, result, rivals, folder)
+    baselines = BASELINES.get(scenario.plant.name, {})
+    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
+    write_report(scenario, result, rivals, folder)
     return rivals
 
 

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from hfc_design import api
 from hfc_design.cli import main
+from hfc_design.export import FORMATS
 from hfc_design.machine_settings import ALL_PLANTS
 
 #: A mass under a force against viscous friction, m dv/dt = u - b v - load; a P law; a fitness.
@@ -316,6 +317,31 @@ def test_an_own_law_runs_as_in_the_simulator(own):
     assert api.Controller(design).step({"error": 0.5, "error_rate": 9.0}) == 1.5
     found = api.evaluate(design, scenario).axes[0].motion
     np.testing.assert_allclose(found.command, 3.0 * found.error, rtol=1e-12)
+
+
+@pytest.mark.parametrize("target", FORMATS)
+def test_formats_take_an_own_kind_or_refuse_it_in_a_line(own, target):
+    api.register(imported("mine").P)
+    design = api.with_gains(api.load_scenario(scenario_of("only-p")), "only-p", {"p": 3.0})
+    if target in ("json", "mat"):
+        assert api.export(design, target, "out").stat().st_size > 0
+    else:
+        with pytest.raises(api.UserError, match="kind only-p"):
+            api.export(design, target, "out")
+        assert not (own / "out").exists()
+
+
+@pytest.mark.parametrize("target", [name for name in FORMATS if name != "linuxcnc"])
+def test_formats_take_an_own_plant(own, target):
+    api.register(imported("mine").SLEDGE)
+    scenario = api.load_scenario(
+        "sledge.toml",
+        {
+            "controller": {"inputs": [{"name": n, "scale": 1.0} for n in ("error", "speed")]},
+            "search": {"population": 2, "generations": 1, "newton_islands": 0},
+        },
+    )
+    assert api.export(api.design(scenario).design, target, "out").exists()
 
 
 def test_entry_points(own, tmp_path):

@@ -25,6 +25,7 @@ def rendered(template: str, design: Design, **values: Any) -> str:
         autoescape=False,  # no markup, and nothing that a user wrote freely
     )
     environment.filters["number"] = lambda value: repr(float(value))
+    environment.filters["hyphens"] = lambda name: name.replace("_", "-")
     return environment.get_template(template).render(design=design, facts=facts(design), **values)
 
 

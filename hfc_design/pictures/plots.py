@@ -92,7 +92,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     for axes, (label, values) in zip(panels, curves.items(), strict=True):
         curve = _thinned(evaluation.time[drawn], values)
         axes.plot(*curve, color=OWN, lw=1.2, label="spindle" if angular else "axis")
-        _finish(axes, label)
+        finish(axes, label)
     reference = _thinned(evaluation.time, axis.reference)
     panels[0].plot(*reference, color="black", lw=1, ls="--", label="reference")
     panels[0].legend(fontsize=9, frameon=False)
@@ -121,8 +121,8 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
         largest = np.maximum.reduceat(factor * np.abs(_error(evaluation)[:count]), starts)
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=label, **style)
-    _finish(axes, f"largest error [{unit}]")
-    _logarithmic(axes)
+    finish(axes, f"largest error [{unit}]")
+    logarithmic(axes)
     axes.margins(x=0)
     axes.set_xlabel("time [s]")
     figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
@@ -140,12 +140,12 @@ def history(history: History) -> Figure:
     scores.plot(*_thinned(generation, history.best), color=OWN, label="best so far", **style)
     scores.plot(*_thinned(generation, history.median), color=OTHER, label="median", **style)
     scores.legend(fontsize=9, frameon=False)
-    _finish(scores, "fitness")
-    _logarithmic(scores)
+    finish(scores, "fitness")
+    logarithmic(scores)
     place, bars = _thinned(generation, history.diverged)
     place = np.concatenate([[0.5], place, [count + 0.5]])
     diverged.fill_between(place, np.pad(bars, 1, mode="edge"), step="mid", color="0.6")
-    _finish(diverged, "diverged [1]")
+    finish(diverged, "diverged [1]")
     diverged.set_xlabel("generation")
     diverged.set_xlim(0.5, count + 0.5)
     diverged.set_ylim(0, 1.05 * max(int(history.diverged.max()), 1))
@@ -163,14 +163,15 @@ def framed(height: float, top: float) -> Figure:
     return figure
 
 
-def _finish(axes: Axes, label: str) -> None:
+def finish(axes: Axes, label: str) -> None:
+    """Label the y axis at a fixed place and draw a grid behind the curves."""
     axes.set_ylabel(label)
     axes.yaxis.set_label_coords(-0.155, 0.5)
     axes.grid(color="0.9")
     axes.set_axisbelow(True)
 
 
-def _logarithmic(axes: Axes) -> None:
+def logarithmic(axes: Axes) -> None:
     """A logarithmic y axis with plain numbers, unless the data lie close together."""
     values = np.concatenate([line.get_ydata() for line in axes.lines])
     values = values[values > 0]

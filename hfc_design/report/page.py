@@ -1,12 +1,8 @@
 """The report of a run: one page that needs nothing else, and the rule tables as CSV."""
 
-import base64
 import json
 from collections.abc import Mapping
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.figure import Figure
 
 from hfc_design import fitness
 from hfc_design.checkpoint import write_whole
@@ -18,6 +14,7 @@ from hfc_design.paths.metrics import CONTOUR_METRICS
 from hfc_design.pictures import contour_plots, plots
 from hfc_design.report import fuzzy, gains, hierarchical
 from hfc_design.report.section import Rows, Section, score
+from hfc_design.report.template import rendered
 from hfc_design.rulebase import Design, HierarchicalDesign
 from hfc_design.scenarios import ContourSettings, LinLeeSettings, Scenario
 
@@ -50,11 +47,8 @@ def write_report(
     if tables:
         csv_tables.write(design, folder / TABLES)
     evaluations = {OWN: own, **rivals}
-    environment = Environment(
-        loader=PackageLoader("hfc_design"), autoescape=True, undefined=StrictUndefined
-    )
-    environment.filters["picture"] = _picture
-    page = environment.get_template("report.html.j2").render(
+    page = rendered(
+        "report.html.j2",
         scenario=scenario,
         design=design,
         summary=_summary(scenario, own, rivals),
@@ -77,7 +71,7 @@ def write_report(
         },
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
-    write_whole(folder / REPORT, page.encode())
+    write_whole(folder / REPORT, page)
 
 
 def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
@@ -87,11 +81,6 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
     if isinstance(design.controller, FuzzyRecord):
         return fuzzy.sections(design, own, scenario)
     return gains.sections(design)
-
-
-def _picture(figure: Figure) -> str:
-    """A figure as the address of an image, so that its names cannot clash with the page's."""
-    return "data:image/svg+xml;base64," + base64.b64encode(plots.image(figure, "svg")).decode()
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
@@ -133,7 +122,7 @@ def _measure(scenario: Scenario) -> str:
     """What the fitness is, in a sentence."""
     settings = scenario.fitness
     if isinstance(settings, ContourSettings):
-        of = f"1 / (rms + {settings.worst:g} × largest)"
+        of = f"1 / (rms + {settings.worst:g} × largest + {settings.lag:g} × rms lag)"
         return f"The fitness is {of} of the contour error [1/BLU]"
     if isinstance(settings, LinLeeSettings):
         return "The fitness is eq. 5 of Lin & Lee (1999)"

@@ -3,6 +3,7 @@
 import shutil
 
 import pytest
+from hal_session import Unusable, session
 
 
 @pytest.fixture
@@ -16,3 +17,15 @@ def program():
         return path
 
     return find
+
+
+@pytest.fixture
+def hal(program):
+    """LinuxCNC's HAL for one test, see ``hal_session``."""
+    program("halcompile")
+    program("halrun")
+    try:
+        with session() as found:
+            yield found
+    except Unusable as error:
+        pytest.skip(str(error))

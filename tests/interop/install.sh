@@ -2,9 +2,24 @@
 # What the read-back tests of the export formats need; as root on Debian, else only what pip gives.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-packages=(gcc)
+packages=(gcc g++ clang) # C
+packages+=(fuzzylite)    # FLL, FCL
+linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
+packages+=(octave octave-fuzzy-logic-toolkit) # FIS, MAT
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
+    apt-cache show "${linuxcnc[@]}" >/dev/null 2>&1 && packages+=("${linuxcnc[@]}")
     DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 install -y -qq \
         --no-install-recommends "${packages[@]}" >/dev/null
+fi
+# pyfuzzylite needs an older NumPy than this project: an environment of its own.
+if ! .venv-fuzzylite/bin/python -c "import fuzzylite" 2>/dev/null; then
+    .venv/bin/python -m venv .venv-fuzzylite
+    .venv-fuzzylite/bin/pip install -q "pyfuzzylite==8.*" "numpy<2"
+fi
+# Parsers of Structured Text; blark wants packages of its own.
+if [ ! -x .venv-st/bin/python ]; then
+    .venv/bin/python -m venv .venv-st
+    .venv-st/bin/pip install -q "blark==0.8.*" "tree-sitter==0.26.*" \
+        "tree-sitter-iec61131-3-st==0.1.*"
 fi

@@ -1,0 +1,56 @@
+"""``hfc report``: pages of single runs, page and tables of many."""
+
+import sys
+from pathlib import Path
+
+from hfc_design import session
+from hfc_design.batch import tables
+from hfc_design.batch.page import page
+from hfc_design.batch.runs import Run, is_run, runs_below
+from hfc_design.batch.summary import compared, grouped
+from hfc_design.checkpoint import write_whole
+from hfc_design.design import finished_run
+from hfc_design.records import RunError, UserError
+from hfc_design.report import REPORT
+
+
+def report(path: Path, each: bool, parquet: bool) -> None:
+    """Write the page of a run, or page and tables of all runs below a folder.
+
+    Raises:
+        UserError: there is no run, or none that has finished where one is needed.
+        RunError: a page could not be written.
+    """
+    if is_run(path):
+        if each or parquet:
+            raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
+        session.write_page(*finished_run(path), path)
+        print(path / REPORT)
+        return
+    runs = runs_below(path)
+    failed = 0
+    if each:
+        failed = _write_missing(path, runs)
+        runs = runs_below(path)
+    groups = grouped(runs)
+    comparisons = compared(groups)
+    tables.write(path, runs, groups, comparisons, parquet)
+    write_whole(path / REPORT, page(path.resolve().name, runs, groups, comparisons))
+    print(path / REPORT)
+    if failed:
+        raise RunError(f"{failed} of the runs got no page of their own")
+
+
+def _write_missing(path: Path, runs: list[Run]) -> int:
+    """Write the pages that finished runs lack; returns how many could not be."""
+    missing = [run for run in runs if run.state == "finished" and not run.page]
+    failed = 0
+    for k, run in enumerate(missing, 1):
+        folder = path / run.path
+        try:
+            session.write_page(*finished_run(folder), folder)
+            print(f"page {k}/{len(missing)}  {folder / REPORT}", file=sys.stderr)
+        except UserError as error:
+            failed += 1
+            print(f"page {k}/{len(missing)}  {error}", file=sys.stderr)
+    return failed

@@ -1,0 +1,84 @@
+"""Random designs of every kind that has rules."""
+
+import numpy as np
+
+from hfc_design.laws.rule_bases import LABELS, rule_labels
+from hfc_design.rulebase import Design
+
+TERMS = 7
+SIGNALS = ("error", "deflection", "deflection_rate", "spindle_velocity")
+INPUTS = (*SIGNALS, "previous_spindle_velocity", "previous_error")
+
+
+def hierarchy(seed, inputs=5, spread=1.5, **changes):
+    """Random terms, tables up to ``spread``, and a random tree over ``inputs`` inputs."""
+    random = np.random.default_rng(seed)
+    names = list(INPUTS[-inputs:] if inputs < 5 else INPUTS[:inputs])
+    free, units = names.copy(), []
+    for k in range(inputs - 1):
+        column, row = (free.pop(random.integers(len(free))) for _ in range(2))
+        table = random.uniform(-spread, spread, (TERMS, TERMS)).tolist()
+        units.append({"id": k, "column_input": column, "row_input": row, "consequents": table})
+        free.append(f"unit-{k}")
+    terms = [
+        {
+            "label": label,
+            "centre": centre,
+            "half_width": abs(random.uniform(-0.1, 0.1)),
+            "rate": random.uniform(3.0, 40.0),
+        }
+        for label, centre in zip(LABELS, np.sort(random.uniform(-1.2, 1.2, TERMS)), strict=True)
+    ]
+    return _design(
+        "c-axis",
+        kind="pd+hierarchical-fuzzy",
+        sample_time_s=0.001,
+        pd={"kp": random.uniform(100.0, 900.0), "kd": random.uniform(10.0, 100.0)},
+        inputs=[{"name": name, "scale": random.uniform(0.5, 2.0)} for name in names],
+        output_scale=10.0,
+        terms=terms,
+        units=units,
+        **changes,
+    )
+
+
+def fuzzy(kind, seed, **changes):
+    """Random triangles, some overlapping by less than a step of the adaptation."""
+    random = np.random.default_rng(seed)
+    controller = {
+        "kind": kind,
+        "sample_time_s": 0.01,
+        "error_terms": _triangles(random, 7.0),
+        "error_change_terms": _triangles(random, 1.5),
+        "rules": {
+            "labels": rule_labels("I"),
+            "centroids": random.uniform(-32.0, 32.0, (TERMS, TERMS)).tolist(),
+        },
+        "integral_gain": random.uniform(0.0, 0.2),
+        "low_velocity": {
+            "forward": [0.01, -0.9, 5.0],
+            "backward": [-0.01, -0.7, -4.0],
+            "highest_velocity_mm_s": 8.0,
+            "breakaway": [6.0, -5.0],
+            "smallest_error": 1.5,
+        },
+    }
+    if kind in ("aflc", "soflc"):
+        controller["adaptation"] = {"k_a": 0.5, "k_b": 0.125, "k_c": 1.0}
+    if kind == "aflc":
+        controller["adaptation"]["stable_range"] = {"k1_max": 4.5, "k2_max": 5.9}
+    return _design("feed-drive", **(controller | changes))
+
+
+def _triangles(random, width):
+    centres = width * (np.arange(TERMS) - 3.0 + random.uniform(-0.2, 0.2, TERMS))
+    terms = [{"label": c, "centre": m} for c, m in zip(LABELS, centres.tolist(), strict=True)]
+    for k in range(TERMS - 1):
+        left, right = np.sort(random.uniform(centres[k], centres[k + 1], 2)).tolist()
+        terms[k]["right"], terms[k + 1]["left"] = right, left
+    return terms
+
+
+def _design(plant, **controller):
+    design = {"name": "made-up", "plant": {"name": plant, "parameters": {}}}
+    return Design.model_validate({**design, "controller": controller})

@@ -1,0 +1,230 @@
+"""The exported component in LinuxCNC's HAL, without hardware and without a real-time kernel."""
+
+import subprocess
+
+import feed_oracle
+import jax
+import made_up
+import numpy as np
+import pytest
+from hal_session import open_loop
+
+from hfc_design import runtime
+from hfc_design.evaluate import evaluate, own_scenario
+from hfc_design.export import c_source, linuxcnc
+from hfc_design.rulebase import named_design
+from hfc_design.scenarios import load_scenario
+from plants import feed_drive
+
+pytestmark = pytest.mark.interop
+
+#: HAL's text has six decimals.
+TEXT = 5.001e-7
+
+
+def exported(hal, design, folder):
+    linuxcnc.write(design, folder)
+    hal.install(folder)
+    return folder
+
+
+def with_controller(design, **changes):
+    return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
+
+
+def around(design, count):
+    """Random signals for a design of the C-axis: its universe, corners, centre and beyond."""
+    random = np.random.default_rng(1)
+    inputs = getattr(design.controller, "inputs", ())
+    reach = {item.name.removeprefix("previous_"): 1.0 / item.scale for item in inputs}
+    signals = {}
+    for name in c_source.signals(design):
+        values = random.uniform(-1.3, 1.3, count)
+        values[:7] = [0.0, 1.0, 1.0, -1.0, -1.0, 30.0, -30.0]
+        signals[name] = reach.get(name, 0.1) * values
+    return signals
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        named_design("lin-lee-1999-table-1"),
+        named_design("lin-lee-1999-table-2"),
+        made_up.hierarchy(3, inputs=4),
+        made_up.hierarchy(4, adaptation={"largest_move": 0.7, "k_c": 0.01}),
+        named_design("pd-only"),
+    ],
+    ids=["table-1", "table-2", "random", "adapts", "pd"],
+)
+def test_c_axis_controllers_do_what_the_runtime_does(hal, design, tmp_path):
+    folder = exported(hal, design, tmp_path / "out")
+    signals = around(design, 2000)
+    velocity = signals.setdefault("spindle_velocity", np.zeros(2000))
+    pins = {
+        "reference": signals["error"] + 0.01,
+        "spindle-angle": np.full(2000, 0.01),
+        "reference-rate": signals["error_rate"] + velocity,
+        "spindle-velocity": velocity,
+    }
+    for name in signals.keys() & {"deflection", "deflection_rate"}:
+        pins[name.replace("_", "-")] = signals[name]
+    found = open_loop(hal, folder, 1000000, pins)
+
+    signals["error"] = pins["reference"] - pins["spindle-angle"]
+    signals["error_rate"] = pins["reference-rate"] - velocity
+    controller = runtime.Controller(design)
+    for k, (error, command, fault) in enumerate(found):
+        wanted = controller.step({name: float(values[k]) for name, values in signals.items()})
+        assert (abs(error - signals["error"][k]), fault) <= (TEXT, 0)
+        assert abs(command - wanted) <= 1e-6
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        named_design("jee-koren-2004-flc"),
+        named_design("jee-koren-2004-aflc"),
+        named_design("jee-koren-1995-soflc"),
+        named_design("jee-koren-2004-pid"),
+        made_up.fuzzy("flc", 3, form="PI"),
+        made_up.fuzzy("aflc", 4),
+    ],
+    ids=["flc", "aflc", "soflc", "pid", "random-flc", "random-aflc"],
+)
+def test_feed_drive_controllers_do_what_the_runtime_does(hal, design, tmp_path):
+    design = with_controller(design, sample_time_s=0.001)  # ten times as fast, to wait less
+    folder = exported(hal, design, tmp_path / "out")
+    error = np.array(feed_oracle.errors(2000, 5))
+    pins = {"reference": error + 7.0, "position": np.full(2000, 7.0)}
+    sample = {"error": error}
+    if "controller.velocity " in (folder / "controller.hal").read_text():
+        sample["velocity"] = pins["velocity"] = 300.0 * np.sin(np.arange(2000))
+    found = open_loop(hal, folder, 1000000, pins)
+
+    controller = runtime.Controller(design)
+    for k, (seen, command, fault) in enumerate(found):
+        wanted = controller.step({name: float(values[k]) for name, values in sample.items()})
+        assert (seen, fault) == (error[k], 0)
+        assert abs(command - wanted) <= 1e-6
+
+
+def motion(folder):
+    """(axes, 3, samples) error, command, position of the exported closed loop."""
+    rows = np.loadtxt(folder / "motion.txt")
+    return rows.T.reshape(-1, 3, len(rows))
+
+
+@pytest.mark.parametrize("table", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
+def test_c_axis_moves_as_in_the_simulator(hal, table, tmp_path):
+    design = named_design(table)
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    (axis,) = evaluate(design, own_scenario(design, table)).axes
+    ((error, command, position),) = motion(folder)
+    assert position.shape == (2000,)
+    assert abs(position - axis.motion.state.spindle_angle[:2000]).max() <= 1e-6
+    assert abs(error - axis.motion.error[:2000]).max() <= 1e-6
+    # HAL holds the cutting load for a sample, which the simulator integrates over
+    allowed = 1e-6 if table.endswith("1") else 5e-4
+    assert abs(command - axis.motion.command[:2000]).max() <= allowed
+
+
+def circle_of(design, duration):
+    """``design`` made for the beginning of the circle of JK04."""
+    scenario = load_scenario("feed-drive-circle", [f"simulation.duration_s={duration}"])
+    return design.model_copy(
+        update={"provenance": {"scenario": scenario.model_dump(mode="json", exclude_none=True)}}
+    )
+
+
+def test_feed_drives_that_adapt_move_as_in_the_simulator(hal, tmp_path):
+    # Table 1 of JK04 asks for -31.5 units and the like, which the converter may round up or down
+    # as the last bit of a sum falls; these singletons do not.
+    design = named_design("jee-koren-2004-aflc")
+    rules = design.controller.rules
+    uneven = tuple(tuple(0.9773 * u for u in row) for row in rules.centroids)
+    rules = rules.model_copy(update={"centroids": uneven})
+    design = circle_of(with_controller(design, rules=rules), 6.0)
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    found = motion(folder)
+    assert found.shape == (2, 3, 600)
+    axes = evaluate(design, own_scenario(design, "aflc")).axes
+    for (_, command, position), axis in zip(found, axes, strict=True):
+        assert abs(position - axis.motion.state.position).max() <= 1e-6
+        assert (np.rint(command) == axis.motion.command).all()
+
+
+def test_published_aflc_moves_as_the_runtime_on_the_plant(hal, tmp_path):
+    design = circle_of(named_design("jee-koren-2004-aflc"), 6.0)
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    scenario = own_scenario(design, "aflc")
+    move = jax.jit(feed_drive.step)
+    with jax.enable_x64(True):
+        for happens, parameters, seen in zip(
+            scenario.samples().axes, scenario.plant.values(), motion(folder), strict=True
+        ):
+            fixed = feed_drive.coefficients(parameters)
+            state = feed_drive.FeedDriveState(0.0, 0.0)
+            controller = runtime.Controller(design)
+            for k, reference in enumerate(happens.reference):
+                error = float(reference) - round(float(state.position))
+                command = controller.step({"error": error})
+                wanted = (error, command, float(state.position))
+                assert abs(seen[:, k] - wanted).max() <= 1e-6
+                state = move(
+                    fixed, state, float(min(max(round(command), -128), 127)), (0.0,) * 3, 0.01
+                )
+
+
+def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
+    design = with_controller(named_design("jee-koren-2004-aflc"), sample_time_s=0.001)
+    folder = exported(hal, design, tmp_path / "out")
+    error = np.array(feed_oracle.errors(600, 3))
+    enable = np.ones(600)
+    enable[300:310] = 0
+    pins = {"reference": error.copy(), "position": np.zeros(600), "enable": enable}
+    pins["reference"][500] = np.nan
+    found = open_loop(hal, folder, 1000000, pins, "setp controller.limit 20", kinds="ffb")
+    controller = runtime.Controller(design)
+    for k, (_, command, fault) in enumerate(found):
+        wanted = 0.0
+        if not enable[k]:
+            controller.reset()
+        elif k != 500:
+            wanted = min(max(controller.step({"error": float(error[k])}), -20.0), 20.0)
+        assert fault == (k == 500)
+        assert abs(command - wanted) <= 1e-6
+    assert (abs(found[:, 1]) == 20.0).any()
+
+
+def test_a_thread_of_another_period_is_a_fault(hal, tmp_path):
+    design = named_design("lin-lee-1999-table-1")
+    folder = exported(hal, design, tmp_path / "out")
+    found = open_loop(hal, folder, 2000000, {"reference": np.ones(20)})
+    assert (found == [1.0, 0.0, 1.0]).all()
+
+
+def test_longest_names_fit_into_hal(hal, tmp_path):
+    name = "a.name-of_64-characters-" + "x" * 40
+    design = named_design("lin-lee-1999-table-1").model_copy(update={"name": name})
+    folder = exported(hal, design, tmp_path / "out")
+    component = linuxcnc.component_name(design)
+    (folder / "names.hal").write_text(
+        f"loadrt {component}\nloadrt hfc_c_axis\nshow pin\nshow param\n"
+    )
+    shown = hal.run(folder, "names.hal")
+    prefix = component.replace("_", "-")
+    assert f"{prefix}.0.spindle-velocity" in shown
+    assert "hfc-c-axis.0.friction-inverse-stribeck-velocity" in shown
+
+
+def test_a_session_that_hangs_is_ended(hal, tmp_path):
+    (tmp_path / "hangs.hal").write_text(
+        "loadrt sampler depth=10 cfg=f\nloadusr -w halsampler -n 9 out.txt\n"
+    )
+    with pytest.raises(subprocess.TimeoutExpired):
+        hal.run(tmp_path, "hangs.hal", timeout=3)
+    (tmp_path / "next.hal").write_text("show comp\n")
+    assert "sampler" not in hal.run(tmp_path, "next.hal")

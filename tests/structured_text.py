@@ -1,0 +1,168 @@
+"""Runs Structured Text, for tests: a strict subset of IEC 61131-3, written from the standard.
+
+Stricter than compilers are: every name has to be declared once and in one way of writing it, INT
+and LREAL do not mix, an index has to be in its range, inputs and loop variables are read only. What
+passes is translated to Python and executed.
+"""
+
+import math
+
+from lark import Lark
+from lark.visitors import Interpreter
+
+GRAMMAR = r"""
+start: "FUNCTION_BLOCK" NAME section* statement* "END_FUNCTION_BLOCK"
+section: SECTION declaration+ "END_VAR"
+declaration: NAME ":" type [":=" initial] ";"
+type: /BOOL|INT|LREAL/ | "ARRAY" "[" INTEGER ".." INTEGER "]" "OF" /LREAL/
+initial: literal | "[" literal ("," literal)* "]"
+literal: SIGN? REAL
+?statement: NAME ":=" expression ";" -> assign
+    | NAME "[" expression "]" ":=" expression ";" -> store
+    | "IF" expression "THEN" block _elsif* ["ELSE" block] "END_IF" ";" -> choose
+    | "FOR" NAME ":=" INTEGER "TO" INTEGER "DO" block "END_FOR" ";" -> loop
+_elsif: "ELSIF" expression "THEN" block
+block: statement+
+?expression: sum (/<=|>=|<|>/ sum)?
+?sum: product (/[+-]/ product)*
+?product: unary (/[*\/]/ unary)*
+?unary: _MINUS atom -> negated | atom
+?atom: REAL -> real | INTEGER -> integer | NAME -> name | NAME "[" expression "]" -> item
+    | FUNCTION "(" expression ("," expression)* ")" -> call | "(" expression ")"
+FUNCTION.2: /(ABS|EXP|MIN|MAX)(?=\()/
+SECTION.2: /VAR(_INPUT|_OUTPUT)?(?![A-Za-z0-9_])/
+SIGN: "-"
+_MINUS: "-"
+NAME: /[A-Za-z](_?[A-Za-z0-9])*(?![A-Za-z0-9_])/
+REAL.2: /[0-9]+\.[0-9]+(E-?[0-9]+)?/
+INTEGER: /[0-9]+/
+COMMENT: /\(\*(.|\n)*?\*\)/
+%ignore COMMENT
+%ignore /\s+/
+"""
+PARSER = Lark(GRAMMAR, parser="lalr")
+FUNCTIONS = {"ABS": (1, abs), "EXP": (1, math.exp), "MIN": (2, min), "MAX": (2, max)}
+EMPTY = {"BOOL": False, "INT": 0, "LREAL": 0.0}
+
+
+class FunctionBlock(Interpreter):
+    """``values`` are the variables by name; ``step(**inputs)`` is a call and gives ``command``.
+
+    A statement becomes lines of Python, an expression a pair of its type and Python.
+    """
+
+    def __init__(self, text):
+        name, *parts = PARSER.parse(text).children
+        self.block = str(name)
+        self.values, self.kinds, self.inputs = {}, {}, []
+        for part in parts:
+            if part.data == "section":
+                self._declare(*part.children)
+        self.locked = set(self.inputs)
+        lines = [line for part in parts if part.data != "section" for line in self.visit(part)]
+        self._code = compile("\n".join(lines), self.block, "exec")
+
+    def step(self, **inputs):
+        assert set(inputs) | {"reset"} == set(self.inputs), inputs
+        self.values.update({"reset": False} | inputs)
+        functions = {name: function for name, (_, function) in FUNCTIONS.items()}
+        exec(self._code, functions | {"v": self.values, "at": _at})
+        return self.values["command"]
+
+    def _declare(self, keyword, *declarations):
+        for name, kind, initial in (declaration.children for declaration in declarations):
+            assert name.casefold() not in map(str.casefold, self.values), f"{name} stands twice"
+            *bounds, base = kind.children
+            numbers = (
+                [float("".join(part.children)) for part in initial.children] if initial else []
+            )
+            if bounds:
+                size = int(bounds[1]) + 1
+                assert bounds[0] == "0"
+                assert len(numbers) in (0, size), name
+                self.values[name] = numbers or [0.0] * size
+            else:
+                self.values[name] = numbers[0] if numbers else EMPTY[base]
+            self.kinds[name] = "ARRAY" if bounds else str(base)
+            if keyword == "VAR_INPUT":
+                self.inputs.append(str(name))
+
+    def assign(self, tree):
+        name, (kind, code) = tree.children[0], self.visit(tree.children[1])
+        assert name not in self.locked, f"{name} is read only"
+        assert self.kinds[name] == kind, name
+        return [f"v['{name}'] = {code}"]
+
+    def store(self, tree):
+        name, index, value = tree.children
+        kind, code = self.visit(value)
+        assert kind == "LREAL"
+        return [f"{self._place(name, index)} = {code}"]
+
+    def choose(self, tree):
+        *pairs, otherwise = tree.children
+        lines = ["if False:", " pass"]
+        for condition, block in zip(pairs[::2], pairs[1::2], strict=True):
+            kind, code = self.visit(condition)
+            assert kind == "BOOL"
+            lines += [f"elif {code}:", *self._indented(block)]
+        return lines + (["else:", *self._indented(otherwise)] if otherwise else [])
+
+    def loop(self, tree):
+        name, low, high, block = tree.children
+        assert self.kinds[name] == "INT"
+        assert name not in self.locked
+        self.locked.add(name)
+        body = self._indented(block)
+        self.locked.remove(name)
+        return [f"for v['{name}'] in range({int(low)}, {int(high)} + 1):", *body]
+
+    def _indented(self, block):
+        return [f" {line}" for part in block.children for line in self.visit(part)]
+
+    def expression(self, tree):
+        first, *rest = tree.children
+        kind, code = self.visit(first)
+        for operator, part in zip(rest[::2], rest[1::2], strict=True):
+            other, right = self.visit(part)
+            assert kind == other != "BOOL", f"{code} {operator} {right}"
+            kind = "BOOL" if operator in ("<", ">", "<=", ">=") else kind
+            code = f"({code} {operator} {right})"
+        return kind, code
+
+    sum = product = expression
+
+    def negated(self, tree):
+        kind, code = self.visit(tree.children[0])
+        return kind, f"(-{code})"
+
+    def real(self, tree):
+        return "LREAL", str(tree.children[0])
+
+    def integer(self, tree):
+        return "INT", str(int(tree.children[0]))
+
+    def name(self, tree):
+        name = tree.children[0]
+        assert self.kinds[name] != "ARRAY"
+        return self.kinds[name], f"v['{name}']"
+
+    def item(self, tree):
+        return "LREAL", self._place(*tree.children)
+
+    def _place(self, name, index):
+        kind, code = self.visit(index)
+        assert self.kinds[name] == "ARRAY"
+        assert kind == "INT"
+        return f"v['{name}'][at(v['{name}'], {code})]"
+
+    def call(self, tree):
+        function, *arguments = tree.children
+        kinds, codes = zip(*map(self.visit, arguments), strict=True)
+        assert kinds == ("LREAL",) * FUNCTIONS[function][0], function
+        return "LREAL", f"{function}({', '.join(codes)})"
+
+
+def _at(values, index):
+    assert 0 <= index < len(values)
+    return index

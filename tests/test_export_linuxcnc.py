@@ -1,0 +1,167 @@
+"""The folder for LinuxCNC, as far as it can be judged without LinuxCNC."""
+
+import re
+
+import numpy as np
+import pytest
+
+from hfc_design.evaluate import load_design
+from hfc_design.export import FORMATS, linuxcnc, linuxcnc_loop
+from hfc_design.records import UserError
+from hfc_design.scenarios import load_scenario
+
+TABLE_1 = load_design("lin-lee-1999-table-1")
+AFLC = load_design("jee-koren-2004-aflc")
+
+
+def files(design, folder):
+    FORMATS["linuxcnc"][1](design, folder)
+    return {path.name: path.read_text() for path in folder.iterdir()}
+
+
+def with_scenario(design, name, *changes):
+    scenario = load_scenario(name, changes).model_dump(mode="json", exclude_none=True)
+    return design.model_copy(update={"provenance": {"scenario": scenario}})
+
+
+def with_controller(design, **changes):
+    return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
+
+
+def test_folder_holds_all_and_is_the_same_each_time(tmp_path):
+    found = files(AFLC, tmp_path / "a")
+    assert found == files(AFLC, tmp_path / "b")
+    assert set(found) == {
+        "README.md",
+        "controller.hal",
+        "hfc_feed_drive.comp",
+        "hfc_jee_koren_2004_aflc.comp",
+        "jee_koren_2004_aflc.c",
+        "jee_koren_2004_aflc.h",
+        "loop.hal",
+        "reference.txt",
+    }
+
+
+def test_controller_reads_what_its_error_is_between(tmp_path):
+    text = files(TABLE_1, tmp_path / "a")["hfc_lin_lee_1999_table_1.comp"]
+    pins = re.findall(r'^pin (in|out) (\w+) (\w+?)_?(?: = \d)? "', text, re.M)
+    assert pins == [
+        ("in", "bit", "enable"),
+        ("in", "float", "reference"),
+        ("in", "float", "spindle_angle"),
+        ("in", "float", "reference_rate"),
+        ("in", "float", "spindle_velocity"),
+        ("in", "float", "deflection"),
+        ("in", "float", "deflection_rate"),
+        ("out", "float", "error"),
+        ("out", "float", "command"),
+        ("out", "bit", "fault"),
+    ]
+    assert "inputs.error = reference_ - spindle_angle_;" in text
+    assert "inputs.error_rate = reference_rate_ - spindle_velocity_;" in text
+    assert "inputs.deflection = deflection_;" in text
+
+
+def test_machine_moves_last_in_a_sample(tmp_path):
+    found = files(AFLC, tmp_path / "a")
+    text = found["loop.hal"].replace("source controller.hal", found["controller.hal"])
+    assert re.findall(r"^addf (\S+) servo-thread", text, re.M) == [
+        "streamer.0",
+        "x-controller",
+        "y-controller",
+        "sampler.0",
+        "x-machine",
+        "y-machine",
+    ]
+    assert "period1=10000000\n" in text
+
+
+def test_machine_has_the_coefficients_of_its_parameters(tmp_path):
+    changed = with_scenario(TABLE_1, "c-axis-ramp", "plant.parameters.spindle_inertia=6.5")
+    text = files(changed, tmp_path / "a")["loop.hal"]
+    leakage = 0.341 - 0.225**2 / 0.306
+    for name, value in {
+        "current-decay": (1.12 + 1.05 * 0.341 / 0.306) / leakage,
+        "torque-constant": 0.225 * 0.6 / 0.306,
+        "inverse-spindle-inertia": 1 / 6.5,
+        "friction-stribeck-rise": 0.5,
+    }.items():
+        (found,) = re.findall(rf"^setp machine\.{name} (\S+)$", text, re.M)
+        assert float(found) == pytest.approx(value, rel=1e-14)
+    axes = files(AFLC, tmp_path / "b")["loop.hal"]
+    assert "setp x-machine.positive-start 6.54\n" in axes
+    assert "setp y-machine.positive-start 7.23\n" in axes
+    assert "setp y-machine.negative-start 5.04\n" in axes
+
+
+def test_reference_is_the_first_samples_of_the_scenario(tmp_path):
+    changed = with_scenario(
+        TABLE_1, "c-axis-sine", "simulation.duration_s=3", "limits.command=120", "load.constant=5"
+    )
+    found = files(changed, tmp_path / "a")
+    rows = np.array([line.split() for line in found["reference.txt"].splitlines()], float)
+    scenario = load_scenario("c-axis-sine").reference
+    time = np.arange(2000) * 0.001
+    angle = scenario.amplitude * np.sin(scenario.frequency_rad_s * time)
+    assert rows.shape == (2000, 3)
+    assert np.allclose(rows[:, 0], angle, rtol=0, atol=1e-15)
+    assert np.allclose(rows[:, 2], 5.0, rtol=0, atol=1e-14)
+    assert "setp controller.limit 120.0\n" in found["loop.hal"]
+    assert "halsampler -n 2000 " in found["loop.hal"]
+
+
+def test_load_of_a_sample_is_its_mean():
+    # two substeps, so five points; Simpson's rule is exact for the cube of the time
+    points = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None] ** 3
+    assert linuxcnc_loop._mean(points) == pytest.approx([0.25], rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "name", ['x); system("id', '";\n;;\n#include "/etc/passwd"\n"""', "$(HOME)#"]
+)
+def test_name_brings_no_code_along(name, tmp_path):
+    found = files(TABLE_1.model_copy(update={"name": name}), tmp_path / "a")
+    component = linuxcnc.component_name(TABLE_1.model_copy(update={"name": name}))
+    assert re.fullmatch(r"hfc_\w{1,24}", component, re.ASCII)
+    assert found.keys() >= {f"{component}.comp"}
+    for text in found.values():
+        assert name not in text
+        assert not re.search(r'system\("|passwd"|\$', text)
+    assert found[f"{component}.comp"].count("\n;;\n") == 1
+
+
+def test_long_names_stay_apart():
+    names = [f"a-name-of-which-only-the-end-{end}" for end in ("differs", "is-other")]
+    components = {
+        linuxcnc.component_name(TABLE_1.model_copy(update={"name": name})) for name in names
+    }
+    assert {len(name) for name in components} == {28}
+    assert len(components) == 2
+
+
+def test_without_its_scenario_there_is_a_controller_and_a_reason(tmp_path):
+    missing = {"kind": "csv", "file": "not-here.csv"}
+    scenario = with_scenario(TABLE_1, "c-axis-ramp").provenance["scenario"] | {"reference": missing}
+    design = TABLE_1.model_copy(update={"provenance": {"scenario": scenario}})
+    found = files(design, tmp_path / "a")
+    assert found.keys().isdisjoint({"loop.hal", "reference.txt", "hfc_c_axis.comp"})
+    assert "not-here.csv" in found["README.md"]
+    assert "loadrt hfc_lin_lee_1999_table_1 names=controller\n" in found["controller.hal"]
+
+
+@pytest.mark.parametrize(
+    ("design", "said"),
+    [
+        (with_controller(TABLE_1, sample_time_s=2.0), "controller.sample_time_s = 2.0: the period"),
+        (
+            TABLE_1.model_copy(update={"plant": AFLC.plant.model_copy(update={"name": "lathe"})}),
+            "HAL has no component of the plant lathe",
+        ),
+        (AFLC.model_copy(update={"controller": TABLE_1.controller}), "reads deflection, which is"),
+    ],
+)
+def test_what_hal_cannot_run_is_refused(design, said, tmp_path):
+    with pytest.raises(UserError, match=re.escape(said)):
+        files(design, tmp_path / "a")
+    assert not (tmp_path / "a").exists()
