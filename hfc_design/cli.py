@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hfc_design import __version__
-from hfc_design.plugin_options import with_plugins
+from hfc_design.plugin_options import choosing_plugins, knowing_plugins
 
 if TYPE_CHECKING:
     from hfc_design.rulebase import Design
@@ -50,7 +50,7 @@ def main() -> None:
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--quiet", is_flag=True, help="No progress.")
-@with_plugins
+@choosing_plugins
 def design(
     scenario: str | None,
     out: Path | None,
@@ -87,7 +87,7 @@ def design(
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the metrics' distributions.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-@with_plugins
+@choosing_plugins
 def score(
     design: str,
     scenario: str | None,
@@ -136,7 +136,7 @@ def score(
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--csv", "csv_file", type=click.Path(path_type=Path), help="Write the trajectory.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw it (png, svg or pdf).")
-@with_plugins
+@choosing_plugins
 def simulate(
     design: str,
     scenario: str | None,
@@ -168,10 +168,8 @@ def simulate(
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
 @click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
-@with_plugins
-def export(
-    design: str, target: str, out: Path | None, lookup: int | None, chosen: dict[str, str]
-) -> None:
+@knowing_plugins
+def export(design: str, target: str, out: Path | None, lookup: int | None) -> None:
     """Write DESIGN for another program."""
     from hfc_design.evaluate import load_design
     from hfc_design.export import FORMATS, c_source
@@ -248,6 +246,7 @@ def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: A
 )
 @click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
+@knowing_plugins
 def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) -> None:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
@@ -310,6 +309,7 @@ def stability(design: str | None, plot: Path | None, as_json: bool, **drive: flo
 @click.option("--out", type=click.Path(path_type=Path), help="Folder [default: runs/NAME].")
 @click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
 @click.option("--status", type=click.Path(path_type=Path), help="What became of a batch's cells.")
+@knowing_plugins
 def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | None) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 
@@ -330,6 +330,7 @@ def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | Non
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
 @click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
+@knowing_plugins
 def report(folder: Path, each: bool, parquet: bool) -> None:
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 

@@ -6,26 +6,46 @@ from typing import Any
 
 import click
 
-HELP = {
+Command = Callable[..., None]
+CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
     "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
     "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
 }
+KNOWN = {
+    "plant": "Make an own plant known, as module:OBJECT.",
+    "fitness": "Make an own fitness known, as module:OBJECT.",
+    "controller": "Make an own controller's law known, as module:OBJECT.",
+}
 
 
-def with_plugins(command: Callable[..., None]) -> Callable[..., None]:
+def choosing_plugins(command: Command) -> Command:
     """A command with --plant, --fitness and --controller.
 
-    What they name is made known; the keys that choose it in a scenario come to the command as
+    What they name is made known; the changes of a scenario that choose it come to the command as
     ``chosen``, by the option.
     """
+    return _with_options(CHOICES, command)
+
+
+def knowing_plugins(command: Command) -> Command:
+    """A command with the same options, which only make known what files name."""
+
+    @wraps(command)
+    def unchosen(chosen: dict[str, str], **given: Any) -> None:
+        command(**given)
+
+    return _with_options(KNOWN, unchosen)
+
+
+def _with_options(helps: dict[str, str], command: Command) -> Command:
 
     @wraps(command)
     def wrapped(**given: Any) -> None:
-        texts = {key: given.pop(key) for key in HELP}
+        texts = {key: given.pop(key) for key in helps}
         command(chosen=chosen({key: text for key, text in texts.items() if text}), **given)
 
-    for key, text in reversed(HELP.items()):
+    for key, text in reversed(helps.items()):
         wrapped = click.option(f"--{key}", help=text)(wrapped)
     return wrapped
 

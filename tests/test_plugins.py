@@ -139,8 +139,30 @@ def test_a_plant_by_module_reference_is_designed_for_scored_and_exported(own):
     assert json.loads(scored.stdout)["fitness"] == design["score"]["fitness"]
     done = hfc("export", run, "--to", "json", "--out", "copy.json", "--plant", "mine:SLEDGE")
     assert done.exit_code == 0
+    page = (run / "report.html").read_bytes()
+    assert "sledge" in refused_without("report", run)
+    assert hfc("report", run, "--plant", "mine:SLEDGE").exit_code == 0
+    assert (run / "report.html").read_bytes() == page
     again = hfc("design", "--resume", "--out", run, "--plant", "mine:SLEDGE", "--quiet")
     assert again.exit_code == 0, again.output
+
+
+def refused_without(*arguments):
+    """What a command says that is not told of the own plant, as in another process."""
+    plant = ALL_PLANTS.known.pop("sledge")
+    line = refused(*arguments)
+    ALL_PLANTS.known["sledge"] = plant
+    return line
+
+
+def test_a_batch_knows_an_own_plant(own):
+    grid = "[grid]\nscenario = ['sledge.toml']\nrun.seed = [0, 1]\n"
+    sizes = "[set]\nsearch.population = 4\nsearch.generations = 1\n"
+    (own / "batch.toml").write_text(sizes + grid)
+    assert "'sledge'" in refused("batch", "batch.toml")
+    done = hfc("batch", "batch.toml", "--plant", "mine:SLEDGE", "--out", "out")
+    assert done.exit_code == 0, done.output
+    assert len(list((own / "out").glob("*/design.json"))) == 2
 
 
 def test_the_loop_of_an_own_plant_is_that_of_scipy(own):
