@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hfc_design import __version__
+from hfc_design.plugin_options import choosing_plugins, knowing_plugins
 
 if TYPE_CHECKING:
     from hfc_design.rulebase import Design
@@ -49,12 +50,14 @@ def main() -> None:
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--quiet", is_flag=True, help="No progress.")
+@choosing_plugins
 def design(
     scenario: str | None,
     out: Path | None,
     changes: tuple[str, ...],
     resume: bool,
     quiet: bool,
+    chosen: dict[str, str],
     **options: Any,
 ) -> None:
     """Search a controller for SCENARIO (a built-in name or a TOML file).
@@ -71,7 +74,8 @@ def design(
         "precision": "run.precision",
     }
     given = [f"{keys[name]}={value}" for name, value in options.items() if value is not None]
-    session.design(scenario, out, [*given, *changes], resume, quiet)
+    plugins = () if resume else chosen.values()  # they only have to be known then
+    session.design(scenario, out, [*plugins, *given, *changes], resume, quiet)
 
 
 @main.command()
@@ -83,10 +87,12 @@ def design(
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the metrics' distributions.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@choosing_plugins
 def score(
     design: str,
     scenario: str | None,
     changes: tuple[str, ...],
+    chosen: dict[str, str],
     spread: float | None,
     as_json: bool,
     **options: Any,
@@ -105,7 +111,7 @@ def score(
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    found, where = _loaded(design, scenario, changes)
+    found, where = _loaded(design, scenario, chosen, changes)
     if spread is not None:
         session.score_spread(found, where, spread, as_json, **given)
         return
@@ -121,7 +127,7 @@ def score(
         click.echo(json.dumps(line))
     else:
         click.echo(f"scenario {where.name}")
-        session.show_table({found.name: evaluation})
+        session.show_table(where, {found.name: evaluation})
 
 
 @main.command()
@@ -130,17 +136,19 @@ def score(
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--csv", "csv_file", type=click.Path(path_type=Path), help="Write the trajectory.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw it (png, svg or pdf).")
+@choosing_plugins
 def simulate(
     design: str,
     scenario: str | None,
     changes: tuple[str, ...],
+    chosen: dict[str, str],
     csv_file: Path | None,
     plot: Path | None,
 ) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.evaluate import evaluate, trajectory_csv
 
-    found, where = _loaded(design, scenario, changes)
+    found, where = _loaded(design, scenario, chosen, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.contour_plots import motion
@@ -160,6 +168,7 @@ def simulate(
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
 @click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
+@knowing_plugins
 def export(design: str, target: str, out: Path | None, lookup: int | None) -> None:
     """Write DESIGN for another program."""
     from hfc_design.evaluate import load_design
@@ -237,6 +246,7 @@ def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: A
 )
 @click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
+@knowing_plugins
 def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) -> None:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
@@ -299,6 +309,7 @@ def stability(design: str | None, plot: Path | None, as_json: bool, **drive: flo
 @click.option("--out", type=click.Path(path_type=Path), help="Folder [default: runs/NAME].")
 @click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
 @click.option("--status", type=click.Path(path_type=Path), help="What became of a batch's cells.")
+@knowing_plugins
 def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | None) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 
@@ -319,6 +330,7 @@ def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | Non
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
 @click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
+@knowing_plugins
 def report(folder: Path, each: bool, parquet: bool) -> None:
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
@@ -341,11 +353,16 @@ def list_(what: str) -> None:
     session.show_list(what)
 
 
-def _loaded(name: str, scenario: str | None, changes: tuple[str, ...]) -> "tuple[Design, Scenario]":
+def _loaded(
+    name: str, scenario: str | None, chosen: dict[str, str], changes: tuple[str, ...]
+) -> "tuple[Design, Scenario]":
     from hfc_design.evaluate import load_design, own_scenario
     from hfc_design.scenarios import load_scenario
 
     found = load_design(name)
+    # The controller is the design's, whatever a search of the scenario would vary.
+    plugins = (change for key, change in chosen.items() if key != "controller")
+    changes = (*plugins, *changes)
     if scenario is not None:
         return found, load_scenario(scenario, changes)
     return found, own_scenario(found, name, changes)

@@ -3,16 +3,29 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, Tag, ValidationInfo, model_validator
 
 from hfc_design.controllers import Layout
 from hfc_design.feed_records import AflcDesign, FlcDesign
 from hfc_design.fuzzy import LIN_LEE_TERMS, Term
 from hfc_design.hierarchy import MAX_INPUTS
-from hfc_design.records import TERMS, NotNegative, Positive, Record, UserError
+from hfc_design.laws.law import LAWS, Law, Range, range_fault
+from hfc_design.records import (
+    BUILT_IN,
+    OWN,
+    TERMS,
+    Finite,
+    NotNegative,
+    Positive,
+    Record,
+    UserError,
+    by_kind,
+)
 from hfc_design.rulebase import (
     AdaptationRecord,
     InputRecord,
+    Label,
+    LawName,
     TermRecord,
     check_adaptation,
     named_design,
@@ -92,6 +105,32 @@ class AflcSettings(_FuzzySettings):
     start: Annotated[AflcDesign, Start] = Field("jee-koren-2004-aflc", validate_default=True)
 
 
+class LawSettings(Record):
+    """A law whose gains are a few numbers: pd, pid or a user's own."""
+
+    kind: LawName
+    ranges: dict[Label, tuple[Finite, Finite]] = {}  # other than the law's own
+
+    @model_validator(mode="after")
+    def _fit(self) -> "LawSettings":
+        own = LAWS.get(self.kind).ranges._fields
+        for name, pair in self.ranges.items():
+            fault = range_fault(pair) if name in own else f"unknown; there is {', '.join(own)}"
+            if fault:
+                raise ValueError(f"ranges.{name}: {fault}")
+        return self
+
+    @property
+    def law(self) -> Law:
+        """The law with the ranges to search."""
+        law = LAWS.get(self.kind)
+        ranges: dict[str, Range] = law.ranges._asdict() | self.ranges
+        return law._replace(ranges=type(law.ranges)(**ranges))
+
+
+BuiltInSettings = HierarchicalSettings | FlcSettings | AflcSettings
 ControllerSettings = Annotated[
-    HierarchicalSettings | FlcSettings | AflcSettings, Field(discriminator="kind")
+    Annotated[BuiltInSettings, Field(discriminator="kind"), Tag(BUILT_IN)]
+    | Annotated[LawSettings, Tag(OWN)],
+    by_kind("pd+hierarchical-fuzzy", "flc", "aflc"),
 ]

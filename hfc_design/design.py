@@ -9,14 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design import __version__, checkpoint, simulate
-from hfc_design.controller_settings import HierarchicalSettings
+from hfc_design.controller_settings import HierarchicalSettings, LawSettings
 from hfc_design.evaluate import Evaluation, evaluate
 from hfc_design.fitness import without_sticking
 from hfc_design.machine_settings import PlantSettings
-from hfc_design.records import RunError, UserError
+from hfc_design.records import RunError, UserError, checked
 from hfc_design.rulebase import Design, design_json, read_design
 from hfc_design.scenarios import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.search.fuzzy_genome import FuzzyGenome
+from hfc_design.search.gains_genome import GainsGenome
 from hfc_design.search.genome import Floats, Genome, Population
 from hfc_design.search.hierarchical_genome import HierarchicalGenome
 from hfc_design.search.lin_lee import LinLeeState
@@ -82,8 +83,10 @@ def genome_of(scenario: Scenario) -> Genome:
     settings = scenario.controller
     if isinstance(settings, HierarchicalSettings):
         return HierarchicalGenome(scenario.search, settings.layout())
-    axes = scenario.plant.values()
     every = scenario.simulation.sample_time_s
+    if isinstance(settings, LawSettings):
+        return GainsGenome(settings.law, every)
+    axes = scenario.plant.values()
     ranges = (stable_range(axis.gain, axis.time_constant, every) for axis in axes)
     return FuzzyGenome(
         settings.start,
@@ -205,22 +208,30 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
     """A population of one as a design file."""
-    controller = {
-        "sample_time_s": scenario.simulation.sample_time_s,
-        **genome_of(scenario).record(individual),
-    }
-    return Design.model_validate(
+    return design_with(genome_of(scenario).record(individual), scenario)
+
+
+def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
+    """A controller as a design file spells it, its sample time left out, for ``scenario``.
+
+    Raises:
+        UserError: it is no controller that can run.
+    """
+    return checked(
+        Design,
         {
             "name": scenario.name,
             "plant": _plant(scenario.plant),
-            "controller": controller,
+            "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
             "provenance": {
                 "program": f"hfc-design {__version__}",
                 "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(
                     mode="json", exclude_none=True
                 ),
             },
-        }
+        },
+        scenario.name,
+        Path(),
     )
 
 

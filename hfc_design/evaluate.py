@@ -135,9 +135,11 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     """The scenario that ``design`` was made for, or a default of its plant.
 
     Raises:
-        UserError: the provenance holds a scenario that is not valid.
+        UserError: the provenance holds a scenario that is not valid, or there is none at all.
     """
-    data = design.provenance.get("scenario", DEFAULT_SCENARIOS[design.plant.name])
+    data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
+    if data is None:
+        raise UserError(f"{name}: names no scenario; give one with --scenario")
     if isinstance(data, str):
         return load_scenario(data, changes)
     source = f"{name}: provenance.scenario"

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.paths.contour import local_error
+from hfc_design.plugins import Group
 from plants import Plant, in_a_name
 
 Floats = NDArray[np.float64]
@@ -33,13 +34,20 @@ class Fitness(NamedTuple):
     """A score as pure functions of scalars.
 
     ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
-    axis, ``score(sums)`` is the number that the search maximises. ``path`` is a ``PathFrame``
-    of scalars, None for a machine of one axis.
+    axis, ``score(sums)`` is the number that the search maximises: more than zero, because a loop
+    that diverges counts 0. ``path`` is a ``PathFrame`` of scalars, None for a machine of one axis.
     """
 
     initial: Callable[[Any], Any]
     update: Callable[[Any, tuple[Moment, ...], Any], Any]
     score: Callable[[Any], Any]
+    name: str = ""  # of a user's own, the ``kind`` in a scenario
+
+
+#: Fitnesses that users add; what is built in has settings, see ``scenarios``.
+OWN_FITNESSES: Group[Fitness] = Group(
+    "fitness", Fitness, "hfc_design.fitness", {}, frozenset({"lin-lee", "contour"})
+)
 
 
 @cache
@@ -107,7 +115,7 @@ def without_sticking(fitness: Fitness, penalty: float) -> Fitness:
         inner, stuck, settled = sums
         return fitness.score(inner) / (1.0 + penalty * stuck / jnp.maximum(settled, 1.0))
 
-    return Fitness(lambda zero: (fitness.initial(zero), zero, zero), update, score)
+    return Fitness(lambda zero: (fitness.initial(zero), zero, zero), update, score, fitness.name)
 
 
 #: Below this share of the commanded speed the spindle counts as stuck.

@@ -1,12 +1,18 @@
 """The machine of a scenario: which plant, its limits, what its sensors see."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
+from hfc_design.plugins import Group
 from hfc_design.records import Finite, NotNegative, Positive, Record
 from hfc_design.rulebase import Label
-from plants import PLANTS, Plant
+from plants import PLANTS, Plant, plant_fault
+
+#: Every plant that a scenario can name.
+ALL_PLANTS: Group[Plant] = Group(
+    "plant", Plant, "hfc_design.plants", PLANTS, frozenset(PLANTS), plant_fault
+)
 
 
 class PlantSettings(Record):
@@ -15,14 +21,12 @@ class PlantSettings(Record):
     A machine of several axes names them in ``axes``, each with what differs once more.
     """
 
-    name: str = "c-axis"
+    name: Annotated[str, AfterValidator(ALL_PLANTS.checked)] = "c-axis"
     parameters: dict[str, Finite] = {}
     axes: dict[Label, dict[str, Finite]] = {}
 
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
-        if self.name not in PLANTS:
-            raise ValueError(f"name {self.name!r} is no plant; there is {', '.join(PLANTS)}")
         for place, changes in self._changes().items():
             fault = self.plant.fault(changes)
             if fault:

@@ -8,16 +8,21 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     Field,
     JsonValue,
     SerializerFunctionWrapHandler,
+    Tag,
     model_serializer,
     model_validator,
 )
 
 from hfc_design.feed_records import FeedDesign
+from hfc_design.laws.law import LAWS, Law
 from hfc_design.laws.root_unit import Adaptation
 from hfc_design.records import (
+    BUILT_IN,
+    OWN,
     TERMS,
     Finite,
     Name,
@@ -26,9 +31,11 @@ from hfc_design.records import (
     Record,
     Table,
     UserError,
+    by_kind,
     checked,
 )
 
+LawName = Annotated[Name, AfterValidator(LAWS.checked)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
 
 
@@ -155,6 +162,33 @@ class HierarchicalDesign(Record):
         ]
 
 
+class LawDesign(Record):
+    """A controller of a user's own kind, see ``laws.law``."""
+
+    kind: LawName
+    sample_time_s: Positive
+    gains: dict[Label, Finite]
+
+    @model_validator(mode="after")
+    def _known(self) -> "LawDesign":
+        wanted = self.law.ranges._fields
+        if set(self.gains) != set(wanted):
+            raise ValueError(f"gains: has to hold {', '.join(wanted)} and nothing else")
+        return self
+
+    @property
+    def law(self) -> Law:
+        """The law that the gains are for."""
+        return LAWS.get(self.kind)
+
+    def values(self) -> Any:
+        """The law's record of gains."""
+        return type(self.law.ranges)(**self.gains)
+
+
+BuiltInDesign = PdDesign | HierarchicalDesign | FeedDesign
+
+
 class Design(Record):
     """A design file as a whole."""
 
@@ -162,7 +196,11 @@ class Design(Record):
     version: Literal[1] = 1
     name: Name
     plant: PlantRecord
-    controller: Annotated[PdDesign | HierarchicalDesign | FeedDesign, Field(discriminator="kind")]
+    controller: Annotated[
+        Annotated[BuiltInDesign, Field(discriminator="kind"), Tag(BUILT_IN)]
+        | Annotated[LawDesign, Tag(OWN)],
+        by_kind(*LAWS.built_in),
+    ]
     score: dict[str, JsonValue] = {}
     provenance: dict[str, JsonValue] = {}
 

@@ -20,7 +20,7 @@ from hfc_design.feed_records import (
 )
 from hfc_design.laws import aflc, flc, pid, root_unit
 from hfc_design.laws.adaptation import blamed_aflc, blamed_soflc
-from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign, read_design
+from hfc_design.rulebase import Design, HierarchicalDesign, LawDesign, PdDesign, read_design
 
 PREVIOUS = "previous_"
 
@@ -58,7 +58,7 @@ class Controller:
         self.design = design.controller
         self._previous: dict[str, float] = {}
         if not isinstance(self.design, PdDesign | HierarchicalDesign):
-            self._initial, self._law = _feed_drive(self.design)
+            self._initial, self._law = _law(self.design)
             self._memory = self._initial
         elif isinstance(self.design, HierarchicalDesign):
             terms = self.design.terms
@@ -82,7 +82,7 @@ class Controller:
         design = self.design
         if isinstance(design, PdDesign):
             return float(design.pd.kp * signals["error"] + design.pd.kd * signals["error_rate"])
-        if isinstance(design, PidDesign):
+        if isinstance(design, PidDesign | LawDesign):
             command, self._memory = self._law(self._memory, signals)
             return float(command)
         return float(self.parts(signals).command())
@@ -96,7 +96,7 @@ class Controller:
         """
         if isinstance(self.design, HierarchicalDesign):
             return self._hierarchy(self.design, signals)
-        if isinstance(self.design, PdDesign | PidDesign):
+        if isinstance(self.design, PdDesign | PidDesign | LawDesign):
             raise ValueError(f"a controller of kind {self.design.kind} has no rules")
         found: flc.Parts
         found, self._memory = self._law(self._memory, signals)
@@ -211,9 +211,11 @@ def _with_edges(terms: Triangles, moved: Any) -> Triangles:
     )
 
 
-def _feed_drive(record: FeedDesign) -> tuple[Any, Any]:
+def _law(record: FeedDesign | LawDesign) -> tuple[Any, Any]:
     """Memory before the first sample, and the simulator's step or its parts on Python floats."""
     every = record.sample_time_s
+    if isinstance(record, LawDesign):
+        return record.law.initial_memory(0.0), partial(record.law.step, every, record.values())
     if isinstance(record, PidDesign):
         return pid.initial_memory(0.0), partial(pid.step, every, record.gains())
     if isinstance(record, FlcDesign):

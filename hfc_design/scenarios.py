@@ -11,16 +11,17 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
 
 from hfc_design.controller_settings import (
     AflcSettings,
     ControllerSettings,
     FlcSettings,
     HierarchicalSettings,
+    LawSettings,
 )
 from hfc_design.controllers.hierarchical import PREVIOUS
-from hfc_design.fitness import Fitness, contour, lin_lee, settled_samples
+from hfc_design.fitness import OWN_FITNESSES, Fitness, contour, lin_lee, settled_samples
 from hfc_design.machine_settings import Limits, PlantSettings, SensorSettings
 from hfc_design.paths.trajectories import (
     PathReference,
@@ -29,11 +30,14 @@ from hfc_design.paths.trajectories import (
     largest_drive_speed,
 )
 from hfc_design.records import (
+    BUILT_IN,
+    OWN,
     TERMS,
     Name,
     NotNegative,
     Record,
     UserError,
+    by_kind,
     checked,
 )
 from hfc_design.search.settings import LinLeeSettings as SearchLinLee
@@ -81,7 +85,22 @@ class ContourSettings(Record):
         return contour(self.worst, self.lag)
 
 
-FitnessSettings = Annotated[LinLeeSettings | ContourSettings, Field(discriminator="kind")]
+class OwnFitnessSettings(Record):
+    """A user's own fitness, by its name."""
+
+    kind: Annotated[Name, AfterValidator(OWN_FITNESSES.checked)]
+    settled_after_s: NotNegative = 1.0
+
+    def fitness(self) -> Fitness:
+        """The same as functions."""
+        return OWN_FITNESSES.get(self.kind)
+
+
+FitnessSettings = Annotated[
+    Annotated[LinLeeSettings | ContourSettings, Field(discriminator="kind"), Tag(BUILT_IN)]
+    | Annotated[OwnFitnessSettings, Tag(OWN)],
+    by_kind(*OWN_FITNESSES.built_in),
+]
 
 
 class RunSettings(Record):
@@ -134,8 +153,10 @@ class Scenario(Record):
         self._can_follow()
         if isinstance(self.controller, HierarchicalSettings):
             self._can_read(self.controller)
-        else:
-            self._can_search(self.controller)
+        elif isinstance(self.search, SearchLinLee):
+            raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
+        elif not isinstance(self.controller, LawSettings):
+            self._can_start(self.controller)
         return self
 
     def _can_read(self, controller: HierarchicalSettings) -> None:
@@ -150,7 +171,7 @@ class Scenario(Record):
             if names.count(name) > 1:
                 raise ValueError(f"controller.inputs: {name!r} stands there twice")
 
-    def _can_search(self, controller: FlcSettings | AflcSettings) -> None:
+    def _can_start(self, controller: FlcSettings | AflcSettings) -> None:
         if not isinstance(self.plant.values()[0], FeedDriveParameters):
             raise ValueError(
                 f"controller.kind = {controller.kind!r}: is for a feed drive, not for the "
@@ -168,8 +189,6 @@ class Scenario(Record):
                     f"controller.start: {middle.label} of its {key} is centred on "
                     f"{middle.centre}; a search keeps it on 0"
                 )
-        if isinstance(self.search, SearchLinLee):
-            raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
 
     def _can_follow(self) -> None:
         axes = self.plant.values()
@@ -181,6 +200,11 @@ class Scenario(Record):
         if isinstance(self.fitness, ContourSettings) and len(axes) != 2:
             raise ValueError("fitness.kind = 'contour': a machine of one axis has no contour")
         if isinstance(self.reference, Trajectory):
+            if not isinstance(axes[0], FeedDriveParameters):
+                raise ValueError(
+                    f"reference.kind = {self.reference.kind!r}: is for feed drives, not for the "
+                    f"{self.plant.name}"
+                )
             fastest = min(largest_drive_speed(axis.gain, axis.coulomb) for axis in axes)
             try:
                 check_speed(self.reference, fastest, "reference")

@@ -15,11 +15,12 @@ from hfc_design import controllers, evaluate, rulebase, scenarios
 from hfc_design import design as designs
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import FORMATS
+from hfc_design.laws.law import LAWS
+from hfc_design.machine_settings import ALL_PLANTS
 from hfc_design.records import RunError, UserError
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Search
-from plants import PLANTS
 
 #: Plant -> designs shown beside every result, and their names in the table.
 BASELINES = {
@@ -62,7 +63,7 @@ def design(
     rivals = write_page(scenario, result, folder)
     baselines = BASELINES.get(scenario.plant.name, {})
     beside = {baselines[name]: rival for name, rival in rivals.items()}
-    show_table({"this design": result.evaluation, **beside}, watch.summary())
+    show_table(scenario, {"this design": result.evaluation, **beside}, watch.summary())
     Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
 
@@ -143,15 +144,20 @@ class Watch(Quiet):
         return f"{seconds:.1f} s; {self._diverged} individuals diverged and scored 0"
 
 
-def show_table(rows: dict[str, Evaluation], caption: str = "") -> None:
+#: What the fitness of a kind is called in a table.
+FITNESSES = {"lin-lee": "fitness, LL eq. 5", "contour": "fitness [1/BLU]"}
+
+
+def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:
     """Fitness and metrics of some designs side by side, one column a design."""
     table = Table(caption=caption or None, caption_justify="left")
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
     cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
+    kind = scenario.fitness.kind
+    table.add_row(FITNESSES.get(kind, f"fitness, {kind}"), *cells)
     first = next(iter(rows.values()))
-    table.add_row("fitness, LL eq. 5" if first.contour is None else "fitness [1/BLU]", *cells)
     for key in first.metrics:
         found = (row.metrics[key] for row in rows.values())
         table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
@@ -250,9 +256,10 @@ def show_list(what: str) -> None:
         names = rulebase.builtin_designs()
         lines = {name: str(evaluate.load_design(name).provenance["source"]) for name in names}
     elif what == "plants":
-        lines = {name: ", ".join(plant.parameters._fields) for name, plant in PLANTS.items()}
+        plants = {name: ALL_PLANTS.get(name) for name in ALL_PLANTS.names()}
+        lines = {name: ", ".join(plant.parameters._fields) for name, plant in plants.items()}
     elif what == "controllers":
-        lines = controllers.KINDS
+        lines = dict.fromkeys(LAWS.names(), "an own law") | controllers.KINDS
     else:
         lines = {name: text for name, (text, _) in FORMATS.items()}
     table = Table(box=None, show_header=False)

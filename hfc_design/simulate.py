@@ -6,6 +6,8 @@ scan over the samples runs outermost, and its body is ``vmap`` of the scalar ste
 are sliced from the leaves inside the body. The compiler then emits one vector loop a sample.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -18,6 +20,9 @@ from jax.sharding import Mesh, PartitionSpec
 from hfc_design import devices
 from hfc_design.controllers import Controller
 from hfc_design.fitness import Fitness, Moment
+from hfc_design.laws.law import LAWS
+from hfc_design.machine_settings import ALL_PLANTS
+from hfc_design.records import UserError
 from hfc_design.scenarios import Scenario
 from hfc_design.signals import AxisSamples, Samples
 from plants import Plant
@@ -85,7 +90,8 @@ def scores(
     padded = jax.tree.map(
         lambda leaf: np.pad(leaf, [(0, 0)] * (leaf.ndim - 1) + [(0, padding)], mode="edge"), gains
     )
-    result = _scores(loop, _cast(plants, dtype), _cast(samples, dtype), _cast(padded, dtype))
+    with _own_code(loop):
+        result = _scores(loop, _cast(plants, dtype), _cast(samples, dtype), _cast(padded, dtype))
     found = np.asarray(result, np.float64)[:count]
     return np.where(np.isfinite(found), found, np.nan)
 
@@ -98,7 +104,8 @@ def trajectory(
     The parameters in ``plants`` are numbers, or (individuals,) where each has its own machine.
     """
     arguments = (_cast(item, np.float64) for item in (plants, samples, gains))
-    return jax.tree.map(np.asarray, _trajectory(loop, *arguments))
+    with _own_code(loop):
+        return jax.tree.map(np.asarray, _trajectory(loop, *arguments))
 
 
 def error_jacobian(
@@ -113,6 +120,27 @@ def error_jacobian(
     error, jacobian = _error_jacobian(loop, *arguments)
     parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
     return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
+
+
+@contextmanager
+def _own_code(loop: Loop) -> Iterator[None]:
+    """What goes wrong in a user's own plant, controller or fitness becomes a line."""
+    try:
+        yield
+    except jax.errors.JaxRuntimeError:
+        raise  # no memory, for one
+    except Exception as error:
+        own = [f"plant {loop.plant.name!r}"] * (loop.plant.name not in ALL_PLANTS.built_in)
+        own += [f"controller {loop.controller.kind!r}"] * (
+            loop.controller.kind not in LAWS.built_in
+        )
+        own += [f"fitness {loop.fitness.name!r}"] * bool(loop.fitness.name)
+        if not own:
+            raise
+        reason = (str(error).splitlines() or [""])[0]
+        raise UserError(
+            f"{' or '.join(own)} cannot be simulated: {type(error).__name__}: {reason}"
+        ) from error
 
 
 def _chunk(count: int) -> int:

@@ -6,9 +6,19 @@ A plant is plain data and pure functions written for one machine in scalars;
 
 from plants.c_axis import C_AXIS
 from plants.feed_drive import FEED_DRIVE
-from plants.plant import Plant, in_a_name
+from plants.integrate import rk4
+from plants.plant import Plant, in_a_name, only_positive, plant_fault
 
-#: Every plant that a scenario can name.
+#: By name; what users add comes in here too, see ``hfc_design.plugins``.
 PLANTS: dict[str, Plant] = {plant.name: plant for plant in (C_AXIS, FEED_DRIVE)}
 
-__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Plant", "in_a_name"]
+__all__ = [
+    "C_AXIS",
+    "FEED_DRIVE",
+    "PLANTS",
+    "Plant",
+    "in_a_name",
+    "only_positive",
+    "plant_fault",
+    "rk4",
+]

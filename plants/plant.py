@@ -14,8 +14,8 @@ def _same(fixed: Any, value: Any) -> Any:
     return value
 
 
-def _as_it_is(position: Any) -> Any:
-    return position
+def _as_it_is(value: Any) -> Any:
+    return value
 
 
 #: What a command and a load with a unit are called; others are just "command" and "load".
@@ -46,14 +46,10 @@ class Plant:
     name: str
     #: Record class of the physical parameters; its defaults are the nominal machine.
     parameters: type[Any]
-    #: Parameters that are exact: counts, ratios of teeth, settings of the control. All others have
-    #: a tolerance, because they were measured or identified, or change with load and warmth.
-    exact: frozenset[str]
     #: What is wrong with a dict of changed parameters, in one line; None if nothing is.
     fault: Callable[[dict[str, float]], str | None]
     #: Unit of each signal, of "error", "error_rate", "command", "load" too, for people to read.
     units: dict[str, str]
-    coefficients: Callable[[Any], Any]
     initial_state: Callable[[Any], Any]
     step: Callable[[Any, Any, Any, tuple[Any, Any, Any], Any], Any]
     #: Everything that a controller may read besides the tracking error and its rate.
@@ -63,6 +59,11 @@ class Plant:
     velocity: str
     #: Each angle that an encoder reads, with the state field of its rate.
     encoders: dict[str, str]
+    #: What a step needs of the parameters, computed once; the parameters themselves by default.
+    coefficients: Callable[[Any], Any] = _as_it_is
+    #: Parameters that are exact: counts, ratios of teeth, settings of the control. All others have
+    #: a tolerance, because they were measured or identified, or change with load and warmth.
+    exact: frozenset[str] = frozenset()
     #: Speed [of the position, per s] up to which an integration step of some length is stable.
     fastest: Callable[[Any, float], float] = _unlimited
     #: The command that reaches the drive, in the steps and within the limits of its converter.
@@ -81,3 +82,39 @@ class Plant:
     def load_name(self) -> str:
         """What the load is called: by its unit."""
         return LOADS.get(self.units["load"], "load")
+
+
+def only_positive(parameters: type[Any]) -> Callable[[dict[str, float]], str | None]:
+    """A ``Plant.fault``: every parameter has to be one of the record's and more than zero."""
+
+    def fault(changes: dict[str, float]) -> str | None:
+        for name, value in changes.items():
+            if name not in parameters._fields:
+                return f"parameters.{name}: unknown; there is {', '.join(parameters._fields)}"
+            if not value > 0:
+                return f"parameters.{name} = {value}: has to be more than zero"
+        return None
+
+    return fault
+
+
+#: Signals that every plant has.
+COMMON = ("error", "error_rate", "command", "load")
+
+
+def plant_fault(plant: Plant) -> str | None:
+    """What keeps a plant from working, in a line; None if nothing that is seen at once."""
+    try:
+        fixed = plant.coefficients(plant.parameters())
+    except TypeError:
+        return "each of its parameters needs a default, the nominal machine"
+    state = plant.initial_state(0.0)
+    signals = plant.signals(fixed, state)
+    fields = [plant.position, plant.velocity, *plant.encoders, *plant.encoders.values()]
+    faults = [
+        *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in plant.units),
+        *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
+        *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
+        plant.fault({}),
+    ]
+    return next(filter(None, faults), None)

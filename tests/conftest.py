@@ -1,5 +1,7 @@
 """What several test modules build their individuals from."""
 
+import sys
+
 import numpy as np
 import oracle
 import pytest
@@ -7,6 +9,9 @@ import pytest
 from hfc_design import hierarchy
 from hfc_design.controllers import HierarchicalGains, from_design
 from hfc_design.evaluate import load_design
+from hfc_design.fitness import OWN_FITNESSES
+from hfc_design.laws.law import LAWS
+from hfc_design.machine_settings import ALL_PLANTS
 
 
 @pytest.fixture
@@ -35,3 +40,18 @@ def random_population():
 def published():
     """(controller, gains of a population of one) of a built-in design."""
     return lambda name: from_design(load_design(name).controller)
+
+
+@pytest.fixture
+def own_plugins(monkeypatch):
+    """Forgets afterwards which plug-ins and modules came in."""
+    groups = [(group.known, dict(group.known)) for group in (ALL_PLANTS, OWN_FITNESSES, LAWS)]
+    modules = set(sys.modules)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    yield
+    for known, before in groups:
+        known.clear()
+        known.update(before)
+    for name in set(sys.modules) - modules:
+        if not name.startswith(("jax", "numpy", "scipy", "matplotlib", "hfc_design")):
+            del sys.modules[name]

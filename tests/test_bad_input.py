@@ -32,7 +32,7 @@ def refused(*arguments, code=2):
         ("plant.parameters.spindle_inertia=-1", ["spindle_inertia = -1.0", "more than zero"]),
         ("plant.parameters.spindle_mass=1", ["spindle_mass", "unknown", "spindle_inertia"]),
         ("plant.parameters.mutual_inductance=9", ["mutual_inductance", "stator_inductance"]),
-        ("plant.name=d-axis", ["plant.name 'd-axis'", "c-axis"]),
+        ("plant.name=d-axis", ["plant.name = 'd-axis'", "c-axis"]),
         ("simulation.sample_time_s=0", ["simulation.sample_time_s = 0", "greater than 0"]),
         ("simulation.duration_s=nan", ["simulation.duration_s = nan", "finite"]),
         ("simulation.duration_s=1e9", ["samples", "10000000"]),

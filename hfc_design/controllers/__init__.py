@@ -8,12 +8,13 @@ from hfc_design.controllers.aflc import aflc
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc import flc
 from hfc_design.controllers.hierarchical import HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.of_law import of_law
 from hfc_design.controllers.pd import PdGains, pd
 from hfc_design.controllers.pid import pid
 from hfc_design.controllers.soflc import soflc
 from hfc_design.feed_records import AflcDesign, FeedDesign, FlcDesign, PidDesign
 from hfc_design.fuzzy import Term
-from hfc_design.rulebase import HierarchicalDesign, PdDesign
+from hfc_design.rulebase import BuiltInDesign, HierarchicalDesign, LawDesign, PdDesign
 
 #: The ``kind`` of a design file -> what it is, for ``hfc list controllers``.
 KINDS = {
@@ -26,8 +27,10 @@ KINDS = {
 }
 
 
-def from_design(record: PdDesign | HierarchicalDesign | FeedDesign) -> tuple[Controller, Any]:
+def from_design(record: BuiltInDesign | LawDesign) -> tuple[Controller, Any]:
     """The controller that a design file describes and its gains, as a population of one."""
+    if isinstance(record, LawDesign):
+        return of_law(record.law, record.sample_time_s), _population_of_one(record.values())
     if not isinstance(record, PdDesign | HierarchicalDesign):
         return _feed_drive(record), _population_of_one(record.gains())
     gains = PdGains(np.array([record.pd.kp]), np.array([record.pd.kd]))
@@ -75,6 +78,7 @@ __all__ = [
     "flc",
     "from_design",
     "hierarchical",
+    "of_law",
     "pd",
     "pid",
     "soflc",

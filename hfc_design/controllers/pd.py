@@ -1,20 +1,9 @@
 """The PD controller that every fuzzy one is measured against."""
 
-from typing import Any, NamedTuple
-
 from hfc_design.controllers.controller import Controller
+from hfc_design.laws.pd import PdGains, law
 
-
-class PdGains(NamedTuple):
-    """Gains of LL eq. 6."""
-
-    kp: Any  # [V/rad]
-    kd: Any  # [V s/rad]
-
-
-def law(gains: Any, signals: dict[str, Any]) -> Any:
-    """``kp e + kd de/dt`` [V] (LL eq. 6)."""
-    return gains.kp * signals["error"] + gains.kd * signals["error_rate"]
+__all__ = ["PdGains", "law", "pd"]
 
 
 def pd() -> Controller:

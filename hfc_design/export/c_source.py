@@ -7,7 +7,7 @@ from typing import Any
 
 from hfc_design.export.c_lookup import lookup
 from hfc_design.export.templates import rendered, write_folder
-from hfc_design.export.units import UNITS, facts, identifier, rule_units
+from hfc_design.export.units import UNITS, built_in, facts, identifier, rule_units
 from hfc_design.feed_records import AflcDesign, FlcDesign, PidDesign, SoflcDesign
 from hfc_design.laws import aflc, root_unit
 from hfc_design.laws.adaptation import ALIKE, PERFORMANCE, ZR, blamed_aflc, blamed_soflc
@@ -72,7 +72,7 @@ def c_name(design: Design) -> str:
 
 def signals(design: Design) -> dict[str, str]:
     """What the controller reads at a sample, and its unit where that is known."""
-    controller, names = design.controller, ["error"]
+    controller, names = built_in(design), ["error"]
     if isinstance(controller, PdDesign | HierarchicalDesign):
         names.append("error_rate")
     if isinstance(controller, HierarchicalDesign):
@@ -109,7 +109,7 @@ def _command_unit(design: Design) -> str:
 
 def _parts(design: Design) -> dict[str, Any]:
     """What the templates of the design's kind need; ``part`` is the template's name."""
-    controller = design.controller
+    controller = built_in(design)
     if isinstance(controller, PdDesign):
         return {"part": "pd", "pd": controller.pd, "exponential": False}
     if isinstance(controller, PidDesign):

@@ -11,7 +11,7 @@ from hfc_design.checkpoint import write_whole
 from hfc_design.export.fcl import real
 from hfc_design.export.fuzzy_files import comment
 from hfc_design.export.templates import rendered
-from hfc_design.export.units import RuleUnit, Triangle, facts, identifier, rule_units
+from hfc_design.export.units import RuleUnit, Triangle, built_in, facts, identifier, rule_units
 from hfc_design.feed_records import AflcDesign, FlcDesign, FuzzyRecord, PidDesign, SoflcDesign
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign
@@ -81,7 +81,7 @@ def write(design: Design, path: Path) -> None:
 
 
 def _block(design: Design) -> Block:
-    controller = design.controller
+    controller = built_in(design)
     if isinstance(controller, HierarchicalDesign):
         return _hierarchy(controller, rule_units(design))
     if isinstance(controller, FuzzyRecord):

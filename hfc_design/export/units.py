@@ -11,7 +11,14 @@ from typing import NamedTuple
 from hfc_design import __version__
 from hfc_design.feed_records import FuzzyRecord, TriangleRecord
 from hfc_design.records import Table, UserError
-from hfc_design.rulebase import Design, HierarchicalDesign, TermRecord, design_json
+from hfc_design.rulebase import (
+    BuiltInDesign,
+    Design,
+    HierarchicalDesign,
+    LawDesign,
+    TermRecord,
+    design_json,
+)
 
 #: Plant -> unit of its error and of its command.
 UNITS = {"c-axis": ("rad", "V"), "feed-drive": ("BLU", "unit")}
@@ -79,6 +86,21 @@ def rule_units(design: Design) -> list[RuleUnit]:
         table = controller.rules.centroids
         return [RuleUnit("rules", "error_change", "error", change, error, table)]
     raise UserError(f"design {design.name} is of kind {controller.kind}: no rule tables")
+
+
+def built_in(design: Design) -> BuiltInDesign:
+    """The controller of ``design``.
+
+    Raises:
+        UserError: it is of a user's own kind; its law is Python code, which no format can hold.
+    """
+    controller = design.controller
+    if isinstance(controller, LawDesign):
+        raise UserError(
+            f"design {design.name} is of the own kind {controller.kind}: json holds its gains, "
+            "its law is in Python only"
+        )
+    return controller
 
 
 def identifier(name: str) -> str:

@@ -9,13 +9,14 @@ from hfc_design.checkpoint import write_whole
 from hfc_design.design import CONFIG, Result
 from hfc_design.evaluate import Evaluation
 from hfc_design.export import csv_tables
+from hfc_design.feed_records import FuzzyRecord
 from hfc_design.paths.metrics import CONTOUR_METRICS
 from hfc_design.pictures import contour_plots, plots
-from hfc_design.report import fuzzy, hierarchical
-from hfc_design.report.section import Rows, score
+from hfc_design.report import fuzzy, gains, hierarchical
+from hfc_design.report.section import Rows, Section, score
 from hfc_design.report.template import rendered
-from hfc_design.rulebase import HierarchicalDesign
-from hfc_design.scenarios import ContourSettings, Scenario
+from hfc_design.rulebase import Design, HierarchicalDesign
+from hfc_design.scenarios import ContourSettings, LinLeeSettings, Scenario
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"
@@ -39,11 +40,12 @@ def write_report(
 
     Raises:
         RunError: the folder cannot be written.
-        UserError: the design is of a kind without rule tables.
     """
-    csv_tables.write(result.design, folder / TABLES)
     design, own, search = result
     hierarchy = isinstance(design.controller, HierarchicalDesign)
+    tables = hierarchy or isinstance(design.controller, FuzzyRecord)
+    if tables:
+        csv_tables.write(design, folder / TABLES)
     evaluations = {OWN: own, **rivals}
     page = rendered(
         "report.html.j2",
@@ -56,9 +58,8 @@ def write_report(
         contour=own.contour is not None,
         response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
-        sections=(
-            hierarchical.sections(design) if hierarchy else fuzzy.sections(design, own, scenario)
-        ),
+        sections=_sections(design, own, scenario),
+        tables=tables,
         generations=search.generation,
         diverged=int(search.history.diverged.sum()),
         history=plots.history(search.history),
@@ -71,6 +72,15 @@ def write_report(
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
     write_whole(folder / REPORT, page)
+
+
+def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
+    """What there is to say about a controller of this kind."""
+    if isinstance(design.controller, HierarchicalDesign):
+        return hierarchical.sections(design)
+    if isinstance(design.controller, FuzzyRecord):
+        return fuzzy.sections(design, own, scenario)
+    return gains.sections(design)
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
@@ -114,7 +124,9 @@ def _measure(scenario: Scenario) -> str:
     if isinstance(settings, ContourSettings):
         of = f"1 / (rms + {settings.worst:g} × largest + {settings.lag:g} × rms lag)"
         return f"The fitness is {of} of the contour error [1/BLU]"
-    return "The fitness is eq. 5 of Lin & Lee (1999)"
+    if isinstance(settings, LinLeeSettings):
+        return "The fitness is eq. 5 of Lin & Lee (1999)"
+    return f"The fitness is {settings.kind}, a user's own"
 
 
 def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:

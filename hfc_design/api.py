@@ -1,0 +1,165 @@
+"""The package for scripts, in one import: ``import hfc_design.api as hfc``.
+
+Load a scenario, design, evaluate, export; add an own plant, fitness or control law. The page
+``docs/python.md`` shows all of it at work.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
+
+from hfc_design import design as _design
+from hfc_design import evaluate as _evaluate
+from hfc_design import export as _export
+from hfc_design import scenarios as _scenarios
+from hfc_design.design import Result
+from hfc_design.evaluate import Evaluation, evaluate, trajectory_csv
+from hfc_design.fitness import OWN_FITNESSES, Fitness, Moment
+from hfc_design.laws.law import LAWS, Law
+from hfc_design.machine_settings import ALL_PLANTS
+from hfc_design.monte_carlo import Robustness, robustness
+from hfc_design.records import RunError, UserError, checked
+from hfc_design.rulebase import Design
+from hfc_design.runtime import Controller
+from hfc_design.scenarios import Scenario
+from hfc_design.search.loop import Search
+from plants import Plant, only_positive, rk4
+
+Registered = TypeVar("Registered", Plant, Fitness, Law)
+
+
+def register(thing: Registered) -> Registered:
+    """Let scenarios and designs of this program name an own plant, fitness or control law.
+
+    Raises:
+        UserError: it is none of these, cannot work, or its name is that of a built-in one.
+    """
+    if isinstance(thing, Plant):
+        return ALL_PLANTS.add(thing)
+    return OWN_FITNESSES.add(thing) if isinstance(thing, Fitness) else LAWS.add(thing)
+
+
+def load_scenario(
+    source: str | Path | Mapping[str, Any], changes: Mapping[str, Any] | None = None
+) -> Scenario:
+    """A built-in scenario, a TOML file, or what would stand in one; ``changes`` by dotted key.
+
+    Raises:
+        UserError: no such scenario, or a value that is not allowed.
+    """
+    if not isinstance(source, Mapping):
+        return _scenarios.load_scenario(str(source), changes or {})
+    data = _scenarios.changed({"name": "scenario"} | dict(source), changes or {})
+    return checked(Scenario, data, "scenario", Path())
+
+
+def load_design(source: str | Path) -> Design:
+    """A built-in design, a design file, or that of a run folder.
+
+    Raises:
+        UserError: no such design, or one that cannot run.
+    """
+    return _evaluate.load_design(str(source))
+
+
+def design(
+    scenario: Scenario,
+    folder: str | Path | None = None,
+    on_generation: Callable[[Search], None] = lambda search: None,
+) -> Result:
+    """Search a controller: its design file, what it does on the scenario, and the search.
+
+    With ``folder`` it leaves a run folder and a report there, as ``hfc design`` does. Called
+    again for a run of the same scenario that was stopped, it goes on.
+
+    Raises:
+        UserError: the folder holds a run of another scenario.
+        RunError: the folder cannot be written, or its checkpoint is damaged.
+    """
+    if folder is None:
+        with TemporaryDirectory() as name:
+            own = _design.new_run(scenario, Path(name))
+            return _design.run(own, Path(name), on_generation)
+    from hfc_design.session import write_page
+
+    place = Path(folder)
+    if (place / _design.CONFIG).exists():
+        own = _design.opened_run(place)
+        if _without_paths(own) != _without_paths(scenario):
+            raise UserError(f"{place}: holds a run of another scenario; name another folder")
+    else:
+        own = _design.new_run(scenario, place)
+    result = _design.run(own, place, on_generation)
+    write_page(own, result, place)
+    return result
+
+
+def _without_paths(scenario: Scenario) -> Scenario:
+    """A run folder holds copies of the files that a scenario names."""
+    return _scenarios.renamed(scenario, lambda key, file: Path(key))
+
+
+def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Design:
+    """A design by hand: a controller of kind pd, pid or an own law with these gains.
+
+    Raises:
+        UserError: no such kind, or it has other gains.
+    """
+    own = {"kind": kind, kind if kind in ("pd", "pid") else "gains": dict(gains)}
+    return _design.design_with(own, scenario)
+
+
+def export(found: Design, to: str, path: str | Path) -> Path:
+    """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
+
+    Raises:
+        UserError: no such format, or not for this kind of controller.
+        RunError: ``path`` cannot be written.
+    """
+    if to not in _export.FORMATS:
+        raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
+    _export.FORMATS[to][1](found, Path(path))
+    return Path(path)
+
+
+def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
+    """Draw the motion to a png, svg or pdf file.
+
+    Raises:
+        RunError: ``path`` cannot be written.
+    """
+    from hfc_design.pictures.contour_plots import motion
+    from hfc_design.pictures.plots import save
+
+    save(motion(evaluation, title), Path(path))
+    return Path(path)
+
+
+__all__ = [
+    "Controller",
+    "Design",
+    "Evaluation",
+    "Fitness",
+    "Law",
+    "Moment",
+    "Plant",
+    "Result",
+    "Robustness",
+    "RunError",
+    "Scenario",
+    "Search",
+    "UserError",
+    "design",
+    "evaluate",
+    "export",
+    "load_design",
+    "load_scenario",
+    "only_positive",
+    "plot",
+    "register",
+    "rk4",
+    "robustness",
+    "trajectory_csv",
+    "with_gains",
+]

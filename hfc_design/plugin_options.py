@@ -1,0 +1,77 @@
+"""The options of a command that bring in a user's own plant, fitness or controller."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+import click
+
+Command = Callable[..., None]
+CHOICES = {
+    "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
+    "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
+    "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
+}
+KNOWN = {
+    "plant": "Make an own plant known, as module:OBJECT.",
+    "fitness": "Make an own fitness known, as module:OBJECT.",
+    "controller": "Make an own controller's law known, as module:OBJECT.",
+}
+
+
+def choosing_plugins(command: Command) -> Command:
+    """A command with --plant, --fitness and --controller.
+
+    What they name is made known; the changes of a scenario that choose it come to the command as
+    ``chosen``, by the option.
+    """
+    return _with_options(CHOICES, command)
+
+
+def knowing_plugins(command: Command) -> Command:
+    """A command with the same options, which only make known what files name."""
+
+    @wraps(command)
+    def unchosen(chosen: dict[str, str], **given: Any) -> None:
+        command(**given)
+
+    return _with_options(KNOWN, unchosen)
+
+
+def _with_options(helps: dict[str, str], command: Command) -> Command:
+
+    @wraps(command)
+    def wrapped(**given: Any) -> None:
+        texts = {key: given.pop(key) for key in helps}
+        command(chosen=chosen({key: text for key, text in texts.items() if text}), **given)
+
+    for key, text in reversed(helps.items()):
+        wrapped = click.option(f"--{key}", help=text)(wrapped)
+    return wrapped
+
+
+def chosen(texts: dict[str, str]) -> dict[str, str]:
+    """Make known what each option names; option -> a change of the scenario that chooses it.
+
+    Raises:
+        UserError: something cannot be imported or used.
+    """
+    if not texts:
+        return {}
+    from hfc_design.fitness import OWN_FITNESSES
+    from hfc_design.laws.law import LAWS
+    from hfc_design.machine_settings import ALL_PLANTS
+    from hfc_design.plugins import Group
+
+    groups: dict[str, Group[Any]] = {
+        "plant": ALL_PLANTS,
+        "fitness": OWN_FITNESSES,
+        "controller": LAWS,
+    }
+    changes = {}
+    for key, text in texts.items():
+        group = groups[key]
+        name = text if text in group.built_in else group.resolve(text).name
+        # The plant's parameters stay; a fitness or controller of another kind has other settings.
+        changes[key] = f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
+    return changes
