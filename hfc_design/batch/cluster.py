@@ -31,6 +31,8 @@ except ImportError:
     ) from None
 
 
+#: How long a scheduler is waited for.
+ANSWER_WITHIN = "10s"
 #: A cell's run on a worker.
 Task = Future[Any]
 
@@ -59,7 +61,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Client]:
             yield client
         return
     try:
-        client = Client(scheduler, timeout="10s")
+        client = Client(scheduler, timeout=ANSWER_WITHIN)
     except ValueError as error:
         raise UserError(f"--scheduler {scheduler}: {error}") from None
     except OSError:
@@ -78,8 +80,9 @@ def _local(workers: int) -> LocalCluster:
         threads_per_worker=cores // workers,
         processes=True,
         memory_limit=0,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         silence_logs=logging.CRITICAL,
+        preload="hfc_design.batch.worker",
     )
 
 

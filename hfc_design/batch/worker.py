@@ -5,6 +5,7 @@ has been taken.
 """
 
 import os
+import signal
 import socket
 import threading
 import time
@@ -15,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
-from distributed import Status, get_worker
+from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
 
@@ -23,6 +24,8 @@ from hfc_design import __version__
 Files = dict[str, bytes]
 #: "again" is a cell that somebody else is at, or that the worker had to leave.
 Result = tuple[Literal["finished", "failed", "again"], str, float, Files]
+#: What claims of cores and GPUs begin with.
+CLAIM = "hfc-design"
 
 _alone = threading.Lock()  # a worker with many threads is given many cells
 _taken: list[socket.socket] = []
@@ -30,6 +33,11 @@ _taken: list[socket.socket] = []
 
 class Left(Exception):
     """Nobody waits for the cell any more, or the worker has to stop."""
+
+
+def dask_setup(worker: Worker) -> None:
+    """Leave Ctrl-C, which a terminal sends to every process, to the batch that began this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def run_cell(version: str, name: str, shared: str, files: Files) -> Result:
@@ -134,7 +142,7 @@ def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
             break
         claim = socket.socket(socket.AF_UNIX)
         try:
-            claim.bind(f"\0hfc-design-{kind}-{name}")
+            claim.bind(f"\0{CLAIM}-{kind}-{name}")
         except OSError:
             claim.close()
             continue
