@@ -175,6 +175,81 @@ def export(design: str, target: str, out: Path | None) -> None:
     click.echo(path)
 
 
+@main.command("import")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Design file [default: NAME.json].")
+@click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
+@click.option("--name", help="Of the design [default: the file's].")
+@click.option("--plant", type=click.Choice(["feed-drive", "c-axis"]))
+@click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
+@click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
+@click.option(
+    "--signal",
+    "signals",
+    multiple=True,
+    metavar="INPUT=SIGNAL",
+    help="Which signal an input of FILE is, as in input1=error, where its name does not say so.",
+)
+def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: Any) -> None:
+    """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
+
+    Two inputs of seven terms and a singleton for each of the 49 rules, with product and weighted
+    average. Triangles give an flc, or with --kind aflc one that adapts; Gaussians with flat tops
+    give a hierarchy of one unit. Whatever a design cannot hold is refused; within the ranges of its
+    inputs the design computes what FILE says. A scenario takes an flc or aflc as the start of a
+    search with [controller] start = "NAME.json".
+    """
+    from hfc_design.checkpoint import write_whole
+    from hfc_design.importing import Wish, imported
+    from hfc_design.records import UserError
+    from hfc_design.rulebase import design_json
+
+    pairs = {}
+    for item in signals:
+        name, equals, signal = item.partition("=")
+        if not equals:
+            raise UserError(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
+        pairs[name] = signal
+    design = imported(file, Wish(**options, signals=pairs))
+    path = out or Path(f"{design.name}.json")
+    if path.exists():
+        raise UserError(f"--out {path}: exists already; name another path")
+    write_whole(path, (design_json(design) + "\n").encode())
+    click.echo(path)
+
+
+@main.command()
+@click.argument("design")
+@click.option(
+    "--at",
+    "samples",
+    multiple=True,
+    required=True,
+    metavar="SIGNAL=NUMBER,...",
+    help="Signals of a sample; given again for each sample that follows, the last is explained.",
+)
+@click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
+def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) -> None:
+    """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
+
+    Every signal that DESIGN reads has to be given. With one --at that includes what it remembers
+    of the sample before, as in previous_velocity=0.02; a feed drive's takes previous_error or
+    error_change. Integral and adaptation are then as before the first sample. With several --at
+    the controller steps through them from rest, and adapts.
+    """
+    from hfc_design.evaluate import load_design
+    from hfc_design.explain import explanation
+
+    found = explanation(load_design(design), samples)
+    if as_json:
+        click.echo(json.dumps(found))
+        return
+    from hfc_design.explain_tables import show
+
+    show(found, least)
+
+
 @main.command()
 @click.argument("design", required=False)
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 from math import inf
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -94,7 +94,7 @@ class FuzzyRecord(Record):
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
         for key in ("error_terms", "error_change_terms"):
-            if fault := _fault(getattr(self, key)):
+            if fault := terms_fault(getattr(self, key)):
                 raise ValueError(f"{key}: {fault}")
         return self
 
@@ -128,13 +128,21 @@ class OverlapRecord(Record):
     error_change: Positive  # [BLU]
 
 
+class SectorsRecord(Record):
+    """The rectangle that the table may not leave, see ``adaptation.Sectors``."""
+
+    k1_max: Positive  # [units/BLU]
+    k2_max: Positive  # [units/BLU]
+
+
 class RatesRecord(Record):
-    """Steps of the adaptation, see ``aflc.Rates``; an overlap of None is one step."""
+    """Steps of the adaptation, see ``aflc.Rates``, and its bounds."""
 
     k_a: NotNegative  # [BLU]
     k_b: NotNegative  # [BLU]
     k_c: NotNegative  # units of the command
-    smallest_overlap: OverlapRecord | None = None
+    smallest_overlap: OverlapRecord | None = None  # None: one step
+    stable_range: SectorsRecord | None = None  # None: the table has no bounds, as in JK95
 
     def rates(self) -> Rates:
         """The same for the law."""
@@ -143,64 +151,33 @@ class RatesRecord(Record):
         return Rates(self.k_a, self.k_b, self.k_c, *overlaps)
 
 
-class SectorsRecord(Record):
-    """The rectangle that the table may not leave, see ``adaptation.Sectors``."""
-
-    k1_max: Positive  # [units/BLU]
-    k2_max: Positive  # [units/BLU]
-
-
 class BoundedRatesRecord(RatesRecord):
-    """Steps of the adaptation and its bounds."""
+    """Steps of the adaptation; JK04 has it stay inside a stable range."""
 
     stable_range: SectorsRecord
 
 
-class SoflcRatesRecord(RatesRecord):
-    """Steps of the adaptation; JK95 has no bounds, JK04's can be added."""
+class AdaptiveDesign(FuzzyRecord):
+    """What the two adaptive kinds have in common."""
 
-    stable_range: SectorsRecord | None = None
+    adaptation: RatesRecord
 
-
-def _steps_fit(design: "AnyAdaptive") -> "AnyAdaptive":
-    rates, least = design.adaptation, design.adaptation.smallest_overlap
-    for key, step, name, terms in (
-        ("k_a", rates.k_a, "error", design.error_terms),
-        ("k_b", rates.k_b, "error_change", design.error_change_terms),
-    ):
-        room = min(upper.centre - lower.centre for lower, upper in pairwise(terms))
-        limit = f"{room}, the smallest distance between two centres"
-        if step >= room:
-            raise ValueError(f"adaptation.{key} = {step}: has to be less than {limit}")
-        overlap = 0.0 if least is None else getattr(least, name)
-        if overlap > room:
-            place = f"adaptation.smallest_overlap.{name}"
-            raise ValueError(f"{place} = {overlap}: has to be at most {limit}")
-    return design
-
-
-class AflcDesign(FuzzyRecord):
-    """A controller of kind ``aflc``."""
-
-    kind: Literal["aflc"] = "aflc"
-    adaptation: BoundedRatesRecord
-
-    _steps_fit = model_validator(mode="after")(_steps_fit)
-
-    def gains(self) -> AdaptiveGains:
-        """The gains of one individual."""
-        limits = self.adaptation.stable_range
-        sectors = Sectors(limits.k1_max, limits.k2_max)
-        return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
-
-
-class SoflcDesign(FuzzyRecord):
-    """A controller of kind ``soflc``."""
-
-    kind: Literal["soflc"] = "soflc"
-    adaptation: SoflcRatesRecord
-
-    _steps_fit = model_validator(mode="after")(_steps_fit)
+    @model_validator(mode="after")
+    def _steps_fit(self) -> "AdaptiveDesign":
+        rates, least = self.adaptation, self.adaptation.smallest_overlap
+        for key, step, name, terms in (
+            ("k_a", rates.k_a, "error", self.error_terms),
+            ("k_b", rates.k_b, "error_change", self.error_change_terms),
+        ):
+            room = min(upper.centre - lower.centre for lower, upper in pairwise(terms))
+            limit = f"{room}, the smallest distance between two centres"
+            if step >= room:
+                raise ValueError(f"adaptation.{key} = {step}: has to be less than {limit}")
+            overlap = 0.0 if least is None else getattr(least, name)
+            if overlap > room:
+                place = f"adaptation.smallest_overlap.{name}"
+                raise ValueError(f"{place} = {overlap}: has to be at most {limit}")
+        return self
 
     def gains(self) -> AdaptiveGains:
         """The gains of one individual."""
@@ -209,7 +186,19 @@ class SoflcDesign(FuzzyRecord):
         return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
 
 
-AnyAdaptive = TypeVar("AnyAdaptive", AflcDesign, SoflcDesign)
+class AflcDesign(AdaptiveDesign):
+    """A controller of kind ``aflc``."""
+
+    kind: Literal["aflc"] = "aflc"
+    adaptation: BoundedRatesRecord
+
+
+class SoflcDesign(AdaptiveDesign):
+    """A controller of kind ``soflc``."""
+
+    kind: Literal["soflc"] = "soflc"
+
+
 FeedDesign = PidDesign | FlcDesign | AflcDesign | SoflcDesign
 
 
@@ -224,7 +213,7 @@ def _edges(terms: tuple[TriangleRecord, ...]) -> tuple[tuple[float, float, float
     )
 
 
-def _fault(terms: tuple[TriangleRecord, ...]) -> str | None:
+def terms_fault(terms: tuple[TriangleRecord, ...]) -> str | None:
     """What is wrong with a row of terms, in one line; None if nothing is."""
     if [term.label for term in terms] != list(LABELS):
         return f"has to hold the labels {', '.join(LABELS)} in this order"

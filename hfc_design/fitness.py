@@ -61,22 +61,30 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Fitnes
 
 
 @cache
-def contour(worst: float) -> Fitness:
-    """``1 / (rms + worst * largest)`` of the contour error of an X-Y machine [1/BLU]."""
+def contour(worst: float, lag: float) -> Fitness:
+    """``1 / (rms + worst * largest + lag * rms lag)`` of an X-Y machine [1/BLU].
+
+    The first two are of the contour error. The lag is how far the machine is behind along the
+    path: one that never leaves the path because it never moves is no good.
+    """
 
     def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
-        squares, largest, count = sums
-        x, y = moments
-        error = local_error(
-            x.deviation, y.deviation, path.tangent_x, path.tangent_y, path.curvature
+        squares, largest, lags, count = sums
+        x, y = (moment.deviation for moment in moments)
+        error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
+        behind = x * path.tangent_x + y * path.tangent_y
+        return (
+            squares + error * error,
+            jnp.maximum(largest, jnp.abs(error)),
+            lags + behind * behind,
+            count + 1.0,
         )
-        return squares + error * error, jnp.maximum(largest, jnp.abs(error)), count + 1.0
 
     def score(sums: Any) -> Any:
-        squares, largest, count = sums
-        return 1.0 / (jnp.sqrt(squares / count) + worst * largest)
+        squares, largest, lags, count = sums
+        return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
 
-    return Fitness(lambda zero: (zero, zero, zero), update, score)
+    return Fitness(lambda zero: (zero, zero, zero, zero), update, score)
 
 
 @cache

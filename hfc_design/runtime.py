@@ -6,7 +6,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,32 @@ from hfc_design.laws.adaptation import blamed_aflc, blamed_soflc
 from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign, read_design
 
 PREVIOUS = "previous_"
+
+
+class Firing(NamedTuple):
+    """What one unit of a hierarchy does at a sample."""
+
+    column: float  # its inputs, an input of the hierarchy clamped to [-1, 1]
+    row: float
+    in_column: np.ndarray  # (7,) degrees
+    in_row: np.ndarray  # (7,)
+    table: np.ndarray  # (7, 7) consequents [row][column] as they are at this sample
+    output: float
+
+
+class HierarchyParts(NamedTuple):
+    """What the command of a hierarchy is made of."""
+
+    readings: list[float]  # of each input
+    scaled: list[float]
+    units: list[Firing]
+    proportional: float
+    derivative: float
+    fuzzy: float  # the root's output, scaled
+
+    def command(self) -> float:
+        """The sum (LL eq. 6)."""
+        return self.proportional + self.derivative + self.fuzzy
 
 
 class Controller:
@@ -54,13 +80,34 @@ class Controller:
             KeyError: a signal that the design reads is missing.
         """
         design = self.design
-        if not isinstance(design, PdDesign | HierarchicalDesign):
+        if isinstance(design, PdDesign):
+            return float(design.pd.kp * signals["error"] + design.pd.kd * signals["error_rate"])
+        if isinstance(design, PidDesign):
             command, self._memory = self._law(self._memory, signals)
             return float(command)
-        command = design.pd.kp * signals["error"] + design.pd.kd * signals["error_rate"]
-        if isinstance(design, HierarchicalDesign):
-            command += design.output_scale * self._hierarchy(design, signals)
-        return float(command)
+        return float(self.parts(signals).command())
+
+    def parts(self, signals: dict[str, float]) -> HierarchyParts | flc.Parts:
+        """Step, and say what the command is made of.
+
+        Raises:
+            KeyError: a signal that the design reads is missing.
+            ValueError: the controller has no rules.
+        """
+        if isinstance(self.design, HierarchicalDesign):
+            return self._hierarchy(self.design, signals)
+        if isinstance(self.design, PdDesign | PidDesign):
+            raise ValueError(f"a controller of kind {self.design.kind} has no rules")
+        found: flc.Parts
+        found, self._memory = self._law(self._memory, signals)
+        return found
+
+    def remember(self, readings: dict[str, float]) -> None:
+        """Take ``readings`` for those of the sample before; the rest of the memory stays."""
+        if isinstance(self.design, HierarchicalDesign):
+            self._previous |= readings
+        elif not isinstance(self.design, PdDesign):
+            self._memory = self._memory._replace(**readings)
 
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
@@ -88,25 +135,32 @@ class Controller:
         }
         return record.model_copy(update=changes)
 
-    def _hierarchy(self, design: HierarchicalDesign, signals: dict[str, float]) -> float:
-        values = []
+    def _hierarchy(self, design: HierarchicalDesign, signals: dict[str, float]) -> HierarchyParts:
+        readings = []
         for item in design.inputs:
             earlier = item.name.startswith(PREVIOUS)
             name = item.name.removeprefix(PREVIOUS)
-            reading = self._previous.get(name, 0.0) if earlier else signals[name]
-            values.append(min(max(item.scale * reading, -1.0), 1.0))
+            readings.append(self._previous.get(name, 0.0) if earlier else signals[name])
+        scaled = [item.scale * x for item, x in zip(design.inputs, readings, strict=True)]
+        values = [min(max(u, -1.0), 1.0) for u in scaled]
+        units = []
         root = len(self._tables) - 1
         for k, (column, row) in enumerate(self._sources):
             table = self._tables[k]
             degrees = self._memberships(values[column]), self._memberships(values[row])
             if k == root and self._adaptation is not None:
                 table = self._adapted(self._adaptation, table, *degrees, signals["error"])
-            values.append(_averaged(table, *degrees))
+            output = _averaged(table, *degrees)
+            units.append(Firing(values[column], values[row], *degrees, table, output))
+            values.append(output)
         for item in design.inputs:
             if item.name.startswith(PREVIOUS):
                 name = item.name.removeprefix(PREVIOUS)
                 self._previous[name] = signals[name]
-        return values[-1]
+        proportional = design.pd.kp * signals["error"]
+        derivative = design.pd.kd * signals["error_rate"]
+        fuzzy = design.output_scale * values[-1]
+        return HierarchyParts(readings, scaled, units, proportional, derivative, fuzzy)
 
     def _adapted(
         self,
@@ -158,15 +212,15 @@ def _with_edges(terms: Triangles, moved: Any) -> Triangles:
 
 
 def _feed_drive(record: FeedDesign) -> tuple[Any, Any]:
-    """Memory before the first sample, and the step of the simulator on Python floats."""
+    """Memory before the first sample, and the simulator's step or its parts on Python floats."""
     every = record.sample_time_s
     if isinstance(record, PidDesign):
         return pid.initial_memory(0.0), partial(pid.step, every, record.gains())
     if isinstance(record, FlcDesign):
-        law = partial(flc.step, flc.SCALARS, record.form, every, record.gains())
+        law = partial(flc.parts, flc.SCALARS, record.form, every, record.gains())
         return flc.initial_memory(0.0), law
     blamed = blamed_aflc if isinstance(record, AflcDesign) else blamed_soflc
-    return aflc.initial_memory(0.0), partial(aflc.step, flc.SCALARS, blamed, every, record.gains())
+    return aflc.initial_memory(0.0), partial(aflc.parts, flc.SCALARS, blamed, every, record.gains())
 
 
 def load(path: str | Path) -> Controller:

@@ -29,6 +29,7 @@ from hfc_design.paths.trajectories import (
     largest_drive_speed,
 )
 from hfc_design.records import (
+    TERMS,
     Name,
     NotNegative,
     Record,
@@ -71,12 +72,13 @@ class ContourSettings(Record):
     """Contour error of an X-Y machine; see ``fitness.contour``."""
 
     kind: Literal["contour"] = "contour"
-    worst: NotNegative = 0.3
+    worst: NotNegative = 0.3  # weight of the largest contour error
+    lag: NotNegative = 0.01  # weight of the lag
     settled_after_s: NotNegative = 1.0
 
     def fitness(self) -> Fitness:
         """The same as functions."""
-        return contour(self.worst)
+        return contour(self.worst, self.lag)
 
 
 FitnessSettings = Annotated[LinLeeSettings | ContourSettings, Field(discriminator="kind")]
@@ -159,6 +161,13 @@ class Scenario(Record):
                 f"controller.start: runs every {controller.start.sample_time_s} s, "
                 f"simulation.sample_time_s is {self.simulation.sample_time_s}"
             )
+        for key in ("error_terms", "error_change_terms"):
+            middle = getattr(controller.start, key)[TERMS // 2]
+            if middle.centre != 0.0:
+                raise ValueError(
+                    f"controller.start: {middle.label} of its {key} is centred on "
+                    f"{middle.centre}; a search keeps it on 0"
+                )
         if isinstance(self.search, SearchLinLee):
             raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
 
@@ -235,7 +244,7 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
         UserError: no such scenario, or its text, a value or a change is not allowed.
     """
     if name in builtin_names():
-        source, folder = name, BUILTIN
+        source, folder = name, Path()
         text = (BUILTIN / f"{name}.toml").read_text()
     elif Path(name).is_file():
         source, folder = name, Path(name).parent
@@ -250,6 +259,9 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{source}: is not valid TOML: {error}") from None
+    own = data.get("reference", {})
+    if name in builtin_names() and "file" in own:  # a file in a change lies where the user is
+        own["file"] = str(BUILTIN / own["file"])
     data = changed({"name": Path(source).stem} | data, changes)
     return checked(Scenario, data, source, folder)
 

@@ -3,10 +3,14 @@
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from experiments import shared
+from experiments.designed_tables import run as designed_tables
 from experiments.jee_koren_1995 import run as jk95
 from experiments.jee_koren_2004 import run as jk04
+from hfc_design.batch.plan import read_batch
+from hfc_design.cli import main
 from hfc_design.evaluate import load_design
 from hfc_design.scenarios import load_scenario
 
@@ -155,3 +159,33 @@ def test_tables_are_written(tmp_path):
         "1,y,-,-,-,",
     ]
     assert (tmp_path / "more.md").read_text() == "| a |\n"
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("experiments/*/batch.toml")), ids=str)
+def test_batch_files_are_plans_with_five_seeds(path):
+    cells = read_batch(path)
+    assert {cell.scenario.run.seed for cell in cells} == {0, 1, 2, 3, 4}
+    page = (path.parent / "README.md").read_text(encoding="utf-8")
+    assert f"hfc batch experiments/{path.parent.name}/batch.toml" in page
+
+
+def test_designed_tables_at_a_reduced_budget(tmp_path):
+    """Already a fourteenth of the search beats both tables of 2004, as the page says."""
+    sizes = "[set]\nsearch.population = 64\nsearch.generations = 30\n"
+    cells = '[[cells]]\nscenario = "feed-drive-contour"\n'
+    file = tmp_path / "small.toml"
+    file.write_text(sizes + cells)
+    found = CliRunner().invoke(main, ["batch", str(file), "--out", str(tmp_path / "out")])
+    assert found.exit_code == 0, found.output
+    paths = ("the same, first cycle", "circle R 15, 300 mm/min, clockwise")
+    text = designed_tables.table(tmp_path / "out", paths)
+    rows = [line.split("|")[1:-1] for line in text.splitlines()]
+    rms = {(path.strip(), name.strip()): value for path, name, value, _ in rows[2:]}
+    for path in paths:
+        own = float(rms[path, "designed AFLC"])
+        assert own < float(rms[path, "AFLC of 2004"])
+        assert own < float(rms[path, "FLC of 2004"])
+    page = (ROOT / "experiments/designed_tables/README.md").read_text(encoding="utf-8")
+    for (path, name), value in rms.items():
+        if "2004" in name:
+            assert f"| {path} | {name} | {value.strip()} |" in page

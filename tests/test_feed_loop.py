@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.evaluate import evaluate, load_design, own_scenario
 from hfc_design.records import UserError
+from hfc_design.rulebase import Design
 from hfc_design.scenarios import load_scenario
 
 CIRCLE = "feed-drive-circle"
@@ -45,7 +46,23 @@ def test_contour_metrics_and_fitness_are_those_of_the_radius(flc):
     rms, worst = np.sqrt(((radius - 4000.0) ** 2).mean()), abs(radius - 4000.0).max()
     assert flc.metrics["rms_contour_error_BLU"] == pytest.approx(rms, rel=1e-9)
     assert flc.metrics["max_contour_error_BLU"] == pytest.approx(worst, rel=1e-9)
-    assert flc.fitness == pytest.approx(1 / (rms + 0.3 * worst), rel=1e-6)
+    # The lag: how far the machine is behind in the direction in which the circle goes on.
+    angle = 754 / 60 / 40 * flc.time
+    away = np.stack([x + 4000.0, y]) - 4000.0 * np.stack([np.cos(angle), np.sin(angle)])
+    lag = (away * np.stack([-np.sin(angle), np.cos(angle)])).sum(axis=0)
+    whole = rms + 0.3 * worst + 0.01 * np.sqrt((lag**2).mean())
+    assert flc.fitness == pytest.approx(1 / whole, rel=1e-6)
+
+
+def test_a_machine_that_never_moves_is_no_good():
+    """It never leaves the circle either; its lag is R sin(angle)."""
+    dead = load_design("jee-koren-2004-flc").model_dump()
+    dead["controller"]["rules"]["centroids"] = np.zeros((7, 7)).tolist()
+    dead["controller"]["low_velocity"] = None
+    found = evaluate(Design.model_validate(dead), load_scenario(CIRCLE))
+    assert found.metrics["rms_contour_error_BLU"] < 1e-6
+    # behind = -R sin(angle): a root mean square of R / sqrt(2) over whole cycles
+    assert found.fitness == pytest.approx(1 / (0.01 * 4000 / np.sqrt(2)), rel=1e-3)
 
 
 def test_commands_and_readings_are_whole_numbers(flc):

@@ -11,6 +11,7 @@ from hfc_design.paths import gcode
 from hfc_design.paths.shapes import Path
 from hfc_design.paths.trajectories import GCode, PathReference
 from hfc_design.records import Record, UserError, checked
+from hfc_design.scenarios import load_scenario
 
 # Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.
 SLOT = """%
@@ -219,3 +220,11 @@ def test_reference_finds_its_program_beside_the_scenario(program):
     data["reference"]["kind"] = "spiral"
     with pytest.raises(UserError, match=r"mine.toml: reference"):
         checked(Holder, data, "mine.toml", file.parent)
+
+
+def test_a_file_in_a_change_lies_where_the_user_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.ngc").write_text("G1 X10 Y5 F300\n")
+    change = "reference={kind='gcode', file='mine.ngc'}"
+    assert load_scenario("feed-drive-circle", [change]).reference.duration_s > 2.0
+    assert load_scenario("feed-drive-contour").reference.duration_s > 20.0

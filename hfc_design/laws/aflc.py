@@ -10,8 +10,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from hfc_design.laws import flc
 from hfc_design.laws.adaptation import ALIKE, Sectors, bounded, joined, performance
-from hfc_design.laws.flc import FlcGains, compensate, infer, memberships, total
+from hfc_design.laws.flc import FlcGains, FlcMemory, Parts, memberships, total
 
 
 class Rates(NamedTuple):
@@ -66,22 +67,30 @@ def step(
 
     ``blamed`` is ``adaptation.blamed_aflc`` or ``blamed_soflc``; signals as in ``flc.step``.
     """
+    found, memory = parts(xp, blamed, sample_time, gains, memory, signals)
+    return found.command(), memory
+
+
+def parts(
+    xp: Any,
+    blamed: Callable[..., Any],
+    sample_time: float,
+    gains: AdaptiveGains,
+    memory: AdaptiveMemory,
+    signals: Any,
+) -> tuple[Parts, AdaptiveMemory]:
+    """``step`` with everything that the command is made of."""
     table = gains.flc
-    error = signals["error"]
-    change = error - memory.error
-    error_terms, change_terms, singletons = adapted(xp, blamed, gains, memory, error)
-    in_error = memberships(xp, error_terms, error)
-    in_change = memberships(xp, change_terms, change)
-    action = infer(xp, in_error, in_change, singletons)
-    integral = memory.integral + table.k_i * sample_time * error
-    command = action + integral
-    if table.compensation is not None:
-        command = command + compensate(xp, table.compensation, signals["velocity"], error)
-    return command, AdaptiveMemory(
-        error,
-        change,
-        action,
-        integral,
+    terms = adapted(xp, blamed, gains, memory, signals["error"])
+    error_terms, change_terms, singletons = terms
+    moved = FlcGains(*terms, table.k_i, table.compensation)
+    before = FlcMemory(memory.error, memory.action, memory.integral)
+    found, after = flc.parts(xp, "PD", sample_time, moved, before, signals)
+    return found, AdaptiveMemory(
+        found.error,
+        found.change,
+        found.inferred,
+        after.integral,
         _difference(_joints(error_terms), _joints(table.error_terms)),
         _difference(_joints(change_terms), _joints(table.change_terms)),
         _difference(singletons, table.singletons),

@@ -56,6 +56,27 @@ def initial_memory(zero: Any) -> FlcMemory:
     return FlcMemory(zero, zero, zero)
 
 
+class Parts(NamedTuple):
+    """What a command is made of."""
+
+    error_terms: Any  # (7, 3) as they are at this sample
+    change_terms: Any  # (7, 3)
+    singletons: Any  # (7, 7)
+    error: Any  # [BLU]
+    change: Any  # [BLU]
+    in_error: Any  # (7,) degrees
+    in_change: Any  # (7,)
+    inferred: Any  # F(e, de)
+    fuzzy: Any  # u_F, in the form PI the sum of all F so far
+    integral: Any  # u_I
+    compensation: Any | None  # u_d; None without low-velocity compensation
+
+    def command(self) -> Any:
+        """The sum."""
+        command = self.fuzzy + self.integral
+        return command if self.compensation is None else command + self.compensation
+
+
 def step(
     xp: Any, form: str, sample_time: float, gains: FlcGains, memory: FlcMemory, signals: Any
 ) -> tuple[Any, FlcMemory]:
@@ -65,18 +86,28 @@ def step(
     each the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
     compensation, velocity [BLU/s].
     """
+    found, memory = parts(xp, form, sample_time, gains, memory, signals)
+    return found.command(), memory
+
+
+def parts(
+    xp: Any, form: str, sample_time: float, gains: FlcGains, memory: FlcMemory, signals: Any
+) -> tuple[Parts, FlcMemory]:
+    """``step`` with everything that the command is made of."""
     error = signals["error"]
     change = 0.0 * error if form == "P" else error - memory.error
     in_error = memberships(xp, gains.error_terms, error)
     in_change = memberships(xp, gains.change_terms, change)
-    fuzzy = infer(xp, in_error, in_change, gains.singletons)
+    inferred = fuzzy = infer(xp, in_error, in_change, gains.singletons)
     if form == "PI":
-        fuzzy = memory.fuzzy + fuzzy
+        fuzzy = memory.fuzzy + inferred
     integral = memory.integral + gains.k_i * sample_time * error
-    command = fuzzy + integral
+    pushed = None
     if gains.compensation is not None:
-        command = command + compensate(xp, gains.compensation, signals["velocity"], error)
-    return command, FlcMemory(error, fuzzy, integral)
+        pushed = compensate(xp, gains.compensation, signals["velocity"], error)
+    table = gains.error_terms, gains.change_terms, gains.singletons
+    found = Parts(*table, error, change, in_error, in_change, inferred, fuzzy, integral, pushed)
+    return found, FlcMemory(error, fuzzy, integral)
 
 
 def memberships(xp: Any, terms: Sequence[Any], u: Any) -> list[Any]:

@@ -1,5 +1,8 @@
 """Published rule bases and terms of the feed-drive controllers, as data."""
 
+import sys
+from collections.abc import Sequence
+
 #: Linguistic labels, negative large to positive large.
 LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
 
@@ -69,3 +72,14 @@ def rule_singletons(
 ) -> tuple[tuple[float, ...], ...]:
     """Singletons (7, 7) of a published rule base with the centroids of NL to PL."""
     return tuple(tuple(centroids[LABELS.index(x)] for x in row) for row in rule_labels(name))
+
+
+def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
+    """The label of each singleton whose usual height, in shares of the largest, is nearest."""
+    largest = max(*(abs(u) for row in table for u in row), sys.float_info.min)
+
+    def label(singleton: float) -> str:
+        share = singleton / largest
+        return min(LABELS, key=lambda x: abs(share - CENTROIDS[LABELS.index(x)] / CENTROIDS[-1]))
+
+    return [[label(u) for u in row] for row in table]

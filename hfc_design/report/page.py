@@ -123,7 +123,7 @@ def _measure(scenario: Scenario) -> str:
     """What the fitness is, in a sentence."""
     settings = scenario.fitness
     if isinstance(settings, ContourSettings):
-        of = f"1 / (rms + {settings.worst:g} × largest)"
+        of = f"1 / (rms + {settings.worst:g} × largest + {settings.lag:g} × rms lag)"
         return f"The fitness is {of} of the contour error [1/BLU]"
     return "The fitness is eq. 5 of Lin & Lee (1999)"
 

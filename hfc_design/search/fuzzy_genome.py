@@ -12,7 +12,7 @@ from hfc_design.feed_records import AflcDesign, FlcDesign
 from hfc_design.laws.adaptation import ZR, Sectors, bounded
 from hfc_design.laws.aflc import AdaptiveGains, Rates
 from hfc_design.laws.flc import FlcGains
-from hfc_design.laws.rule_bases import CENTROIDS, LABELS
+from hfc_design.laws.rule_bases import LABELS, nearest_labels
 from hfc_design.records import TERMS
 from hfc_design.search.genome import Floats, Integers, Mask, taken
 from hfc_design.search.hierarchical_genome import some
@@ -185,7 +185,7 @@ class FuzzyGenome(NamedTuple):
             ]
             record[key][0]["left"] = record[key][-1]["right"] = None
         table = individual.singletons[0]
-        record["rules"] = {"labels": _labels(table), "centroids": table.tolist()}
+        record["rules"] = {"labels": nearest_labels(table.tolist()), "centroids": table.tolist()}
         record["integral_gain"] = float(individual.k_i[0])
         if isinstance(self.start, AflcDesign):
             sectors = self._sectors(individual.share)
@@ -300,11 +300,3 @@ def _in_sectors(
         low, high = (0.0, reach) if j > ZR else (reach, 0.0)
         rows[ZR][j] = 0.0 * reach if j == ZR else np.clip(rows[ZR][j], low, high)
     return np.moveaxis(np.array(rows), -1, 0)
-
-
-def _labels(table: Floats) -> list[list[str]]:
-    """The label of each singleton whose usual height, in shares of the largest, is nearest."""
-    heights = np.array(CENTROIDS) / CENTROIDS[-1]
-    shares = table / max(np.abs(table).max(), np.finfo(float).tiny)
-    nearest = np.abs(shares[..., None] - heights).argmin(axis=-1)
-    return [[LABELS[k] for k in row] for row in nearest.tolist()]

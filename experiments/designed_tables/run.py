@@ -1,0 +1,96 @@
+"""Designed controllers of a feed drive on paths that no search saw, beside the published ones.
+
+hfc batch experiments/designed_tables/batch.toml         # first, some minutes
+python -m experiments.designed_tables.run
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from pathlib import Path
+
+import click
+import numpy as np
+
+from experiments.shared import markdown
+from hfc_design.batch.folder import entries
+from hfc_design.evaluate import evaluate, load_design
+from hfc_design.rulebase import Design
+from hfc_design.scenarios import Scenario, load_scenario
+
+PUBLISHED = {
+    "FLC of 2004": "jee-koren-2004-flc",
+    "AFLC of 2004": "jee-koren-2004-aflc",
+    "PID of 2004": "jee-koren-2004-pid",
+}
+DESIGNED = {"flc": "designed FLC", "aflc": "designed AFLC", "pd+hierarchical-fuzzy": "hierarchy"}
+FIRST = "simulation.duration_s=20.0"
+#: Path -> changes of the scenario feed-drive-circle; 754 mm/min take 20 s for a cycle of R 40.
+PATHS = {
+    "circle R 40, 754 mm/min, three cycles": (),
+    "the same, first cycle": (FIRST,),
+    "circle R 15, 300 mm/min, clockwise": (
+        "reference={kind='circle', radius_mm=15.0, feed_mm_min=300.0, direction='cw'}",
+        FIRST,
+    ),
+    "line at 26.6 deg, 600 mm/min": (
+        "reference={kind='line', length_mm=100.0, angle_deg=26.6, feed_mm_min=600.0}",
+        "simulation.duration_s=10.0",
+    ),
+    "line to and fro, 450 mm/min": (
+        "reference={kind='polyline', points_mm=[[0.0, 0.0], [40.0, -60.0], [0.0, 0.0]], "
+        "feed_mm_min=450.0}",
+        FIRST,
+    ),
+    "circle R 40, a machine with K = 28.3": ("plant.parameters.gain=28.3",),
+    "circle R 40, a machine with F_c = 8": ("plant.parameters.coulomb=8.0",),
+}
+KEYS = ("rms_contour_error_BLU", "worst_glitch_BLU")
+HEADER = ("path", "controller", "contour RMS [BLU]", "worst glitch [BLU]")
+
+
+def candidates(batch: Path) -> dict[str, list[Design]]:
+    """The published designs and those of the batch's finished cells, by what they are called."""
+    found = defaultdict(list)
+    for name, design in PUBLISHED.items():
+        found[name].append(load_design(design))
+    for entry in entries(batch):
+        if entry.state == "finished":
+            design = load_design(str(batch / entry.name))
+            found[DESIGNED[design.controller.kind]].append(design)
+    return found
+
+
+def line(path: str, name: str, designs: list[Design], scenario: Scenario) -> list[str]:
+    """A row: medians over the designs, smallest and largest in brackets."""
+    metrics = [evaluate(design, scenario).metrics for design in designs]
+    cells = []
+    for key in KEYS:
+        values = np.array([np.nan if item[key] is None else item[key] for item in metrics])
+        if np.isnan(values).all():  # no axis reverses
+            cells.append("-")
+        elif len(values) == 1:
+            cells.append(f"{values[0]:.2f}")
+        else:
+            cells.append(f"{np.median(values):.2f} ({values.min():.2f} to {values.max():.2f})")
+    return [path, name, *cells]
+
+
+def table(batch: Path, paths: Iterable[str] = tuple(PATHS)) -> str:
+    """Every controller on every path."""
+    found = candidates(batch)
+    rows = []
+    for path in paths:
+        scenario = load_scenario("feed-drive-circle", PATHS[path])
+        rows += [line(path, name, designs, scenario) for name, designs in found.items()]
+    return markdown(HEADER, rows)
+
+
+@click.command()
+@click.option("--batch", default="runs/batch", type=click.Path(path_type=Path), show_default=True)
+def main(batch: Path) -> None:
+    """Print the table of the page."""
+    click.echo(table(batch))
+
+
+if __name__ == "__main__":
+    main()
