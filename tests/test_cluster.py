@@ -137,7 +137,9 @@ def started(tmp_path):
 def ended(process):
     """(exit code, what it said that is not a line of progress)."""
     said = process.communicate(timeout=PATIENCE)[1]
-    return process.returncode, [line for line in said.splitlines() if line[:5] != "cell "]
+    return process.returncode, [
+        line for line in said.splitlines() if line.split()[0] not in ("cell", "waiting")
+    ]
 
 
 def first_finished(out):

@@ -77,7 +77,7 @@ def _local(workers: int) -> LocalCluster:
         raise UserError(f"--workers {workers}: there are {there}, and each worker needs one")
     return LocalCluster(
         n_workers=workers,
-        threads_per_worker=cores // workers,
+        threads_per_worker=max(cores // workers, 1),
         processes=True,
         memory_limit=0,
         dashboard_address="127.0.0.1:0",
@@ -91,11 +91,13 @@ def run_cells(
     out: Path,
     cells: Sequence[Cell],
     on_outcome: Callable[[Outcome], None],
+    on_workers: Callable[[int], None],
     shared: bool,
 ) -> None:
     """Finish every cell that is not, as many at once as there are workers.
 
     Args:
+        on_workers: is told now and then how many workers there are.
         shared: the workers see ``out`` under the same path and write into it.
 
     Raises:
@@ -109,6 +111,7 @@ def run_cells(
                 waiting, busy = busy[::-1], []
             with _reaching(client):
                 workers = len(client.nthreads())
+            on_workers(workers)
             while waiting and len(running) < workers:
                 cell = waiting.pop()
                 found = _sent(client, out, cell, shared)

@@ -64,7 +64,7 @@ def _on_workers(where: Where, target: Path, cells: list[Cell], watch: "Watch") -
 
     shared = where.scheduler is None or where.shared
     with cluster.connected(where.workers, where.scheduler) as client:
-        cluster.run_cells(client, target, cells, watch.outcome, shared)
+        cluster.run_cells(client, target, cells, watch.outcome, watch.workers, shared)
 
 
 def show_status(out: Path) -> None:
@@ -150,6 +150,7 @@ class Watch:
         self._task = self._bar.add_task("cells", total=total, line="")
         self._total, self._done = total, 0
         self.finished = 0
+        self._waited = False
         self.failed: list[Outcome] = []
 
     def __enter__(self) -> "Watch":
@@ -166,6 +167,13 @@ class Watch:
             f"{cell.scenario.search.generations} best {search.history.best[-1]:.5g}"
         )
         self._bar.update(self._task, line=line)
+
+    def workers(self, count: int) -> None:
+        """Show how many workers there are; without any a batch waits."""
+        self._bar.update(self._task, line=f"{count} workers")
+        if not (count or self._waited):
+            self._waited = True
+            self._console.print("waiting for workers")
 
     def outcome(self, outcome: Outcome) -> None:
         """Count a cell that is done."""
