@@ -190,6 +190,8 @@ def _settled(client: Client, out: Path, cell: Cell, task: Task) -> Outcome | Non
         return None
     if state == "failed":
         return work.failed(out, cell, reason)
+    if not seconds:  # another batch has finished it
+        return Outcome(cell, "finished")
     return work.finished(out, cell, seconds)
 
 

@@ -10,6 +10,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -59,10 +60,15 @@ def run_cell(version: str, name: str, shared: str, files: Files) -> Result:
         return "failed", reason, 0.0, {}
     with _alone:
         take_share(worker.state.nthreads)
-        if shared:
-            return _run_in(Path(shared), name, go_on)
-        with TemporaryDirectory(dir=worker.local_directory) as place:
-            return _run_sent(Path(place) / name, files, go_on)
+        from hfc_design.batch.work import told
+
+        try:
+            if shared:
+                return _run_in(Path(shared), name, go_on)
+            with TemporaryDirectory(dir=worker.local_directory) as place:
+                return _run_sent(Path(place) / name, files, go_on)
+        except Exception as error:  # a full disk, for one; the worker may run other cells
+            return "failed", told(error), 0.0, {}
 
 
 def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> Result:
@@ -94,11 +100,12 @@ def _run(path: Path, go_on: Callable[[object], None]) -> Result:
 
     start = time.monotonic()
     try:
+        go_on(None)  # it may have waited for long
         design.run(design.opened_run(path), path, go_on)
     except Left:
         return "again", "", 0.0, {}
-    except Exception as error:  # whatever it is, the worker may run other cells
-        return "failed", told(error), 0.0, {}
+    except Exception as error:
+        return "failed", told(error), 0.0, {}  # with what it has written
     return "finished", "", time.monotonic() - start, {}
 
 
@@ -112,22 +119,27 @@ def contents(path: Path) -> Files:
 def take_share(cores: int) -> None:
     """Bind this process to cores, and to a GPU where there are any, that no other worker has."""
     if found := gpus():
-        os.environ["CUDA_VISIBLE_DEVICES"] = ",".join(_free("gpu", found, 1) or found)
+        if card := _free("gpu", found, 1):
+            os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
+        else:  # more workers than GPUs, and two would not get on in the memory of one
+            os.environ["JAX_PLATFORMS"] = "cpu"
     own = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
     if not own:  # more workers than cores: the system shares them out
         os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(cores))
         return
     for thread in os.listdir("/proc/self/task"):  # later ones inherit it from these
-        os.sched_setaffinity(int(thread), map(int, own))
+        with suppress(ProcessLookupError):  # it has ended
+            os.sched_setaffinity(int(thread), map(int, own))
 
 
 def gpus() -> list[str]:
     """The GPUs that JAX may use, as CUDA_VISIBLE_DEVICES names them."""
     if not entry_points(group="jax_plugins") or os.environ.get("JAX_PLATFORMS", "cuda") == "cpu":
         return []
-    every = [path.name[6:] for path in sorted(Path("/dev").glob("nvidia[0-9]*"))]
     allowed = os.environ.get("CUDA_VISIBLE_DEVICES")
-    return every if allowed is None else [name for name in allowed.split(",") if name]
+    if allowed is not None:
+        return [name for name in allowed.split(",") if name]
+    return [str(k) for k, _ in enumerate(Path("/dev").glob("nvidia[0-9]*"))]
 
 
 def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
@@ -136,13 +148,14 @@ def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
     A socket name that does not lie in the file system can be bound once, and the system gives it
     back when the process ends, however it ends.
     """
+    job = os.environ.get("SLURM_JOB_ID", "")  # each job counts its own GPUs from 0
     found: list[str] = []
     for name in names:
         if len(found) == count:
             break
         claim = socket.socket(socket.AF_UNIX)
         try:
-            claim.bind(f"\0{CLAIM}-{kind}-{name}")
+            claim.bind(f"\0{CLAIM}-{job}-{kind}-{name}")
         except OSError:
             claim.close()
             continue
