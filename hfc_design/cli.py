@@ -309,21 +309,39 @@ def stability(design: str | None, plot: Path | None, as_json: bool, **drive: flo
 @click.option("--out", type=click.Path(path_type=Path), help="Folder [default: runs/NAME].")
 @click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
 @click.option("--status", type=click.Path(path_type=Path), help="What became of a batch's cells.")
+@click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
+@click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
 @knowing_plugins
-def batch(file: Path | None, out: Path | None, dry_run: bool, status: Path | None) -> None:
+def batch(
+    file: Path | None,
+    out: Path | None,
+    dry_run: bool,
+    status: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    shared: bool,
+) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 
     What is finished is skipped, what broke off goes on where it stopped, what fails stops nothing.
+    Without --workers or --scheduler one cell after the other, each on every core.
     """
     from hfc_design.batch import session
     from hfc_design.records import UserError
 
     if (file is None) == (status is None):
         raise UserError("give either a batch file or --status DIR")
+    if workers is not None and scheduler is not None:
+        raise UserError("give either --workers N or --scheduler ADDRESS")
+    if shared and scheduler is None:
+        raise UserError("--shared needs --scheduler ADDRESS")
+    here = workers is None and scheduler is None
+    where = None if here else session.Where(workers, scheduler, shared)
     if status is not None:
         session.show_status(status)
     elif file is not None:
-        session.batch(file, out, dry_run)
+        session.batch(file, out, dry_run, where)
 
 
 @main.command()

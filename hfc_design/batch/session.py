@@ -4,6 +4,7 @@ import statistics
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -21,8 +22,16 @@ USUAL_SPEED = 2e7
 LISTED = 40
 
 
-def batch(path: Path, out: Path | None, dry_run: bool) -> None:
-    """``hfc batch FILE``: run every cell that is not finished.
+class Where(NamedTuple):
+    """Where cells run that do not run in this process."""
+
+    workers: int | None  # processes of this machine, or else
+    scheduler: str | None  # address of a Dask scheduler
+    shared: bool  # whether its workers see the batch's folder
+
+
+def batch(path: Path, out: Path | None, dry_run: bool, where: Where | None = None) -> None:
+    """``hfc batch FILE``: run every cell that is not finished, here or ``where``.
 
     Raises:
         UserError: the batch file is not one.
@@ -37,7 +46,10 @@ def batch(path: Path, out: Path | None, dry_run: bool) -> None:
     watch = Watch(len(cells))
     try:
         with watch:
-            run_cells(target, cells, watch.outcome, watch.generation)
+            if where is None:
+                run_cells(target, cells, watch.outcome, watch.generation)
+            else:
+                _on_workers(where, target, cells, watch)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; hfc batch {path} goes on where it stopped") from None
     print(f"{len(cells)} cells in {target}: {watch.finished} finished, {len(watch.failed)} failed")
@@ -45,6 +57,14 @@ def batch(path: Path, out: Path | None, dry_run: bool) -> None:
         lines = [f"{outcome.cell.name}: {outcome.reason}" for outcome in watch.failed]
         print("\n".join(lines), file=sys.stderr)
         raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
+
+
+def _on_workers(where: Where, target: Path, cells: list[Cell], watch: "Watch") -> None:
+    from hfc_design.batch import cluster
+
+    shared = where.scheduler is None or where.shared
+    with cluster.connected(where.workers, where.scheduler) as client:
+        cluster.run_cells(client, target, cells, watch.outcome, watch.workers, shared)
 
 
 def show_status(out: Path) -> None:
@@ -130,6 +150,7 @@ class Watch:
         self._task = self._bar.add_task("cells", total=total, line="")
         self._total, self._done = total, 0
         self.finished = 0
+        self._waited = False
         self.failed: list[Outcome] = []
 
     def __enter__(self) -> "Watch":
@@ -146,6 +167,13 @@ class Watch:
             f"{cell.scenario.search.generations} best {search.history.best[-1]:.5g}"
         )
         self._bar.update(self._task, line=line)
+
+    def workers(self, count: int) -> None:
+        """Show how many workers there are; without any a batch waits."""
+        self._bar.update(self._task, line=f"{count} workers")
+        if not (count or self._waited):
+            self._waited = True
+            self._console.print("waiting for workers")
 
     def outcome(self, outcome: Outcome) -> None:
         """Count a cell that is done."""

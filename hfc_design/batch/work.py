@@ -54,27 +54,44 @@ def run_cells(
             time.sleep(PATIENCE)
 
 
-def finish(scenario: Scenario, path: Path, on_generation: Callable[[Search], None]) -> None:
-    """Run a cell to its end in its run folder, from where an earlier try broke off."""
+def begun(scenario: Scenario, path: Path) -> Scenario:
+    """The cell's run folder, new or from an earlier try; returns the scenario that it holds.
+
+    Raises:
+        UserError: the folder holds no run, or cannot be written.
+    """
     if (path / design.CONFIG).exists():
-        own = design.opened_run(path)
-    else:
-        own = design.new_run(scenario, path)
-    design.run(own, path, on_generation)
+        return design.opened_run(path)
+    return design.new_run(scenario, path)
+
+
+def told(error: Exception) -> str:
+    """Why a cell failed, in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def failed(out: Path, cell: Cell, reason: str) -> Outcome:
+    """Note a failure."""
+    with suppress(RunError):  # a full disk takes no notes either
+        folder.note(out, cell.name, "failed", reason)
+    return Outcome(cell, "failed", reason)
+
+
+def finished(out: Path, cell: Cell, seconds: float) -> Outcome:
+    """Note how long a finished cell took."""
+    folder.note(out, cell.name, "seconds", f"{seconds:.3f}")
+    return Outcome(cell, "finished", seconds=seconds)
 
 
 def _tried(out: Path, cell: Cell, on_generation: Callable[[Cell, Search], None]) -> Outcome:
     if folder.state(out, cell.name) == "finished":  # by another batch, since we looked
         return Outcome(cell, "finished")
-    begun = time.monotonic()
+    start = time.monotonic()
     folder.forget_failure(out, cell.name)
+    path = out / cell.name
     try:
-        finish(cell.scenario, out / cell.name, lambda search: on_generation(cell, search))
+        own = begun(cell.scenario, path)
+        design.run(own, path, lambda search: on_generation(cell, search))
     except Exception as error:  # whatever it is, the other cells may still be fine
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        with suppress(RunError):  # a full disk takes no notes either
-            folder.note(out, cell.name, "failed", reason)
-        return Outcome(cell, "failed", reason)
-    seconds = time.monotonic() - begun
-    folder.note(out, cell.name, "seconds", f"{seconds:.3f}")
-    return Outcome(cell, "finished", seconds=seconds)
+        return failed(out, cell, told(error))
+    return finished(out, cell, time.monotonic() - start)
