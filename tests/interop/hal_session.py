@@ -24,7 +24,9 @@ class Session:
     """Where components come from and how halrun is called."""
 
     def __init__(self, environment):
-        self.environment = os.environ | environment
+        # A make above this one would have halcompile's make say where it is.
+        own = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
+        self.environment = own | environment
         self.before = {}  # module -> what stood there, to be put back
 
     def call(self, *command, cwd, timeout=60):
