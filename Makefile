@@ -23,6 +23,7 @@ bench: $(VENV)/installed
 	$(BIN)/pip install -q -c constraints.txt -e ".[bench]"
 	$(BIN)/python benchmarks/evaluator.py
 	$(BIN)/python benchmarks/controllers.py
+	$(BIN)/python benchmarks/populations.py
 	$(BIN)/python benchmarks/runtime.py
 
 # The environment is complete when this file is there.
