@@ -55,7 +55,7 @@ def read_batch(path: Path) -> list[Cell]:
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
     """The settings of each cell."""
-    common, grid = _flat(file.set), _flat(file.grid)
+    common, grid = flat(file.set), flat(file.grid)
     for key, values in grid.items():
         if not isinstance(values, list) or not values:
             raise UserError(f"{path}: grid.{key} = {values!r}: has to be a list of values")
@@ -66,15 +66,15 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
         raise UserError(f"{path}: asks for {count} cells; allowed are {MAX_CELLS}")
     for own in file.cells or ({},):
         for values in product(*grid.values()):
-            yield common | dict(zip(grid, values, strict=True)) | _flat(own)
+            yield common | dict(zip(grid, values, strict=True)) | flat(own)
 
 
-def _flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         nested = isinstance(value, dict)
-        found |= _flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+        found |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
     return found
 
 

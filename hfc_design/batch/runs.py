@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.batch import folder
+from hfc_design.batch.plan import flat
 from hfc_design.design import CHECKPOINT, CONFIG, DESIGN, HISTORY
 from hfc_design.records import UserError
 from hfc_design.report import REPORT
@@ -91,18 +92,10 @@ def _alone(path: Path, top: Path) -> Run:
         config = tomllib.loads((path / CONFIG).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error), {}, _NONE, False)
-    settings = {SCENARIO: config.get("name", ""), **_flat(config)}
+    settings = {SCENARIO: config.get("name", ""), **flat(config)}
     settings = {key: value for key, value in settings.items() if key not in SAID}
     state: State = "finished" if (path / DESIGN).exists() else "broken off"
     return _read(path, top, settings, state, "")
-
-
-def _flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        nested = isinstance(value, dict)
-        found |= _flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
-    return found
 
 
 def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:

@@ -5,9 +5,9 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from hfc_design.checkpoint import write_whole
+from hfc_design.export.templates import write_folder
 from hfc_design.feed_records import FuzzyRecord
-from hfc_design.records import RunError, Table, UserError
+from hfc_design.records import Table, UserError
 from hfc_design.rulebase import Design, HierarchicalDesign
 
 Rows = list[list[str]]
@@ -30,12 +30,7 @@ def write(design: Design, path: Path) -> None:
         tables = _fuzzy(controller)
     else:
         raise UserError(f"design {design.name} is of kind {controller.kind}: no rule tables")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
-    for name, rows in tables.items():
-        write_whole(path / name, _csv(rows))
+    write_folder(path, {name: _csv(rows) for name, rows in tables.items()})
 
 
 def _hierarchy(controller: HierarchicalDesign) -> dict[str, Rows]:
@@ -70,7 +65,7 @@ def _table(corner: str, labels: Sequence[str], table: Table) -> Rows:
     return [[corner, *labels], *rows]
 
 
-def _csv(rows: Rows) -> bytes:
+def _csv(rows: Rows) -> str:
     buffer = io.StringIO()
     csv.writer(buffer, lineterminator="\n").writerows(rows)
-    return buffer.getvalue().encode()
+    return buffer.getvalue()

@@ -181,7 +181,8 @@ def test_the_header_is_one_of_cpp_too(program, tmp_path):
     c_source.write(DESIGNS["jee-koren-2004-aflc"], tmp_path / "c")
     (tmp_path / "main.cpp").write_text('#include "c/jee_koren_2004_aflc.h"\n')
     flags = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only")
-    subprocess.run([program("g++"), *flags, tmp_path / "main.cpp"], check=True)
+    command = [program("g++"), *flags, tmp_path / "main.cpp"]
+    assert subprocess.run(command, check=False).returncode == 0
 
 
 def test_the_documented_control_compiles(compiler, tmp_path):
@@ -190,4 +191,5 @@ def test_the_documented_control_compiles(compiler, tmp_path):
     c_source.write(DESIGNS["jee-koren-2004-aflc"], tmp_path / "c")
     (tmp_path / "c" / "control.c").write_text(sample, encoding="ascii")
     flags = ("-std=c99", *WARNINGS.split(), "-fsyntax-only")
-    subprocess.run([compiler, *flags, tmp_path / "c" / "control.c"], check=True)
+    command = [compiler, *flags, tmp_path / "c" / "control.c"]
+    assert subprocess.run(command, check=False).returncode == 0
