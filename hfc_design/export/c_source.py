@@ -1,13 +1,12 @@
 """A controller as C99: a header and a source that do what ``runtime.Controller`` does."""
 
-import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from hfc_design.export.c_lookup import lookup
 from hfc_design.export.templates import rendered, write_folder
-from hfc_design.export.units import UNITS, built_in, facts, identifier, rule_units
+from hfc_design.export.units import UNITS, built_in, comment, facts, identifier, rule_units
 from hfc_design.feed_records import AflcDesign, FlcDesign, PidDesign, SoflcDesign
 from hfc_design.laws import aflc, root_unit
 from hfc_design.laws.adaptation import ALIKE, PERFORMANCE, ZR, blamed_aflc, blamed_soflc
@@ -90,7 +89,7 @@ def _write(design: Design, path: Path, parts: dict[str, Any]) -> None:
     name = c_name(design)
     values = {
         "name": name,
-        "head": [re.sub(r"[^\w .,:()+-]", "_", line, flags=re.ASCII) for line in facts(design)],
+        "head": comment(facts(design)),
         "signals": signals(design),
         "command_unit": _command_unit(design),
         "every": design.controller.sample_time_s,

@@ -1,14 +1,13 @@
 """A folder with one file of a fuzzy language a unit: what FLL, FCL and FML have in common."""
 
 import math
-import re
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from hfc_design.export.manifest import distinct, surroundings
 from hfc_design.export.templates import rendered, write_folder
-from hfc_design.export.units import RuleUnit, Term, Triangle, facts
+from hfc_design.export.units import RuleUnit, Term, Triangle, comment, facts
 from hfc_design.feed_records import FlcDesign, FuzzyRecord
 from hfc_design.records import Table
 from hfc_design.rulebase import Design, HierarchicalDesign
@@ -109,11 +108,6 @@ def _rules(unit: RuleUnit) -> list[Rule]:
 def head(design: Design) -> list[str]:
     """What made a unit's file, and what it leaves out."""
     return comment([*facts(design), *_notes(design)])
-
-
-def comment(lines: list[str]) -> list[str]:
-    """Lines for a comment; nothing in them can end it."""
-    return [re.sub(r"[^A-Za-z0-9 .,:;_+-]", "_", line) for line in lines]
 
 
 def _notes(design: Design) -> list[str]:

@@ -4,14 +4,13 @@ The component includes the C code of ``--to c``, so there is one control law.
 """
 
 import hashlib
-import re
 from pathlib import Path
 from typing import Any
 
 from hfc_design.export import c_source
 from hfc_design.export.linuxcnc_loop import Loop, plant_component, simulated_loop
 from hfc_design.export.templates import rendered, write_folder
-from hfc_design.export.units import facts, identifier
+from hfc_design.export.units import comment, facts, identifier
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design
 from plants import PLANTS, Plant
@@ -43,7 +42,7 @@ def write(design: Design, path: Path) -> None:
     try:
         loop = simulated_loop(design)
     except UserError as error:
-        values["reason"] = _plain(str(error))
+        values["reason"] = comment([str(error)])[0]
     else:
         templates["loop.hal"] = "loop.hal.j2"
         files[f"{values['plant']}.comp"] = plant_component(design)
@@ -82,7 +81,7 @@ def _values(design: Design) -> dict[str, Any]:
     return _signals(design, plant) | {
         "component": component_name(design),
         "controller": c_source.c_name(design),
-        "head": [_plain(line) for line in facts(design)],
+        "head": comment(facts(design)),
         "every": every,
         "nanoseconds": round(every * 1e9),
         "adapts": getattr(design.controller, "adaptation", None) is not None,
@@ -123,8 +122,3 @@ def _signals(design: Design, plant: Plant) -> dict[str, Any]:
             plant.velocity: "how fast it is",
         },
     }
-
-
-def _plain(line: str) -> str:
-    """A line without anything that could end a comment or a string."""
-    return re.sub(r"[^\w .,:()+-]", "_", line, flags=re.ASCII)

@@ -9,9 +9,16 @@ from typing import Any, NamedTuple
 
 from hfc_design.checkpoint import write_whole
 from hfc_design.export.fcl import real
-from hfc_design.export.fuzzy_files import comment
 from hfc_design.export.templates import rendered
-from hfc_design.export.units import RuleUnit, Triangle, built_in, facts, identifier, rule_units
+from hfc_design.export.units import (
+    RuleUnit,
+    Triangle,
+    built_in,
+    comment,
+    facts,
+    identifier,
+    rule_units,
+)
 from hfc_design.feed_records import AflcDesign, FlcDesign, FuzzyRecord, PidDesign, SoflcDesign
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design, HierarchicalDesign, PdDesign

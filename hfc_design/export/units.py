@@ -6,6 +6,7 @@ Nothing that a user wrote freely gets into a generated file: names and labels ar
 
 import hashlib
 import math
+import re
 from typing import NamedTuple
 
 from hfc_design import __version__
@@ -118,6 +119,11 @@ def facts(design: Design) -> list[str]:
         f"controller {controller.kind} for the plant {design.plant.name}, "
         f"stepped every {controller.sample_time_s!r} s",
     ]
+
+
+def comment(lines: list[str]) -> list[str]:
+    """Lines for a comment or a string; nothing in them can end it."""
+    return [re.sub(r"[^A-Za-z0-9 .,:;_+-]", "_", line) for line in lines]
 
 
 def _flat(term: TermRecord) -> FlatGaussian:
