@@ -14,6 +14,7 @@ from hfc_design import evaluate as _evaluate
 from hfc_design import export as _export
 from hfc_design import scenarios as _scenarios
 from hfc_design.design import Result
+from hfc_design.dotted import changed
 from hfc_design.evaluate import Evaluation, evaluate, trajectory_csv
 from hfc_design.fitness import OWN_FITNESSES, Fitness, Moment
 from hfc_design.laws.law import LAWS, Law
@@ -50,17 +51,17 @@ def load_scenario(
     """
     if not isinstance(source, Mapping):
         return _scenarios.load_scenario(str(source), changes or {})
-    data = _scenarios.changed({"name": "scenario"} | dict(source), changes or {})
+    data = changed({"name": "scenario"} | dict(source), changes or {})
     return checked(Scenario, data, "scenario", Path())
 
 
-def load_design(source: str | Path) -> Design:
-    """A built-in design, a design file, or that of a run folder.
+def load_design(source: str | Path, changes: Mapping[str, Any] | None = None) -> Design:
+    """A built-in design, a design file, or that of a run folder; ``changes`` by dotted key.
 
     Raises:
         UserError: no such design, or one that cannot run.
     """
-    return _evaluate.load_design(str(source))
+    return _evaluate.load_design(str(source), changes or {})
 
 
 def design(

@@ -10,7 +10,7 @@ import numpy as np
 
 from hfc_design import __version__, checkpoint, simulate
 from hfc_design.controller_settings import HierarchicalSettings, LawSettings
-from hfc_design.evaluate import Evaluation, evaluate
+from hfc_design.evaluate import Evaluation, evaluate, load_design
 from hfc_design.fitness import without_sticking
 from hfc_design.machine_settings import PlantSettings
 from hfc_design.records import RunError, UserError, checked
@@ -28,6 +28,8 @@ from hfc_design.search.settings import RaceSettings
 from hfc_design.stability.stable_range import stable_range
 
 CONFIG, CHECKPOINT, HISTORY, DESIGN = "config.toml", "checkpoint.npz", "history.csv", "design.json"
+#: In the folder of a run that searches nothing: the design that it scores.
+GIVEN = "given.json"
 #: Seconds between checkpoints of a search that is faster than that.
 CHECKPOINT_EVERY = 2.0
 #: This many of the archive's best are simulated again in float64 before one is chosen.
@@ -39,7 +41,7 @@ class Result(NamedTuple):
 
     design: Design
     evaluation: Evaluation
-    search: Search
+    search: Search | None  # None where the design was given
 
 
 class Problem:
@@ -97,8 +99,10 @@ def genome_of(scenario: Scenario) -> Genome:
     )
 
 
-def new_run(scenario: Scenario, folder: Path) -> Scenario:
+def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Scenario:
     """Create the run folder of ``scenario``; returns the scenario as the folder holds it.
+
+    With a design that is ``given`` the run scores it and searches nothing.
 
     Raises:
         UserError: the folder already holds a run.
@@ -111,6 +115,8 @@ def new_run(scenario: Scenario, folder: Path) -> Scenario:
         own = _with_own_tables(scenario, folder)
     except OSError as error:
         raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
+    if given is not None:
+        _write_design(folder / GIVEN, given)
     checkpoint.write_whole(folder / CONFIG, scenario_toml(own).encode())
     return opened_run(folder)
 
@@ -136,6 +142,8 @@ def run(
     Raises:
         RunError: the checkpoint is damaged or foreign, or the folder cannot be written.
     """
+    if (folder / GIVEN).exists():
+        return _scored(scenario, folder)
     problem = Problem(scenario)
     settings = scenario.search
     config = (folder / CONFIG).read_text(encoding="utf-8")
@@ -162,8 +170,27 @@ def run(
             _save(folder, search, config)
     assert search is not None  # there is at least one generation
     design, evaluation = champion(search, scenario)
-    checkpoint.write_whole(folder / DESIGN, (design_json(design) + "\n").encode())
+    _write_design(folder / DESIGN, design)
     return Result(design, evaluation, search)
+
+
+def _scored(scenario: Scenario, folder: Path) -> Result:
+    """The run of a given design."""
+    given = load_design(str(folder / GIVEN))
+    evaluation = evaluate(given, scenario)
+    design = with_score(given, evaluation, scenario)
+    _write_design(folder / DESIGN, design)
+    return Result(design, evaluation, None)
+
+
+def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
+    """The design with its fitness and metrics on a scenario."""
+    score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}
+    return design.model_copy(update={"score": score})
+
+
+def _write_design(path: Path, design: Design) -> None:
+    checkpoint.write_whole(path, (design_json(design) + "\n").encode())
 
 
 def finished_run(folder: Path) -> tuple[Scenario, Result]:
@@ -179,7 +206,7 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
     scenario = opened_run(folder)
     config = (folder / CONFIG).read_text(encoding="utf-8")
     search = _stored(folder / CHECKPOINT, scenario, config)
-    if search is None:
+    if search is None and not (folder / GIVEN).exists():
         raise RunError(f"{folder / CHECKPOINT}: is gone; what the search did is not known")
     design = read_design(folder / DESIGN)
     return scenario, Result(design, evaluate(design, scenario), search)
@@ -202,8 +229,7 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
         return item[1].fitness / (1.0 + penalty * (item[1].metrics.get("stick_share") or 0.0))
 
     design, evaluation = max(found, key=merit)
-    score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}
-    return design.model_copy(update={"score": score}), evaluation
+    return with_score(design, evaluation, scenario), evaluation
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:

@@ -7,12 +7,19 @@ import jax
 import numpy as np
 
 from hfc_design import controllers, fitness, simulate
+from hfc_design.dotted import Changes, changed
 from hfc_design.machine_settings import PlantSettings
-from hfc_design.paths.metrics import Contour, contour, contour_metrics
+from hfc_design.paths.metrics import (
+    CONTOUR_METRICS,
+    Contour,
+    contour,
+    contour_metrics,
+    during,
+)
 from hfc_design.paths.trajectories import Trajectory
 from hfc_design.records import UserError, checked
-from hfc_design.rulebase import Design, named_design
-from hfc_design.scenarios import Changes, Scenario, changed, load_scenario
+from hfc_design.rulebase import Design, changed_design, named_design
+from hfc_design.scenarios import Scenario, load_scenario
 from hfc_design.signals import AxisSamples, Samples
 from plants import Plant, in_a_name
 
@@ -69,22 +76,33 @@ def evaluation(
     )
     time = scenario.simulation.time
     path = _contour(scenario, axes, plants)
-    if path is None:
-        found = fitness.metrics(
-            plant,
-            axes[0].motion,
-            axes[0].readings[plant.velocity],
-            samples.axes[0].reference_rate,
-            time,
-            scenario.fitness.settled_after_s,
-        )
-    else:
-        errors = np.stack([axis.motion.error for axis in axes])
-        commands = np.stack([axis.motion.command for axis in axes])
-        found = contour_metrics(path, errors, commands)
+
+    def over(part: slice) -> dict[str, float | None]:
+        if path is not None:
+            errors = np.stack([axis.motion.error[part] for axis in axes])
+            commands = np.stack([axis.motion.command[part] for axis in axes])
+            return contour_metrics(during(path, time, part), errors, commands)
+        (axis,) = axes
+        speed, commanded = axis.readings[plant.velocity], samples.axes[0].reference_rate
+        motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
+        settled = scenario.fitness.settled_after_s
+        return fitness.metrics(plant, motion, speed[part], commanded[part], time[part], settled)
+
+    found = over(slice(None))
     diverged = next(iter(found.values())) is None
+    for window in scenario.windows:
+        part = window.part(scenario.simulation)
+        found |= {f"{window.name}_{key}": value for key, value in over(part).items()}
     merit = 0.0 if diverged else float(score)
     return Evaluation(merit, diverged, plant, found, time, axes, path)
+
+
+def meanings(evaluation: Evaluation, scenario: Scenario) -> dict[str, str]:
+    """Meaning and unit of each of its metrics."""
+    own = fitness.meanings(evaluation.plant) if evaluation.contour is None else CONTOUR_METRICS
+    parts = {f"{window.name}_": f"{window.name}: " for window in scenario.windows}
+    every = {"": "", **parts}
+    return {head + key: told + own[key] for head, told in every.items() for key in own}
 
 
 def _contour(
@@ -116,13 +134,17 @@ def individual(motions: tuple[simulate.Trajectory, ...], k: int) -> Any:
     return jax.tree.map(lambda leaf: leaf[:, k], motions)
 
 
-def load_design(name: str) -> Design:
+def load_design(name: str, changes: Changes = ()) -> Design:
     """The design with a built-in name, in a file or in a run folder, with a plant that can run.
+
+    ``changes`` are of dotted keys, as in ``controller.integral_gain``.
 
     Raises:
         UserError: there is no such design, or it is not one that can run.
     """
     design = named_design(name)
+    if changes:
+        design = changed_design(design, changes, name)
     checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
     return design
 

@@ -138,6 +138,7 @@ def meanings(plant: Plant) -> dict[str, str]:
     return {
         f"rms_error_{in_a_name(error)}": f"root mean square of the tracking error [{error}]",
         f"max_error_{in_a_name(error)}": f"largest tracking error [{error}]",
+        f"iae_{in_a_name(error)}_s": f"integral of the tracking error's magnitude [{error} s]",
         f"final_error_{in_a_name(error)}": f"tracking error at the last sample [{error}]",
         "settling_time_s": "from then on the error stays below a tenth of its maximum [s]",
         f"velocity_ripple_{in_a_name(rate)}": f"rms of the velocity error once settled [{rate}]",
@@ -179,6 +180,7 @@ def metrics(
     found = (
         np.sqrt(np.mean(error**2)),
         error.max(),
+        np.sum(error) * sample_time,
         motion.error[-1],
         time[settled] if settled < len(time) else None,
         np.sqrt(np.mean(motion.error_rate[late] ** 2)),

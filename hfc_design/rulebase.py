@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from hfc_design.dotted import Changes, changed
 from hfc_design.feed_records import FeedDesign
 from hfc_design.laws.law import LAWS, Law
 from hfc_design.laws.root_unit import Adaptation
@@ -250,6 +251,18 @@ def parse_design(text: str, source: str | Path) -> Design:
     except (ValueError, RecursionError) as error:
         raise UserError(f"{source}: is not a whole JSON file: {error}") from None
     return checked(Design, data, source, Path(source).parent)
+
+
+def changed_design(design: Design, changes: Changes, source: str) -> Design:
+    """The design with other values of dotted keys, noted in its provenance; its score is gone.
+
+    Raises:
+        UserError: a change is not of that form, or what comes out cannot run.
+    """
+    data = changed(design.model_dump(mode="json"), changes, "--change")
+    told = dict(changes) if isinstance(changes, Mapping) else list(changes)
+    data |= {"score": {}, "provenance": data["provenance"] | {"changes": told}}
+    return checked(Design, data, f"{source}, changed", Path(source).parent)
 
 
 def _refused(name: str) -> Any:

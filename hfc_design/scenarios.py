@@ -3,15 +3,14 @@
 The records here are what a user writes as TOML; they are checked once, when they are read.
 """
 
-import copy
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from hfc_design.controller_settings import (
     AflcSettings,
@@ -21,7 +20,14 @@ from hfc_design.controller_settings import (
     LawSettings,
 )
 from hfc_design.controllers.hierarchical import PREVIOUS
-from hfc_design.fitness import OWN_FITNESSES, Fitness, contour, lin_lee, settled_samples
+from hfc_design.dotted import Changes, changed
+from hfc_design.fitness import settled_samples
+from hfc_design.fitness_settings import (
+    ContourSettings,
+    FitnessSettings,
+    LinLeeSettings,
+    Window,
+)
 from hfc_design.machine_settings import Limits, PlantSettings, SensorSettings
 from hfc_design.paths.trajectories import (
     PathReference,
@@ -30,14 +36,10 @@ from hfc_design.paths.trajectories import (
     largest_drive_speed,
 )
 from hfc_design.records import (
-    BUILT_IN,
-    OWN,
     TERMS,
     Name,
-    NotNegative,
     Record,
     UserError,
-    by_kind,
     checked,
 )
 from hfc_design.search.settings import LinLeeSettings as SearchLinLee
@@ -46,61 +48,9 @@ from hfc_design.signals import AxisSamples, Load, PathFrame, Ramp, Reference, Sa
 from plants import Plant
 from plants.feed_drive import FeedDriveParameters
 
-#: Values by dotted key, or texts like "key.sub=value".
-Changes = Iterable[str] | Mapping[str, Any]
 MAX_STEPS = 10_000_000
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "builtin_scenarios"
-
-
-class LinLeeSettings(Record):
-    """Weights a and b of LL eq. 5, and from when on the metrics look at the settled motion."""
-
-    kind: Literal["lin-lee"] = "lin-lee"
-    error: NotNegative = 3.0
-    error_rate: NotNegative = 0.1
-    settled_after_s: NotNegative = 1.0
-
-    @model_validator(mode="after")
-    def _weighs_something(self) -> "LinLeeSettings":
-        if not self.error and not self.error_rate:
-            raise ValueError("one of the two weights has to be positive")
-        return self
-
-    def fitness(self) -> Fitness:
-        """The same as functions."""
-        return lin_lee(self.error, self.error_rate)
-
-
-class ContourSettings(Record):
-    """Contour error of an X-Y machine; see ``fitness.contour``."""
-
-    kind: Literal["contour"] = "contour"
-    worst: NotNegative = 0.3  # weight of the largest contour error
-    lag: NotNegative = 0.01  # weight of the lag
-    settled_after_s: NotNegative = 1.0
-
-    def fitness(self) -> Fitness:
-        """The same as functions."""
-        return contour(self.worst, self.lag)
-
-
-class OwnFitnessSettings(Record):
-    """A user's own fitness, by its name."""
-
-    kind: Annotated[Name, AfterValidator(OWN_FITNESSES.checked)]
-    settled_after_s: NotNegative = 1.0
-
-    def fitness(self) -> Fitness:
-        """The same as functions."""
-        return OWN_FITNESSES.get(self.kind)
-
-
-FitnessSettings = Annotated[
-    Annotated[LinLeeSettings | ContourSettings, Field(discriminator="kind"), Tag(BUILT_IN)]
-    | Annotated[OwnFitnessSettings, Tag(OWN)],
-    by_kind(*OWN_FITNESSES.built_in),
-]
 
 
 class RunSettings(Record):
@@ -141,6 +91,7 @@ class Scenario(Record):
     )
     search: Annotated[SearchSettings, BeforeValidator(_with_preset)] = RaceSettings()
     run: RunSettings = RunSettings()
+    windows: tuple[Window, ...] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
@@ -150,6 +101,7 @@ class Scenario(Record):
                 f"{self.simulation.sample_time_s} s are {self.simulation.steps} samples; "
                 f"allowed are 1 to {MAX_STEPS}"
             )
+        self._has_windows()
         self._can_follow()
         if isinstance(self.controller, HierarchicalSettings):
             self._can_read(self.controller)
@@ -158,6 +110,17 @@ class Scenario(Record):
         elif not isinstance(self.controller, LawSettings):
             self._can_start(self.controller)
         return self
+
+    def _has_windows(self) -> None:
+        names = [window.name for window in self.windows]
+        for k, window in enumerate(self.windows):
+            if names.count(window.name) > 1:
+                raise ValueError(f"windows.{k}.name = {window.name!r}: stands there twice")
+            if len(self.simulation.time[window.part(self.simulation)]) < 2:
+                raise ValueError(
+                    f"windows.{k}: from_s = {window.from_s}, to_s = {window.to_s} hold fewer than "
+                    f"two samples of a simulation of {self.simulation.duration_s} s"
+                )
 
     def _can_read(self, controller: HierarchicalSettings) -> None:
         known = input_names(self.plant.plant)
@@ -288,43 +251,6 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
         own["file"] = str(BUILTIN / own["file"])
     data = changed({"name": Path(source).stem} | data, changes)
     return checked(Scenario, data, source, folder)
-
-
-def set_keys(changes: Iterable[str]) -> dict[str, Any]:
-    """Dotted keys and values of "dotted.key=value"; a value is TOML, or else a bare string.
-
-    Raises:
-        UserError: a change is not of that form.
-    """
-    found: dict[str, Any] = {}
-    for change in changes:
-        key, equals, text = change.partition("=")
-        if not equals or not key.strip():
-            raise UserError(f"--set {change}: has to look like simulation.duration_s=5")
-        try:
-            found[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            found[key.strip()] = text.strip()
-    return found
-
-
-def changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
-    """``data`` with the values of dotted keys.
-
-    Raises:
-        UserError: a key runs through something that is not a table.
-    """
-    data = copy.deepcopy(data)
-    values = changes if isinstance(changes, Mapping) else set_keys(changes)
-    for key, value in values.items():
-        *path, last = key.split(".")
-        place = data
-        for part in path:
-            place = place.setdefault(part, {})
-            if not isinstance(place, dict):
-                raise UserError(f"--set {key}={value}: {part} is not a table")
-        place[last] = value
-    return data
 
 
 def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:

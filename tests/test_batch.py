@@ -60,7 +60,7 @@ def undisturbed(tmp_path_factory):
 
 def test_cells_are_the_grid_and_the_list(tmp_path):
     text = f"{GRID}[[cells]]\nplant.parameters.spindle_inertia = 6.5\n[[cells]]\nrun.seed = 9\n"
-    cells = read_batch(written(tmp_path, text))
+    cells = read_batch(written(tmp_path, text)).cells
     # 2 scenarios x 2 seeds with the inertia; the second cell's own seed wins, so 2 of 4 are one
     assert len(cells) == 4 + 2
     assert len({cell.name for cell in cells}) == 6
@@ -78,7 +78,7 @@ def test_the_name_is_that_of_the_whole_configuration(tmp_path):
         scenario = '[reference]\nkind = "csv"\nfile = "r.csv"\n'
         written(tmp_path / where, scenario, "own.toml")
         text = f'{TINY}\n[grid]\nscenario = ["own.toml"]\n'
-        return [cell.name for cell in read_batch(written(tmp_path / where, text))]
+        return [cell.name for cell in read_batch(written(tmp_path / where, text)).cells]
 
     assert names("a", 0.01) == names("b", 0.01)
     assert names("a", 0.01) != names("a", 0.02)
@@ -104,7 +104,7 @@ def test_dry_run_touches_nothing(tmp_path):
 
 def test_a_failing_cell_stops_nothing_and_is_tried_again(tmp_path, undisturbed):
     path, out = written(tmp_path, GRID), tmp_path / "out"
-    victim = read_batch(path)[1].name
+    victim = read_batch(path).cells[1].name
     (out / victim).mkdir(parents=True)
     (out / victim / "config.toml").mkdir()  # nobody can write that file
     found = batch(path, "--out", out)
@@ -148,8 +148,9 @@ def test_two_batches_on_one_folder_share_the_work(tmp_path, undisturbed):
 
 def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
     path, out = written(tmp_path, GRID), tmp_path / "out"
-    cells = read_batch(path)
-    folder.note_plan(out, cells)
+    plan = read_batch(path)
+    cells = plan.cells
+    folder.note_plan(out, plan)
     seen = []
 
     def outcome(found):

@@ -61,7 +61,7 @@ def batch_folder(out, groups, **run):
             name = f"{len(plan):016x}"
             plan[name] = {**settings, "run.seed": seed}
             run_folder(out / name, value, **run)
-    (out / "batch.json").write_text(json.dumps(plan))
+    (out / "batch.json").write_text(json.dumps({"cells": plan}))
     return list(plan)
 
 
@@ -267,7 +267,7 @@ def test_nothing_has_finished(tmp_path):
         ({}, ["holds no runs", "batch.json"]),
         ({"notes.txt": "hello"}, ["holds no runs"]),
         ({"batch.json": "{"}, ["batch.json", "cannot be read"]),
-        ({"batch.json": "[1]"}, ["batch.json", "not the plan"]),
+        ({"batch.json": "[1]"}, ["batch.json", "valid dictionary"]),
         ({"config.toml": ""}, ["holds no finished run", "design.json"]),
         ({"design.json": "{}"}, ["holds no finished run", "config.toml"]),
     ],

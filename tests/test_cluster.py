@@ -202,7 +202,7 @@ def test_ctrl_c_ends_our_own_workers(tmp_path, undisturbed, started):
 def test_failing_cells_stop_nothing(tmp_path, undisturbed, started, cluster):
     """One that cannot be begun, and one whose checkpoint is damaged."""
     out = tmp_path / "out"
-    first, second, *others = [cell.name for cell in read_batch(written(tmp_path, GRID))]
+    first, second, *others = [cell.name for cell in read_batch(written(tmp_path, GRID)).cells]
     (out / first / "config.toml").mkdir(parents=True)
     (out / second).mkdir()
     config = undisturbed[f"{second}/config.toml"]

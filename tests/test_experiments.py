@@ -163,7 +163,7 @@ def test_tables_are_written(tmp_path):
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("experiments/*/batch.toml")), ids=str)
 def test_batch_files_are_plans_with_five_seeds(path):
-    cells = read_batch(path)
+    cells = read_batch(path).cells
     assert {cell.scenario.run.seed for cell in cells} == {0, 1, 2, 3, 4}
     page = (path.parent / "README.md").read_text(encoding="utf-8")
     assert f"hfc batch experiments/{path.parent.name}/batch.toml" in page

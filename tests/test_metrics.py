@@ -35,6 +35,7 @@ def test_names_carry_the_units_of_the_plant():
     assert list(measured([0.0, 1.0])) == [
         "rms_error_rad",
         "max_error_rad",
+        "iae_rad_s",
         "final_error_rad",
         "settling_time_s",
         "velocity_ripple_rad_s",
@@ -46,6 +47,7 @@ def test_names_carry_the_units_of_the_plant():
     assert list(measured([0.0, 1.0], plant=FEED_DRIVE)) == [
         "rms_error_BLU",
         "max_error_BLU",
+        "iae_BLU_s",
         "final_error_BLU",
         "settling_time_s",
         "velocity_ripple_BLU_s",
@@ -60,6 +62,7 @@ def test_tracking_error():
     found = measured([3.0, -4.0, 0.0, 0.0])
     assert found["rms_error_rad"] == 2.5
     assert found["max_error_rad"] == 4.0
+    assert found["iae_rad_s"] == pytest.approx(0.7)  # (3 + 4) rad in samples of 0.1 s
     assert found["final_error_rad"] == 0.0
     assert measured([1.0, -0.25])["final_error_rad"] == -0.25
 

@@ -148,7 +148,7 @@ def _sent(
             return Outcome(cell, "finished")
         folder.forget_failure(out, cell.name)
         try:
-            work.begun(cell.scenario, path)
+            work.begun(cell, path)
             files = {} if shared else contents(path)
         except Exception as error:  # whatever it is, the other cells may still be fine
             return work.failed(out, cell, work.told(error))

@@ -6,18 +6,25 @@ batch lies in ``batch.json`` and in ``.batch/``.
 
 import fcntl
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from hfc_design.batch.plan import Cell
+from hfc_design.batch.plan import Plan, Published
 from hfc_design.checkpoint import write_whole
 from hfc_design.design import CHECKPOINT, CONFIG, DESIGN
-from hfc_design.records import RunError, UserError
+from hfc_design.records import Record, RunError, UserError, checked
 
 PLAN, NOTES = "batch.json", ".batch"
 State = Literal["finished", "failed", "broken off", "waiting"]
+
+
+class Noted(Record):
+    """What ``batch.json`` holds."""
+
+    cells: dict[str, dict[str, Any]] = {}  # name of a folder -> settings
+    published: dict[str, tuple[Published, ...]] = {}  # name of a batch file -> its figures
 
 
 class Entry(NamedTuple):
@@ -30,7 +37,7 @@ class Entry(NamedTuple):
     seconds: float | None  # that a finished cell took
 
 
-def note_plan(out: Path, cells: Sequence[Cell]) -> None:
+def note_plan(out: Path, plan: Plan) -> None:
     """Add the cells to the folder's plan; others that are in it stay.
 
     Raises:
@@ -42,9 +49,10 @@ def note_plan(out: Path, cells: Sequence[Cell]) -> None:
         raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
     with _locked(out, "plan") as mine:
         assert mine
-        plan = _plan(out) if (out / PLAN).exists() else {}
-        plan |= {cell.name: cell.settings for cell in cells}
-        write_whole(out / PLAN, (json.dumps(plan, indent=1) + "\n").encode())
+        noted = _noted(out) if (out / PLAN).exists() else Noted()
+        cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
+        whole = Noted(cells=cells, published=noted.published | {plan.name: plan.published})
+        write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
 
 
 def entries(out: Path) -> list[Entry]:
@@ -56,11 +64,16 @@ def entries(out: Path) -> list[Entry]:
     if not (out / PLAN).exists():
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     found = []
-    for name, settings in _plan(out).items():
+    for name, settings in _noted(out).cells.items():
         reason, seconds = _text(out, name, "failed"), _text(out, name, "seconds")
         time = float(seconds) if seconds else None
         found.append(Entry(name, settings, state(out, name), reason, time))
     return found
+
+
+def published(out: Path) -> list[Published]:
+    """The published figures that a batch's runs stand beside."""
+    return [item for items in _noted(out).published.values() for item in items]
 
 
 def state(out: Path, name: str) -> State:
@@ -108,14 +121,12 @@ def _locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
             yield True
 
 
-def _plan(out: Path) -> dict[str, dict[str, Any]]:
+def _noted(out: Path) -> Noted:
     try:
         plan = json.loads((out / PLAN).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise UserError(f"{out / PLAN}: cannot be read: {error}") from None
-    if not isinstance(plan, dict) or not all(isinstance(item, dict) for item in plan.values()):
-        raise UserError(f"{out / PLAN}: is not the plan of a batch")
-    return plan
+    return checked(Noted, plan, out / PLAN, out)
 
 
 def _text(out: Path, name: str, kind: str) -> str:

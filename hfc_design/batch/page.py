@@ -7,6 +7,8 @@ from urllib.parse import quote
 
 from matplotlib.figure import Figure
 
+from hfc_design.batch.plan import LABEL, OWN_KEYS
+from hfc_design.batch.published import HEAD, Reproduced, row
 from hfc_design.batch.runs import SEED, Run, text
 from hfc_design.batch.summary import ALPHA, COMPARED, Comparison, Group, runs_needed
 from hfc_design.batch.tables import medians
@@ -35,26 +37,35 @@ class Task(NamedTuple):
 
 
 def page(
-    name: str, runs: Sequence[Run], groups: Sequence[Group], comparisons: Sequence[Comparison]
+    name: str,
+    runs: Sequence[Run],
+    groups: Sequence[Group],
+    comparisons: Sequence[Comparison],
+    figures: Sequence[Reproduced],
 ) -> bytes:
     """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
     tasks = [
         _task(task, [group for group in groups if group.task == task], comparisons, k < TASKS)
         for k, task in enumerate(dict.fromkeys(group.task for group in groups))
     ]
-    keys = list(groups[0].settings) if groups else []
+    differing = list(groups[0].settings) if groups else []
+    labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
+    keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
     troubles = [run for run in runs if run.reason or run.state != "finished"]
     return rendered(
         "batch.html.j2",
         name=name,
         counts=_counts(runs),
         tasks=tasks,
-        same=_same(runs, keys),
+        same=_same(runs, differing),
+        labelled=labelled,
+        published=[row(item) for item in figures],
+        published_head=HEAD,
         repeated=sum(run.state == "finished" for group in groups for run in group.runs)
         - sum(len(group.finished) for group in groups),
         few=_few(groups),
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
-        group_rows=[_group_row(group) for group in groups[:GROUPS]],
+        group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
         groups=len(groups),
         metrics=_metrics(groups[:GROUPS]),
         comparison_rows=[_comparison_row(item) for item in comparisons[:COMPARISONS]],
@@ -123,12 +134,14 @@ def _same(runs: Sequence[Run], differing: Sequence[str]) -> list[tuple[str, str]
 
 
 def _few(groups: Sequence[Group]) -> int:
-    """Groups whose quartiles say next to nothing."""
-    return sum(len(group.finished) < 5 for group in groups)
+    """Groups whose quartiles say next to nothing; a given design is scored the same each time."""
+    random = (group for group in groups if any(run.searched for run in group.runs))
+    return sum(len(group.finished) < 5 for group in random)
 
 
-def _group_row(group: Group) -> list[str]:
-    row = [str(group.number), *group.settings.values(), _of(len(group.finished), len(group.runs))]
+def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
+    own = (group.settings[key] for key in keys)
+    row = [str(group.number), *own, _of(len(group.finished), len(group.runs))]
     if not group.finished:
         return [*row, "–", "–", "–"]
     low, median, high = group.quartiles

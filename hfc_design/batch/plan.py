@@ -9,20 +9,48 @@ from typing import Any, NamedTuple
 
 from pydantic import Field
 
-from hfc_design.records import Record, UserError, checked
+from hfc_design.dotted import flat
+from hfc_design.evaluate import load_design, machine, own_scenario
+from hfc_design.records import Finite, Name, Record, UserError, checked
+from hfc_design.rulebase import Design, design_json
 from hfc_design.scenarios import Scenario, load_scenario, renamed, scenario_toml
 
 #: More cells than this are a mistake of a factor of ten somewhere.
 MAX_CELLS = 100_000
 
 
-class BatchFile(Record):
-    """``hfc batch``: keys are the scenario's dotted keys, and ``scenario`` for its name."""
+class Published(Record):
+    """A published figure, and which metric of which runs stands beside it.
 
+    ``of`` and ``over`` are settings of cells; with ``over`` it is the ratio of both runs' metrics.
+    """
+
+    figure: str = ""  # of the paper
+    quantity: str  # with its unit
+    value: Finite | None = None  # None: the paper has words only
+    metric: str  # or "fitness"
+    of: dict[str, Any]
+    over: dict[str, Any] = {}
+    over_metric: str = ""  # left out: the same metric
+    remark: str = ""
+
+
+class BatchFile(Record):
+    """``hfc batch``: keys are dotted ones of a scenario, and those named in ``OWN_KEYS``."""
+
+    name: Name | None = None  # of the folder in runs/; None: that of the file
     description: str = ""
     set: dict[str, Any] = {}  # the same in every cell
     grid: dict[str, Any] = {}  # lists: every combination is a cell
     cells: tuple[dict[str, Any], ...] = Field((), max_length=MAX_CELLS)  # each with the whole grid
+    published: tuple[Published, ...] = ()
+
+
+#: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
+#: a search; a word that ``published`` and a reader know the cell by.
+SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
+#: What dotted keys of a design begin with.
+CHANGE = "change."
 
 
 class Cell(NamedTuple):
@@ -31,13 +59,22 @@ class Cell(NamedTuple):
     name: str  # of its folder: the hash of its whole configuration
     settings: dict[str, Any]  # dotted key -> value, as far as the batch file says
     scenario: Scenario
+    design: Design | None = None  # to be scored; None: the run searches one
 
 
-def read_batch(path: Path) -> list[Cell]:
+class Plan(NamedTuple):
+    """A batch file, read."""
+
+    name: str  # of its folder
+    cells: list[Cell]
+    published: tuple[Published, ...]
+
+
+def read_batch(path: Path) -> Plan:
     """The cells of a batch file, in its order; cells that are the same run are one.
 
     Raises:
-        UserError: the file is none, or a scenario that it makes is not allowed.
+        UserError: the file is none, or a run that it makes is not allowed.
     """
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -50,7 +87,17 @@ def read_batch(path: Path) -> list[Cell]:
     for settings in _combinations(file, path):
         cell = _cell(settings, path)
         found.setdefault(cell.name, cell)
-    return list(found.values())
+    for k, item in enumerate(file.published):
+        for own in (item.of, item.over):
+            if own and not any(matches(own, cell.settings) for cell in found.values()):
+                told = ", ".join(f"{key} = {value!r}" for key, value in flat(own).items())
+                raise UserError(f"{path}: published.{k}: no cell has {told}")
+    return Plan(file.name or path.stem, list(found.values()), file.published)
+
+
+def matches(wanted: dict[str, Any], settings: dict[str, Any]) -> bool:
+    """Whether a run has all of the wanted settings."""
+    return all(key in settings and settings[key] == value for key, value in flat(wanted).items())
 
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
@@ -69,32 +116,47 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
             yield common | dict(zip(grid, values, strict=True)) | flat(own)
 
 
-def flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table."""
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        nested = isinstance(value, dict)
-        found |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
-    return found
-
-
 def _cell(settings: dict[str, Any], path: Path) -> Cell:
-    name = settings.get("scenario", "c-axis-ramp")
-    beside = path.parent / str(name)
-    changes = {key: value for key, value in settings.items() if key != "scenario"}
     try:
-        scenario = load_scenario(str(beside if beside.is_file() else name), changes)
+        scenario, design = _asked(settings, path.parent)
     except UserError as error:
         told = ", ".join(f"{key} = {value!r}" for key, value in settings.items())
         raise UserError(f"{path}: cell with {told}: {error}") from None
-    return Cell(_name(scenario), settings, scenario)
+    return Cell(_name(scenario, design), settings, scenario, design)
 
 
-def _name(scenario: Scenario) -> str:
+def _asked(settings: dict[str, Any], folder: Path) -> tuple[Scenario, Design | None]:
+    """The scenario of a cell, and the design that it scores if it searches none."""
+    own = {key: value for key, value in settings.items() if key not in OWN_KEYS}
+    inside = {key.removeprefix(CHANGE): own.pop(key) for key in list(own) if key.startswith(CHANGE)}
+    name = settings.get(SCENARIO)
+    if DESIGN not in settings:
+        if inside:
+            raise UserError(f"{CHANGE}{next(iter(inside))}: needs a design that it changes")
+        return load_scenario(_place(name or "c-axis-ramp", folder), own), None
+    source = _place(settings[DESIGN], folder)
+    design = load_design(source, inside)
+    if name is None:
+        scenario = own_scenario(design, source, own)
+    else:
+        scenario = load_scenario(_place(name, folder), own)
+    machine(design, scenario)  # refuses a design that does not fit
+    return scenario, design
+
+
+def _place(name: Any, folder: Path) -> str:
+    """What a batch file names: beside it, from where the user is, or built in."""
+    beside = folder / str(name)
+    return str(beside if beside.exists() else name)
+
+
+def _name(scenario: Scenario, design: Design | None) -> str:
     """The hash of the configuration, with the contents of the files that it names."""
 
     def by_content(key: str, file: Path) -> Path:
         return Path(hashlib.sha256(file.read_bytes()).hexdigest())
 
     text = scenario_toml(renamed(scenario, by_content))
+    if design is not None:
+        text += design_json(design)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

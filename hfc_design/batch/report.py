@@ -6,6 +6,7 @@ from pathlib import Path
 from hfc_design import session
 from hfc_design.batch import tables
 from hfc_design.batch.page import page
+from hfc_design.batch.published import reproduced
 from hfc_design.batch.runs import Run, is_run, runs_below
 from hfc_design.batch.summary import compared, grouped
 from hfc_design.checkpoint import write_whole
@@ -14,7 +15,7 @@ from hfc_design.records import RunError, UserError
 from hfc_design.report import REPORT
 
 
-def report(path: Path, each: bool, parquet: bool) -> None:
+def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
     Raises:
@@ -34,8 +35,9 @@ def report(path: Path, each: bool, parquet: bool) -> None:
         runs = runs_below(path)
     groups = grouped(runs)
     comparisons = compared(groups)
-    tables.write(path, runs, groups, comparisons, parquet)
-    write_whole(path / REPORT, page(path.resolve().name, runs, groups, comparisons))
+    beside = reproduced(path, runs)
+    tables.write(path, runs, groups, comparisons, beside, parquet)
+    write_whole(path / REPORT, page(path.resolve().name, runs, groups, comparisons, beside))
     print(path / REPORT)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.batch import folder
-from hfc_design.batch.plan import flat
-from hfc_design.design import CHECKPOINT, CONFIG, DESIGN, HISTORY
+from hfc_design.design import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
+from hfc_design.dotted import flat
 from hfc_design.records import UserError
 from hfc_design.report import REPORT
 
@@ -36,6 +36,7 @@ class Run(NamedTuple):
     score: dict[str, float | None]  # fitness and metrics of a finished run, else empty
     best: Floats  # (generations,) best score of the search so far; empty if not known
     page: bool  # has a report of its own
+    searched: bool = True  # else its design was given, and nothing is random
 
 
 def is_run(path: Path) -> bool:
@@ -64,6 +65,11 @@ def runs_below(path: Path) -> list[Run]:
     if not found:
         raise UserError(f"{path}: holds no runs ({folder.PLAN}, or folders with a {CONFIG})")
     return found
+
+
+def batches_below(path: Path) -> list[Path]:
+    """The folders of batches below a folder, or itself."""
+    return [place for place in _folders(path) if (place / folder.PLAN).exists()]
 
 
 def _folders(path: Path) -> Iterator[Path]:
@@ -122,15 +128,16 @@ def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason:
             score = _score(path)
         except (OSError, ValueError) as error:
             state, reason = "unreadable", _told(DESIGN, error)
-    best = _NONE
-    if (path / HISTORY).exists() or state == "finished":
+    best, searched = _NONE, not (path / GIVEN).exists()
+    if (path / HISTORY).exists() or (state == "finished" and searched):
         try:
             best = _best(path)
         except (OSError, ValueError) as error:
             reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
     if state == "broken off" and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
-    return Run(_below(path, top), settings, state, reason, score, best, (path / REPORT).exists())
+    page = (path / REPORT).exists()
+    return Run(_below(path, top), settings, state, reason, score, best, page, searched)
 
 
 def _score(path: Path) -> dict[str, float | None]:

@@ -10,14 +10,16 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hfc_design.batch import folder
-from hfc_design.batch.plan import Cell, read_batch
+from hfc_design.batch import folder, report
+from hfc_design.batch.plan import LABEL, Cell, read_batch
 from hfc_design.batch.work import Outcome, run_cells
 from hfc_design.records import RunError
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
 USUAL_SPEED = 2e7
+#: Seconds that it takes to score a given design, once compiled.
+SCORING = 0.3
 #: So many cells are listed one by one.
 LISTED = 40
 
@@ -37,13 +39,13 @@ def batch(path: Path, out: Path | None, dry_run: bool, where: Where | None = Non
         UserError: the batch file is not one.
         RunError: cells failed, or the batch was interrupted.
     """
-    cells = read_batch(path)
-    target = out or Path("runs") / path.stem
+    plan = read_batch(path)
+    cells, target = plan.cells, out or Path("runs") / plan.name
     if dry_run:
         _show_plan(cells, target)
         return
-    folder.note_plan(target, cells)
-    watch = Watch(len(cells))
+    folder.note_plan(target, plan)
+    watch = Watch(len(cells), _same(cells))
     try:
         with watch:
             if where is None:
@@ -53,9 +55,10 @@ def batch(path: Path, out: Path | None, dry_run: bool, where: Where | None = Non
     except KeyboardInterrupt:
         raise RunError(f"interrupted; hfc batch {path} goes on where it stopped") from None
     print(f"{len(cells)} cells in {target}: {watch.finished} finished, {len(watch.failed)} failed")
+    for outcome in watch.failed:
+        print(f"{outcome.cell.name}: {outcome.reason}", file=sys.stderr)
+    report.report(target)
     if watch.failed:
-        lines = [f"{outcome.cell.name}: {outcome.reason}" for outcome in watch.failed]
-        print("\n".join(lines), file=sys.stderr)
         raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
 
 
@@ -89,14 +92,13 @@ def _show_plan(cells: list[Cell], out: Path) -> None:
     print(f"{len(cells)} cells in {out}" + (f", all with {_told(same)}" if same else ""))
     table = Table("cell", "state", "settings", box=None)
     for cell, state in list(zip(cells, states, strict=True))[:LISTED]:
-        own = {key: value for key, value in cell.settings.items() if key not in same}
-        table.add_row(cell.name, state, _told(own))
+        table.add_row(cell.name, state, _told(_apart(cell, same)))
     Console().print(table)
     if len(cells) > LISTED:
         print(f"and {len(cells) - LISTED} more")
     left = [cell for cell, state in zip(cells, states, strict=True) if state != "finished"]
     speed, source = _speed(cells, out)
-    seconds = sum(_work(cell) for cell in left) / speed
+    seconds = sum(SCORING if cell.design else _work(cell) / speed for cell in left)
     hours, rest = divmod(round(seconds), 3600)
     print(
         f"{len(cells) - len(left)} of them finished; about {hours} h {rest // 60:02d} "
@@ -114,11 +116,18 @@ def _same(cells: list[Cell]) -> dict[str, object]:
     }
 
 
+def _apart(cell: Cell, same: dict[str, object]) -> dict[str, object]:
+    """What sets a cell apart from the others: its label if it has one."""
+    own = {key: value for key, value in cell.settings.items() if key not in same}
+    return {LABEL: own[LABEL]} if LABEL in own else own
+
+
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
     """Individual-steps a second, and where that number comes from."""
     if (out / folder.PLAN).exists():
         seconds = {e.name: e.seconds for e in folder.entries(out) if e.seconds}
-        known = [_work(cell) / seconds[cell.name] for cell in cells if cell.name in seconds]
+        searched = [cell for cell in cells if cell.name in seconds and not cell.design]
+        known = [_work(cell) / seconds[cell.name] for cell in searched]
         if known:
             return statistics.median(known), f"as fast as the {len(known)} finished ones"
     return USUAL_SPEED, f"at {USUAL_SPEED:.0e} individual-steps/s, a guess until one has finished"
@@ -136,7 +145,7 @@ def _told(settings: dict[str, object]) -> str:
 class Watch:
     """A bar on a terminal, a line a cell elsewhere; both on stderr."""
 
-    def __init__(self, total: int):
+    def __init__(self, total: int, same: dict[str, object]):
         self._console = Console(stderr=True)
         self._bar = Progress(
             TextColumn("cells"),
@@ -148,7 +157,7 @@ class Watch:
             disable=not self._console.is_terminal,
         )
         self._task = self._bar.add_task("cells", total=total, line="")
-        self._total, self._done = total, 0
+        self._total, self._done, self._same = total, 0, same
         self.finished = 0
         self._waited = False
         self.failed: list[Outcome] = []
@@ -186,4 +195,5 @@ class Watch:
         if not self._console.is_terminal and (outcome.seconds or outcome.reason):
             told = outcome.reason or f"{outcome.seconds:.1f} s"
             place = f"cell {self._done}/{self._total}  {outcome.cell.name}"
-            print(f"{place}  {_told(outcome.cell.settings)}  {told}", file=sys.stderr)
+            own = _told(_apart(outcome.cell, self._same))
+            print(f"{place}  {own}  {told}", file=sys.stderr)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import mannwhitneyu
 
+from hfc_design.batch.plan import LABEL
 from hfc_design.batch.runs import SCENARIO, SEED, Floats, Run, text
 
 #: A difference counts as shown where the corrected p is not above this.
@@ -39,6 +40,8 @@ class Group(NamedTuple):
     def label(self) -> str:
         """Its number and what sets it apart from the other groups of its task."""
         own = [value for key, value in self.settings.items() if not _of_task(key)]
+        if LABEL in self.settings:
+            own = [self.settings[LABEL]]
         return f"{self.number}: {', '.join(own)}" if own else str(self.number)
 
 

@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from hfc_design.batch.published import HEAD, Reproduced
 from hfc_design.batch.runs import Run, text
 from hfc_design.batch.summary import Comparison, Group, quartiles
 from hfc_design.checkpoint import write_whole
 from hfc_design.records import UserError
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
+PUBLISHED = "published.csv"
 Column = list[str | int | float | None]
 QUARTILES = ("lower_quartile", "median", "upper_quartile")
 
@@ -23,6 +25,7 @@ def write(
     runs: Sequence[Run],
     groups: Sequence[Group],
     comparisons: Sequence[Comparison],
+    figures: Sequence[Reproduced],
     parquet: bool,
 ) -> None:
     """Write the tables into a folder; ``parquet`` adds the runs as Parquet.
@@ -36,6 +39,8 @@ def write(
     write_whole(out / RUNS, _csv([list(columns), *zip(*columns.values(), strict=True)]))
     write_whole(out / GROUPS, _csv(_group_rows(groups)))
     write_whole(out / COMPARISONS, _csv(_comparison_rows(comparisons)))
+    if figures:
+        write_whole(out / PUBLISHED, _csv([HEAD, *map(_figure_row, figures)]))
     if parquet:
         write_whole(out / PARQUET, content)
 
@@ -94,6 +99,13 @@ def _comparison_rows(comparisons: Sequence[Comparison]) -> Iterable[Sequence[obj
         first, second = item.first, item.second
         counts = (len(first.fitness), len(second.fitness))
         yield [first.task, first.number, second.number, *counts, item.a12, item.p, item.holm]
+
+
+def _figure_row(item: Reproduced) -> Sequence[object]:
+    paper, simulated = item.published, item.simulated
+    number = None if np.isnan(simulated) else simulated
+    told = (paper.figure, paper.quantity, paper.value, number)
+    return [*told, None if number is None else item.ratio, item.runs, paper.remark]
 
 
 def _csv(rows: Iterable[Sequence[object]]) -> bytes:

@@ -54,7 +54,7 @@ def run_cells(
             time.sleep(PATIENCE)
 
 
-def begun(scenario: Scenario, path: Path) -> Scenario:
+def begun(cell: Cell, path: Path) -> Scenario:
     """The cell's run folder, new or from an earlier try; returns the scenario that it holds.
 
     Raises:
@@ -62,7 +62,7 @@ def begun(scenario: Scenario, path: Path) -> Scenario:
     """
     if (path / design.CONFIG).exists():
         return design.opened_run(path)
-    return design.new_run(scenario, path)
+    return design.new_run(cell.scenario, path, cell.design)
 
 
 def told(error: Exception) -> str:
@@ -90,7 +90,7 @@ def _tried(out: Path, cell: Cell, on_generation: Callable[[Cell, Search], None])
     folder.forget_failure(out, cell.name)
     path = out / cell.name
     try:
-        own = begun(cell.scenario, path)
+        own = begun(cell, path)
         design.run(own, path, lambda search: on_generation(cell, search))
     except Exception as error:  # whatever it is, the other cells may still be fine
         return failed(out, cell, told(error))

@@ -18,6 +18,8 @@ CONTOUR_METRICS = {
     "x_max_error_BLU": "largest tracking error of X [BLU]",
     "y_max_error_BLU": "largest tracking error of Y [BLU]",
     "peak_command": "largest command of an axis [unit]",
+    "rms_command_change": "root mean square of the change of the command from sample to sample, "
+    "of the axis that chatters more [unit]",
 }
 
 
@@ -39,6 +41,13 @@ def contour(trajectory: Trajectory, time: Floats, positions: Floats, blu: float)
     return Contour(trajectory, samples, actual, error, glitches(time, samples, error))
 
 
+def during(found: Contour, time: Floats, part: slice) -> Contour:
+    """Its errors and glitches in a part of ``time`` (steps,) [s]."""
+    own = time[part]
+    glitched = [glitch for glitch in found.glitches if own[0] <= glitch.time_s <= own[-1]]
+    return found._replace(error=found.error[part], glitches=glitched)
+
+
 def contour_metrics(found: Contour, errors: Floats, commands: Floats) -> dict[str, float | None]:
     """``CONTOUR_METRICS``; all None where the motion diverged.
 
@@ -56,6 +65,7 @@ def contour_metrics(found: Contour, errors: Floats, commands: Floats) -> dict[st
         *(_rms(error) for error in errors),
         *(np.abs(error).max() for error in errors),
         np.abs(commands).max(),
+        max(_rms(change) for change in np.diff(commands)) if commands.shape[1] > 1 else None,
     )
     numbers = (None if value is None else float(value) for value in values)
     return dict(zip(CONTOUR_METRICS, numbers, strict=True))

@@ -3,20 +3,22 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from hfc_design import fitness
 from hfc_design.checkpoint import write_whole
+from hfc_design.controller_settings import HierarchicalSettings
 from hfc_design.design import CONFIG, Result
-from hfc_design.evaluate import Evaluation
+from hfc_design.evaluate import Evaluation, meanings
 from hfc_design.export import csv_tables
 from hfc_design.feed_records import FuzzyRecord
-from hfc_design.paths.metrics import CONTOUR_METRICS
+from hfc_design.fitness_settings import ContourSettings, LinLeeSettings
 from hfc_design.pictures import contour_plots, plots
 from hfc_design.report import fuzzy, gains, hierarchical
 from hfc_design.report.section import Rows, Section, score
 from hfc_design.report.template import rendered
 from hfc_design.rulebase import Design, HierarchicalDesign
-from hfc_design.scenarios import ContourSettings, LinLeeSettings, Scenario
+from hfc_design.scenarios import Scenario
+from hfc_design.search.loop import Search
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"
@@ -42,8 +44,7 @@ def write_report(
         RunError: the folder cannot be written.
     """
     design, own, search = result
-    hierarchy = isinstance(design.controller, HierarchicalDesign)
-    tables = hierarchy or isinstance(design.controller, FuzzyRecord)
+    tables = isinstance(design.controller, (HierarchicalDesign, FuzzyRecord))
     if tables:
         csv_tables.write(design, folder / TABLES)
     evaluations = {OWN: own, **rivals}
@@ -53,17 +54,14 @@ def write_report(
         design=design,
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
-        scores=_scores(evaluations),
+        scores=_scores(scenario, evaluations),
         measure=_measure(scenario),
         contour=own.contour is not None,
         response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
         sections=_sections(design, own, scenario),
         tables=tables,
-        generations=search.generation,
-        diverged=int(search.history.diverged.sum()),
-        history=plots.history(search.history),
-        structures=hierarchical.structures(search.archive, scenario) if hierarchy else None,
+        search=_found(search, scenario) if search else None,
         provenance={
             key: value if isinstance(value, str) else json.dumps(value)
             for key, value in design.provenance.items()
@@ -72,6 +70,17 @@ def write_report(
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
     write_whole(folder / REPORT, page)
+
+
+def _found(search: Search, scenario: Scenario) -> dict[str, Any]:
+    """How the design was found."""
+    hierarchy = isinstance(scenario.controller, HierarchicalSettings)
+    return {
+        "generations": search.generation,
+        "diverged": int(search.history.diverged.sum()),
+        "history": plots.history(search.history),
+        "structures": hierarchical.structures(search.archive, scenario) if hierarchy else None,
+    }
 
 
 def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
@@ -86,7 +95,7 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
     """What the run achieved, in a sentence."""
     if own.diverged:
-        return f"Every controller that the search found diverges on {scenario.name}."
+        return f"The controller diverges on {scenario.name}."
     line = f"The controller reaches {_achieved(own)} on {scenario.name}"
     parts = [_compared(own, rivals[key], name) for key, name in PUBLISHED.items() if key in rivals]
     if not parts:
@@ -129,16 +138,15 @@ def _measure(scenario: Scenario) -> str:
     return f"The fitness is {settings.kind}, a user's own"
 
 
-def _scores(evaluations: Mapping[str, Evaluation]) -> Rows:
+def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
     """Fitness and metrics, a row each; a column for each evaluation."""
     found = evaluations.values()
     rows = [
         ["fitness", *("diverged" if item.diverged else f"{item.fitness:.4f}" for item in found)]
     ]
     first = next(iter(found))
-    meanings = fitness.meanings(first.plant) if first.contour is None else CONTOUR_METRICS
+    told = meanings(first, scenario)
     for key in first.metrics:
-        meaning = meanings[key]
         values = (item.metrics[key] for item in found)
-        rows.append([meaning, *("–" if value is None else f"{value:.4g}" for value in values)])
+        rows.append([told[key], *("–" if value is None else f"{value:.4g}" for value in values)])
     return rows
