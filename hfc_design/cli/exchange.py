@@ -41,7 +41,7 @@ def export(design: str, target: str, out: Path | None, lookup: int | None) -> No
 @click.option("--out", type=click.Path(path_type=Path), help="Design file [default: NAME.json].")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
-@click.option("--plant", type=click.Choice(["feed-drive", "c-axis"]))
+@click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
 @click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
 @click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
 @click.option(
@@ -51,7 +51,9 @@ def export(design: str, target: str, out: Path | None, lookup: int | None) -> No
     metavar="INPUT=SIGNAL",
     help="Which signal an input of FILE is, as in input1=error, where its name does not say so.",
 )
-def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: Any) -> None:
+def import_(
+    file: Path, out: Path | None, plant: str | None, signals: tuple[str, ...], **options: Any
+) -> None:
     """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
 
     Two inputs of seven terms and a singleton for each of the 49 rules, with product and weighted
@@ -62,6 +64,7 @@ def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: A
     """
     from hfc_design.checkpoint import write_whole
     from hfc_design.importing import Wish, imported
+    from hfc_design.machine_settings import ALL_PLANTS
     from hfc_design.records import UserError
     from hfc_design.rulebase import design_json
 
@@ -71,7 +74,9 @@ def import_(file: Path, out: Path | None, signals: tuple[str, ...], **options: A
         if not equals:
             raise UserError(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
         pairs[name] = signal
-    design = imported(file, Wish(**options, signals=pairs))
+    if plant is not None:
+        plant = ALL_PLANTS.resolve(plant).name
+    design = imported(file, Wish(**options, plant=plant, signals=pairs))
     path = out or Path(f"{design.name}.json")
     if path.exists():
         raise UserError(f"--out {path}: exists already; name another path")

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -49,25 +48,30 @@ def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) 
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the range (png, svg or pdf).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def stability(design: str | None, plot: Path | None, as_json: bool, **drive: float | None) -> None:
+@knowing_plugins
+def stability(
+    design: str | None, plot: Path | None, as_json: bool, **options: float | None
+) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
 
-    With DESIGN (kind flc, aflc or soflc) also the gains of its rule table. Without anything: the
-    drive of Jee & Koren 2004.
+    With DESIGN (kind flc, aflc or soflc) also the gains of its rule table; one for another plant
+    than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
+    2004.
     """
     from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
-    own: dict[str, Any] = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01}
-    points = {}
-    if design is not None:
+    given = {key: value for key, value in options.items() if value is not None}
+    if design is None:
+        points = {}
+        drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
+    else:
         from hfc_design.evaluate import load_design
 
         record = load_design(design)
         points = report.points(record)
-        own = report.drive(record)
-    wanted = {key: own[key] if value is None else value for key, value in drive.items()}
-    found = stable_range(**wanted)
+        drive = report.drive(record, given)
+    found = stable_range(**drive)
     if plot is not None:
         from hfc_design.pictures.plots import save
         from hfc_design.stability.plot import stability_figure
