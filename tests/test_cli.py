@@ -3,15 +3,16 @@
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hfc_design import session
-from hfc_design.cli import main
+from hfc_design.cli import main, search_run
 from hfc_design.evaluate import load_design
 from hfc_design.rulebase import builtin_designs, read_design
 from hfc_design.scenarios import builtin_names
@@ -32,6 +33,14 @@ def test_help_does_not_import_jax():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
     assert "design" in done.stdout
+
+
+def test_help_lists_the_commands_as_the_readme_introduces_them():
+    readme = (Path(__file__).parent.parent / "README.md").read_text()
+    using = readme.split("## Using it")[1]
+    introduced = dict.fromkeys(re.findall(r"^hfc (\w+)", using, re.MULTILINE))
+    listed = hfc("--help").stdout.split("Commands:")[1]
+    assert re.findall(r"^  (\w+) ", listed, re.MULTILINE) == list(introduced)
 
 
 def test_score_of_the_published_design_is_the_published_one():
@@ -123,7 +132,7 @@ def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
     def interrupted(self, search):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(session.Watch, "generation", interrupted)
+    monkeypatch.setattr(search_run.Watch, "generation", interrupted)
     done = hfc("design", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert f"hfc design --resume --out {tmp_path / 'run'}" in done.stderr

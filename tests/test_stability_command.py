@@ -9,6 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
+from hfc_design.evaluate import load_design
+from hfc_design.rulebase import design_json
 from hfc_design.stability.plot import stability_figure
 from hfc_design.stability.stable_range import stable_range
 
@@ -125,6 +127,18 @@ def test_options_go_before_the_drive_of_the_design():
     assert data["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
     inside = [point["inside"] for point in data["points"].values()]
     assert inside == [True, False, False]  # 8 is more than the 6.66 at K_1 = 1.52
+
+
+def test_a_table_for_another_plant_needs_a_drive(tmp_path):
+    design = json.loads(design_json(load_design("jee-koren-2004-flc")))
+    design["plant"] = {"name": "c-axis", "parameters": {}}
+    (tmp_path / "mine.json").write_text(json.dumps(design))
+    done = hfc(tmp_path / "mine.json")
+    assert done.exit_code == 2
+    assert done.stderr.startswith("hfc: design jee-koren-2004-flc is for the plant c-axis")
+    assert "--time-constant" in done.stderr
+    done = hfc(tmp_path / "mine.json", "--gain", 40, "--time-constant", 0.055, "--json")
+    assert json.loads(done.stdout)["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
 
 
 @pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid", "no-such-design"])

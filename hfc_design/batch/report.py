@@ -3,7 +3,6 @@
 import sys
 from pathlib import Path
 
-from hfc_design import session
 from hfc_design.batch import tables
 from hfc_design.batch.page import page
 from hfc_design.batch.published import reproduced
@@ -13,6 +12,7 @@ from hfc_design.checkpoint import write_whole
 from hfc_design.design import finished_run
 from hfc_design.records import RunError, UserError
 from hfc_design.report import REPORT
+from hfc_design.report.rivals import write_page
 
 
 def report(path: Path, each: bool = False, parquet: bool = False) -> None:
@@ -25,7 +25,7 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     if is_run(path):
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
-        session.write_page(*finished_run(path), path)
+        write_page(*finished_run(path), path)
         print(path / REPORT)
         return
     runs = runs_below(path)
@@ -50,7 +50,7 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
     for k, run in enumerate(missing, 1):
         folder = path / run.path
         try:
-            session.write_page(*finished_run(folder), folder)
+            write_page(*finished_run(folder), folder)
             print(f"page {k}/{len(missing)}  {folder / REPORT}", file=sys.stderr)
         except UserError as error:
             failed += 1

@@ -58,9 +58,11 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     if like and like.plant.name == plant_name:
         plant = like.plant.model_dump()
     base = like.controller.model_dump() if like else {}
-    controller = {"sample_time_s": SAMPLE_TIMES[plant_name]} | base | {"kind": kind}
+    controller = {"sample_time_s": SAMPLE_TIMES.get(plant_name)} | base | {"kind": kind}
     if wish.sample_time is not None:
         controller["sample_time_s"] = wish.sample_time
+    if controller["sample_time_s"] is None:
+        raise UserError(f"--sample-time: has to be given for the plant {plant_name}")
     signals = _signals(system, wish.signals)
     make = _hierarchy if kind == HIERARCHY else _fuzzy
     data: dict[str, Any] = {

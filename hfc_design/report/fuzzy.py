@@ -133,7 +133,7 @@ def _stability(design: Design, adapted: dict[str, FuzzyRecord]) -> Section:
     for axis, after in adapted.items():
         changed = design.model_copy(update={"controller": after})
         points[f"{axis}, adapted"] = stability.points(changed)["table, with its edges"]
-    drive = stability.drive(design)
+    drive = stability.drive(design, {})
     found = stable_range(**drive)
     told = stability.numbers(found, points)["points"]
     rows = [

@@ -46,17 +46,30 @@ def points(design: Design) -> dict[str, tuple[float, float]]:
     return found
 
 
-def drive(design: Design) -> dict[str, float]:
-    """Arguments of ``stable_range``: of the design's axis with the largest gain."""
-    from hfc_design.machine_settings import PlantSettings  # starts JAX, not needed for the range
+def drive(design: Design, given: Mapping[str, float]) -> dict[str, float]:
+    """Arguments of ``stable_range``: what is ``given``, else the design's.
 
+    Of several axes the one with the largest gain counts.
+
+    Raises:
+        UserError: the design's plant is no feed drive, and gain or time constant are not given.
+    """
+    # These start JAX, which the range alone does not need.
+    from hfc_design.machine_settings import PlantSettings
+    from plants.feed_drive import FeedDriveParameters
+
+    own = {"sample_time": design.controller.sample_time_s}
     axes = PlantSettings(**design.plant.model_dump()).values()
-    axis = max(axes, key=lambda axis: axis.gain)
-    return {
-        "gain": axis.gain,
-        "time_constant": axis.time_constant,
-        "sample_time": design.controller.sample_time_s,
-    }
+    if isinstance(axes[0], FeedDriveParameters):
+        axis = max(axes, key=lambda axis: axis.gain)
+        own |= {"gain": axis.gain, "time_constant": axis.time_constant}
+    found = own | dict(given)
+    if not {"gain", "time_constant"} <= found.keys():
+        raise UserError(
+            f"design {design.name} is for the plant {design.plant.name}, no feed drive: "
+            "give --gain and --time-constant of its drive"
+        )
+    return found
 
 
 def numbers(found: StableRange, points: Mapping[str, tuple[float, float]]) -> dict[str, Any]:

@@ -1,0 +1,47 @@
+"""The command line. Commands import what they need when they run, so that help is quick."""
+
+import sys
+from typing import Any
+
+import click
+
+from hfc_design import __version__
+from hfc_design.cli.exchange import export, import_
+from hfc_design.cli.insight import explain, stability
+from hfc_design.cli.listing import list_
+from hfc_design.cli.many import batch, report
+from hfc_design.cli.searching import design
+from hfc_design.cli.simulating import score, simulate
+
+#: In the order in which a user meets them.
+COMMANDS = (list_, design, score, simulate, export, import_, explain, stability, report, batch)
+
+
+class Commands(click.Group):
+    """A group whose commands tell a user's mistake in one line."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names as they were added, not by the alphabet."""
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; UserError becomes a line on stderr and its exit code."""
+        from hfc_design.records import UserError
+
+        try:
+            return super().invoke(ctx)
+        except UserError as error:
+            click.echo(f"hfc: {error}", err=True)
+            sys.exit(error.exit_code)
+        except BrokenPipeError:
+            sys.exit(1)
+
+
+@click.group(
+    cls=Commands,
+    commands=COMMANDS,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+@click.version_option(__version__, prog_name="hfc")
+def main() -> None:
+    """Design hierarchical fuzzy controllers for machine-tool drives by simulation."""

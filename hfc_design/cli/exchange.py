@@ -1,0 +1,84 @@
+"""Commands that exchange designs with other programs: export, import."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hfc_design.cli.plugin_options import knowing_plugins
+
+
+@click.command()
+@click.argument("design")
+@click.option("--to", "target", required=True, help="Format; see hfc list formats.")
+@click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
+@click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
+@knowing_plugins
+def export(design: str, target: str, out: Path | None, lookup: int | None) -> None:
+    """Write DESIGN for another program."""
+    from hfc_design.evaluate import load_design
+    from hfc_design.export import FORMATS, c_source
+    from hfc_design.records import UserError
+
+    if target not in FORMATS:
+        raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
+    if lookup is not None and target != "c":
+        raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
+    found = load_design(design)
+    path = out or Path(f"{found.name}.{target}")
+    if path.exists():
+        raise UserError(f"--out {path}: exists already; name another path")
+    if lookup is None:
+        FORMATS[target][1](found, path)
+    else:
+        deviation = c_source.write_lookup(found, path, lookup)
+        click.echo(f"largest deviation from the exact command: {deviation}")
+    click.echo(path)
+
+
+@click.command("import")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Design file [default: NAME.json].")
+@click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
+@click.option("--name", help="Of the design [default: the file's].")
+@click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
+@click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
+@click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
+@click.option(
+    "--signal",
+    "signals",
+    multiple=True,
+    metavar="INPUT=SIGNAL",
+    help="Which signal an input of FILE is, as in input1=error, where its name does not say so.",
+)
+def import_(
+    file: Path, out: Path | None, plant: str | None, signals: tuple[str, ...], **options: Any
+) -> None:
+    """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
+
+    Two inputs of seven terms and a singleton for each of the 49 rules, with product and weighted
+    average. Triangles give an flc, or with --kind aflc one that adapts; Gaussians with flat tops
+    give a hierarchy of one unit. Whatever a design cannot hold is refused; within the ranges of its
+    inputs the design computes what FILE says. A scenario takes an flc or aflc as the start of a
+    search with [controller] start = "NAME.json".
+    """
+    from hfc_design.checkpoint import write_whole
+    from hfc_design.importing import Wish, imported
+    from hfc_design.machine_settings import ALL_PLANTS
+    from hfc_design.records import UserError
+    from hfc_design.rulebase import design_json
+
+    pairs = {}
+    for item in signals:
+        name, equals, signal = item.partition("=")
+        if not equals:
+            raise UserError(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")
+        pairs[name] = signal
+    if plant is not None:
+        plant = ALL_PLANTS.resolve(plant).name
+    design = imported(file, Wish(**options, plant=plant, signals=pairs))
+    path = out or Path(f"{design.name}.json")
+    if path.exists():
+        raise UserError(f"--out {path}: exists already; name another path")
+    write_whole(path, (design_json(design) + "\n").encode())
+    click.echo(path)

@@ -1,0 +1,40 @@
+"""What ``hfc design`` and ``hfc score`` both show: a bar of progress, a table of metrics."""
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hfc_design.evaluate import Evaluation
+from hfc_design.scenarios import Scenario
+
+#: What the fitness of a kind is called in a table.
+FITNESSES = {"lin-lee": "fitness, LL eq. 5", "contour": "fitness [1/BLU]"}
+
+
+def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:
+    """Fitness and metrics of some designs side by side, one column a design."""
+    table = Table(caption=caption or None, caption_justify="left")
+    table.add_column("metric", no_wrap=True)
+    for name in rows:
+        table.add_column(name, justify="right", overflow="fold")
+    cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
+    kind = scenario.fitness.kind
+    table.add_row(FITNESSES.get(kind, f"fitness, {kind}"), *cells)
+    first = next(iter(rows.values()))
+    for key in first.metrics:
+        found = (row.metrics[key] for row in rows.values())
+        table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
+    Console().print(table)
+
+
+def progress_bar(console: Console) -> Progress:
+    """A progress bar on a terminal, else nothing; a task's ``line`` stands behind its counts."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=20),
+        TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[line]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        disable=not console.is_terminal,
+    )
