@@ -47,7 +47,9 @@ def changed(data: dict[str, Any], changes: Changes, option: str = "--set") -> di
         *path, last = key.split(".")
         place = data
         for part in path:
-            place = place.setdefault(part, {})
+            if place.get(part) is None:  # an optional part of a design is null where there is none
+                place[part] = {}
+            place = place[part]
             if not isinstance(place, dict):
                 raise UserError(f"{option} {key}={value}: {part} is not a table")
         place[last] = value

@@ -2,35 +2,48 @@
 
 import hashlib
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
-from hfc_design.dotted import flat
+from hfc_design.dotted import flat, set_keys
 from hfc_design.evaluate import load_design, machine, own_scenario
 from hfc_design.records import Finite, Name, Record, UserError, checked
 from hfc_design.rulebase import Design, design_json
-from hfc_design.scenarios import Scenario, load_scenario, renamed, scenario_toml
+from hfc_design.scenarios import RunSettings, Scenario, load_scenario, renamed, scenario_toml
 
 #: More cells than this are a mistake of a factor of ten somewhere.
 MAX_CELLS = 100_000
+#: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
+#: a search; a word that ``published`` and a reader know the cell by.
+SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
+#: What dotted keys of a design begin with.
+CHANGE = "change."
+
+
+def _with_label(settings: Any) -> Any:
+    return {LABEL: settings} if isinstance(settings, str) else settings
+
+
+Settings = Annotated[dict[str, Any], BeforeValidator(_with_label)]
 
 
 class Published(Record):
     """A published figure, and which metric of which runs stands beside it.
 
-    ``of`` and ``over`` are settings of cells; with ``over`` it is the ratio of both runs' metrics.
+    ``of`` and ``over`` are settings of cells, or a label; with ``over`` it is the ratio of both
+    runs' metrics.
     """
 
     figure: str = ""  # of the paper
     quantity: str  # with its unit
     value: Finite | None = None  # None: the paper has words only
     metric: str  # or "fitness"
-    of: dict[str, Any]
-    over: dict[str, Any] = {}
+    of: Settings
+    over: Settings = {}
     over_metric: str = ""  # left out: the same metric
     remark: str = ""
 
@@ -44,13 +57,6 @@ class BatchFile(Record):
     grid: dict[str, Any] = {}  # lists: every combination is a cell
     cells: tuple[dict[str, Any], ...] = Field((), max_length=MAX_CELLS)  # each with the whole grid
     published: tuple[Published, ...] = ()
-
-
-#: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
-#: a search; a word that ``published`` and a reader know the cell by.
-SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
-#: What dotted keys of a design begin with.
-CHANGE = "change."
 
 
 class Cell(NamedTuple):
@@ -70,8 +76,10 @@ class Plan(NamedTuple):
     published: tuple[Published, ...]
 
 
-def read_batch(path: Path) -> Plan:
+def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     """The cells of a batch file, in its order; cells that are the same run are one.
+
+    ``changes`` of dotted keys are laid over every cell.
 
     Raises:
         UserError: the file is none, or a run that it makes is not allowed.
@@ -84,8 +92,9 @@ def read_batch(path: Path) -> Plan:
         raise UserError(f"{path}: is not valid TOML: {error}") from None
     file = checked(BatchFile, data, path, path.parent)
     found: dict[str, Cell] = {}
+    others = set_keys(changes, "--set")
     for settings in _combinations(file, path):
-        cell = _cell(settings, path)
+        cell = _cell(settings | others, path)
         found.setdefault(cell.name, cell)
     for k, item in enumerate(file.published):
         for own in (item.of, item.over):
@@ -141,7 +150,7 @@ def _asked(settings: dict[str, Any], folder: Path) -> tuple[Scenario, Design | N
     else:
         scenario = load_scenario(_place(name, folder), own)
     machine(design, scenario)  # refuses a design that does not fit
-    return scenario, design
+    return scenario.model_copy(update={"run": RunSettings()}), design  # nothing is random
 
 
 def _place(name: Any, folder: Path) -> str:

@@ -3,6 +3,7 @@
 import statistics
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,14 +33,22 @@ class Where(NamedTuple):
     shared: bool  # whether its workers see the batch's folder
 
 
-def batch(path: Path, out: Path | None, dry_run: bool, where: Where | None = None) -> None:
-    """``hfc batch FILE``: run every cell that is not finished, here or ``where``.
+def batch(
+    path: Path,
+    out: Path | None,
+    dry_run: bool,
+    where: Where | None = None,
+    changes: Iterable[str] = (),
+) -> None:
+    """``hfc batch FILE``: run every cell that is not finished, here or ``where``; report.
+
+    ``changes`` of dotted keys are laid over every cell.
 
     Raises:
         UserError: the batch file is not one.
         RunError: cells failed, or the batch was interrupted.
     """
-    plan = read_batch(path)
+    plan = read_batch(path, changes)
     cells, target = plan.cells, out or Path("runs") / plan.name
     if dry_run:
         _show_plan(cells, target)

@@ -5,16 +5,20 @@ from typing import Any
 
 import click
 
+from hfc_design.cli.options import changing_design
 from hfc_design.cli.plugin_options import knowing_plugins
 
 
 @click.command()
 @click.argument("design")
+@changing_design
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
 @click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @knowing_plugins
-def export(design: str, target: str, out: Path | None, lookup: int | None) -> None:
+def export(
+    design: str, others: tuple[str, ...], target: str, out: Path | None, lookup: int | None
+) -> None:
     """Write DESIGN for another program."""
     from hfc_design.evaluate import load_design
     from hfc_design.export import FORMATS, c_source
@@ -24,7 +28,7 @@ def export(design: str, target: str, out: Path | None, lookup: int | None) -> No
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
     if lookup is not None and target != "c":
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
-    found = load_design(design)
+    found = load_design(design, others)
     path = out or Path(f"{found.name}.{target}")
     if path.exists():
         raise UserError(f"--out {path}: exists already; name another path")

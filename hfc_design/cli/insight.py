@@ -5,11 +5,13 @@ from pathlib import Path
 
 import click
 
+from hfc_design.cli.options import changing_design
 from hfc_design.cli.plugin_options import knowing_plugins
 
 
 @click.command()
 @click.argument("design")
+@changing_design
 @click.option(
     "--at",
     "samples",
@@ -21,7 +23,9 @@ from hfc_design.cli.plugin_options import knowing_plugins
 @click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
 @knowing_plugins
-def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) -> None:
+def explain(
+    design: str, others: tuple[str, ...], samples: tuple[str, ...], least: float, as_json: bool
+) -> None:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
     Every signal that DESIGN reads has to be given. With one --at that includes what it remembers
@@ -32,7 +36,7 @@ def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) 
     from hfc_design.evaluate import load_design
     from hfc_design.explain import explanation
 
-    found = explanation(load_design(design), samples)
+    found = explanation(load_design(design, others), samples)
     if as_json:
         click.echo(json.dumps(found))
         return
@@ -43,6 +47,7 @@ def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) 
 
 @click.command()
 @click.argument("design", required=False)
+@changing_design
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
@@ -50,7 +55,11 @@ def explain(design: str, samples: tuple[str, ...], least: float, as_json: bool) 
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 @knowing_plugins
 def stability(
-    design: str | None, plot: Path | None, as_json: bool, **options: float | None
+    design: str | None,
+    others: tuple[str, ...],
+    plot: Path | None,
+    as_json: bool,
+    **options: float | None,
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
 
@@ -58,17 +67,20 @@ def stability(
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
     2004.
     """
+    from hfc_design.records import UserError
     from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
     given = {key: value for key, value in options.items() if value is not None}
     if design is None:
+        if others:
+            raise UserError("--change needs a DESIGN")
         points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
         from hfc_design.evaluate import load_design
 
-        record = load_design(design)
+        record = load_design(design, others)
         points = report.points(record)
         drive = report.drive(record, given)
     found = stable_range(**drive)

@@ -23,9 +23,13 @@ def report(folder: Path, each: bool, parquet: bool) -> None:
     report(folder, each, parquet)
 
 
+BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
+
+
 @click.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="Folder [default: runs/NAME].")
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)
 @click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
 @click.option("--status", type=click.Path(path_type=Path), help="What became of a batch's cells.")
 @click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
@@ -35,6 +39,7 @@ def report(folder: Path, each: bool, parquet: bool) -> None:
 def batch(
     file: Path | None,
     out: Path | None,
+    changes: tuple[str, ...],
     dry_run: bool,
     status: Path | None,
     workers: int | None,
@@ -60,4 +65,4 @@ def batch(
     if status is not None:
         session.show_status(status)
     elif file is not None:
-        session.batch(file, out, dry_run, where)
+        session.batch(file, out, dry_run, where, changes)

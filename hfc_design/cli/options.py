@@ -1,20 +1,35 @@
-"""What commands share: the help of --set, and the design on its scenario."""
+"""What commands share: --set, --change, and the design on its scenario."""
 
 from typing import TYPE_CHECKING
+
+import click
 
 if TYPE_CHECKING:
     from hfc_design.rulebase import Design
     from hfc_design.scenarios import Scenario
 
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
+#: Of every command on a design.
+changing_design = click.option(
+    "--change",
+    "others",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a value of the design by its dotted key, as in controller.integral_gain=8.",
+)
 
 
 def loaded(
-    name: str, scenario: str | None, chosen: dict[str, str], changes: tuple[str, ...]
+    name: str,
+    others: tuple[str, ...],
+    scenario: str | None,
+    chosen: dict[str, str],
+    changes: tuple[str, ...],
 ) -> "tuple[Design, Scenario]":
-    """The design ``name`` and the scenario it runs on: ``scenario``, or its own.
+    """The design ``name`` with ``others`` changed, and the scenario that it runs on.
 
-    ``chosen`` is what ``choosing_plugins`` gives.
+    That is ``scenario`` or the design's own, with ``changes``; ``chosen`` is what
+    ``choosing_plugins`` gives.
 
     Raises:
         UserError: there is no such design or scenario, or a change is not allowed.
@@ -22,7 +37,7 @@ def loaded(
     from hfc_design.evaluate import load_design, own_scenario
     from hfc_design.scenarios import load_scenario
 
-    found = load_design(name)
+    found = load_design(name, others)
     # The controller is the design's, whatever a search of the scenario would vary.
     plugins = (change for key, change in chosen.items() if key != "controller")
     changes = (*plugins, *changes)

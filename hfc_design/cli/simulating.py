@@ -6,12 +6,13 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import SET_HELP, loaded
+from hfc_design.cli.options import SET_HELP, changing_design, loaded
 from hfc_design.cli.plugin_options import choosing_plugins
 
 
 @click.command()
 @click.argument("design")
+@changing_design
 @click.option("--scenario", help="Scenario to run it on [default: the one it was made for].")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
@@ -22,6 +23,7 @@ from hfc_design.cli.plugin_options import choosing_plugins
 @choosing_plugins
 def score(
     design: str,
+    others: tuple[str, ...],
     scenario: str | None,
     changes: tuple[str, ...],
     chosen: dict[str, str],
@@ -42,7 +44,7 @@ def score(
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    found, where = loaded(design, scenario, chosen, changes)
+    found, where = loaded(design, others, scenario, chosen, changes)
     if spread is not None:
         from hfc_design.cli.spread import score_spread
 
@@ -67,6 +69,7 @@ def score(
 
 @click.command()
 @click.argument("design")
+@changing_design
 @click.option("--scenario", help="Scenario to run it on [default: the one it was made for].")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--csv", "csv_file", type=click.Path(path_type=Path), help="Write the trajectory.")
@@ -74,6 +77,7 @@ def score(
 @choosing_plugins
 def simulate(
     design: str,
+    others: tuple[str, ...],
     scenario: str | None,
     changes: tuple[str, ...],
     chosen: dict[str, str],
@@ -83,7 +87,7 @@ def simulate(
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.evaluate import evaluate, trajectory_csv
 
-    found, where = loaded(design, scenario, chosen, changes)
+    found, where = loaded(design, others, scenario, chosen, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.contour_plots import motion
