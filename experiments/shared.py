@@ -1,114 +1,63 @@
-"""What the experiments share: variants of designs, cycles of a motion, tables and curves."""
+"""What the pages of the experiments share: runs of a batch by their settings, tables, curves."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hfc_design.checkpoint import write_whole
-from hfc_design.evaluate import Evaluation, evaluate, load_design
+from hfc_design.batch.plan import LABEL, matches
+from hfc_design.batch.published import reproduced, row
+from hfc_design.batch.runs import Run, runs_below
+from hfc_design.design import finished_run
+from hfc_design.evaluate import Evaluation
 from hfc_design.pictures.plots import OTHER, OWN, framed
-from hfc_design.rulebase import Design, parse_design
-from hfc_design.scenarios import load_scenario
 
 Floats = NDArray[np.float64]
 COLORS = (OTHER, OWN, "#009E73")
 #: A curve of more than twice as many samples is drawn as its extent in each of so many slices.
 SLICES = 120
+HEAD = ("figure", "quantity", "published", "simulated", "ratio", "remark")
 
 
-class Row(NamedTuple):
-    """One published figure beside the simulated one."""
+class Batch:
+    """The finished runs of a batch, by their settings."""
 
-    figure: str  # of the paper
-    quantity: str  # with its unit
-    published: float | None  # None: only in words
-    simulated: float
-    remark: str = ""
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.runs = [run for run in runs_below(folder) if run.state == "finished"]
 
+    def run(self, label: str = "", **settings: Any) -> Run:
+        """The first run with a label, or with settings."""
+        wanted = {LABEL: label} if label else settings
+        return next(run for run in self.runs if matches(wanted, run.settings))
 
-HEADER = ("figure", "quantity", "published", "simulated", "ratio", "remark")
+    def values(self, label: str, *metrics: str) -> list[float | None]:
+        """Metrics of the run with a label."""
+        return [self.run(label).score[metric] for metric in metrics]
 
+    def motion(self, label: str) -> Evaluation:
+        """What the run with a label does, simulated again."""
+        return finished_run(self.folder / self.run(label).path)[1].evaluation
 
-def cells(row: Row) -> tuple[str, ...]:
-    """``HEADER`` of one row as text."""
-    published = ratio = simulated = "-"
-    if np.isfinite(row.simulated):
-        simulated = f"{row.simulated:.3g}"
-    if row.published is not None:
-        published, ratio = f"{row.published:.3g}", f"{row.simulated / row.published:.2f}"
-    return row.figure, row.quantity, published, simulated, ratio, row.remark
+    def published(self) -> list[list[str]]:
+        """``HEAD`` of every published figure."""
+        found = (row(item) for item in reproduced(self.folder, self.runs))
+        return [[*cells[:5], cells[6]] for cells in found]
 
 
 def markdown(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """A table of a page."""
     rows = [header, ["---"] * len(header), *lines]
-    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in rows)
 
 
-def write_tables(folder: Path, rows: Sequence[Row], others: Mapping[str, str]) -> str:
-    """Write ``table.md``, ``table.csv`` and the others by name; returns what there is to print."""
-    table = markdown(HEADER, [cells(row) for row in rows])
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([HEADER, *map(cells, rows)])
-    for name, content in {"table": table, **others}.items():
-        write_whole(folder / f"{name}.md", content.encode())
-    write_whole(folder / "table.csv", text.getvalue().encode())
-    return "\n".join([table, *others.values()])
-
-
-def changed(name: str, **controller: Any) -> Design:
-    """The built-in design ``name`` with keys of its controller replaced; a dict is laid over."""
-    data = load_design(name).model_dump(mode="json")
-    for key, value in controller.items():
-        old = data["controller"].get(key)
-        both = isinstance(old, dict) and isinstance(value, dict)
-        data["controller"][key] = old | value if both else value
-    return parse_design(Design.model_validate(data).model_dump_json(), name)
-
-
-def run(design: Design | str, scenario: Path, *changes: str) -> Evaluation:
-    """``design`` (or the built-in one of that name) on a scenario file with changes."""
-    found = load_design(design) if isinstance(design, str) else design
-    return evaluate(found, load_scenario(str(scenario), changes))
-
-
-def rms(values: Floats) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def in_cycles(values: Floats, count: int = 3) -> list[Floats]:
-    """(steps,) cut into equal cycles."""
-    return np.array_split(values, count)
-
-
-class Cycles(NamedTuple):
-    """Figures of each cycle of a circle [BLU]."""
-
-    axial: list[float]  # root mean square of the tracking error of X
-    contour: list[float]  # root mean square of the contour error
-    largest: list[float]  # largest contour error
-    unrest: list[float]  # root mean square of the change of X's command from sample to sample
-
-
-def cycles(evaluation: Evaluation, count: int = 3) -> Cycles:
-    """The figures of a circle of ``count`` cycles."""
-    assert evaluation.contour is not None
-    off = in_cycles(evaluation.contour.error, count)
-    axial = in_cycles(evaluation.axes[0].motion.error, count)
-    return Cycles(
-        [rms(part) for part in axial],
-        [rms(part) for part in off],
-        [float(np.abs(part).max()) for part in off],
-        [rms(np.diff(part)) for part in in_cycles(evaluation.axes[0].motion.command, count)],
-    )
+def number(value: float | None, form: str = ".3g") -> str:
+    """A number, or a dash where there is none."""
+    return "–" if value is None else format(value, form)
 
 
 def curves(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import cycle
+from math import ceil
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,6 +11,8 @@ from hfc_design.pictures.plots import OTHER, OWN, framed
 from hfc_design.stability.stable_range import StableRange, k2_bound
 
 MARKERS = "os^Dv*"
+#: Height of a line of the legend [in].
+LINE = 0.19
 
 
 def stability_figure(
@@ -19,7 +22,8 @@ def stability_figure(
 
     ``points`` are (K_1, K_2) of rule tables by their names.
     """
-    figure = framed(4.4, top=0.95)
+    top = 0.15 + LINE * ceil((3 + len(points or {})) / 2)
+    figure = framed(3.4 + top, top)
     axes = figure.subplots()
     inside = np.linspace(0.0, found.k1, 201)[1:]
     beyond = np.linspace(found.k1, found.k1_printed, 51)

@@ -1,7 +1,7 @@
 """Designed controllers of a feed drive on paths that no search saw, beside the published ones.
 
 hfc batch experiments/designed_tables/batch.toml         # first, some minutes
-python -m experiments.designed_tables.run
+python -m experiments.designed_tables.page
 """
 
 from collections import defaultdict
@@ -86,10 +86,12 @@ def table(batch: Path, paths: Iterable[str] = tuple(PATHS)) -> str:
 
 
 @click.command()
-@click.option("--batch", default="runs/batch", type=click.Path(path_type=Path), show_default=True)
-def main(batch: Path) -> None:
+@click.option(
+    "--batch", default="runs/designed-tables", type=click.Path(path_type=Path), show_default=True
+)
+def main(runs: Path) -> None:
     """Print the table of the page."""
-    click.echo(table(batch))
+    click.echo(table(runs))
 
 
 if __name__ == "__main__":
