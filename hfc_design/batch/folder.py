@@ -24,7 +24,8 @@ class Noted(Record):
     """What ``batch.json`` holds."""
 
     cells: dict[str, dict[str, Any]] = {}  # name of a folder -> settings
-    published: dict[str, tuple[Published, ...]] = {}  # name of a batch file -> its figures
+    descriptions: dict[str, str] = {}  # name of a batch file -> what it is
+    published: dict[str, tuple[Published, ...]] = {}  # the same -> its figures
 
 
 class Entry(NamedTuple):
@@ -51,7 +52,11 @@ def note_plan(out: Path, plan: Plan) -> None:
         assert mine
         noted = _noted(out) if (out / PLAN).exists() else Noted()
         cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
-        whole = Noted(cells=cells, published=noted.published | {plan.name: plan.published})
+        whole = Noted(
+            cells=cells,
+            descriptions=noted.descriptions | {plan.name: plan.description},
+            published=noted.published | {plan.name: plan.published},
+        )
         write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
 
 
@@ -69,6 +74,11 @@ def entries(out: Path) -> list[Entry]:
         time = float(seconds) if seconds else None
         found.append(Entry(name, settings, state(out, name), reason, time))
     return found
+
+
+def descriptions(out: Path) -> list[str]:
+    """What the batches of a folder are."""
+    return [text for text in _noted(out).descriptions.values() if text]
 
 
 def published(out: Path) -> list[Published]:

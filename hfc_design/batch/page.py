@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 from urllib.parse import quote
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from hfc_design.batch.plan import LABEL, OWN_KEYS
@@ -21,6 +22,8 @@ from hfc_design.report.template import rendered
 TASKS, DRAWN = 6, 10
 #: So many rows of each table stand on the page; the CSV files have all of them.
 GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
+#: So many ratios of published figures are drawn.
+RATIOS = 60
 #: Up to this many runs are shown at once, more only when asked for.
 UNFOLDED = 60
 
@@ -38,6 +41,7 @@ class Task(NamedTuple):
 
 def page(
     name: str,
+    descriptions: Sequence[str],
     runs: Sequence[Run],
     groups: Sequence[Group],
     comparisons: Sequence[Comparison],
@@ -55,12 +59,15 @@ def page(
     return rendered(
         "batch.html.j2",
         name=name,
+        descriptions=descriptions,
         counts=_counts(runs),
         tasks=tasks,
         same=_same(runs, differing),
         labelled=labelled,
         published=[row(item) for item in figures],
         published_head=HEAD,
+        ratios=_ratios(figures),
+        random=any(run.searched for run in runs),
         repeated=sum(run.state == "finished" for group in groups for run in group.runs)
         - sum(len(group.finished) for group in groups),
         few=_few(groups),
@@ -81,6 +88,16 @@ def page(
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
+
+
+def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
+    """The ratios that there are and that a logarithm can show."""
+    found = [(item, item.ratio) for item in figures]
+    shown = [(item.published, ratio) for item, ratio in found if ratio and 0 < ratio < np.inf]
+    if not shown:
+        return None
+    labels = [f"{paper.figure}  {paper.quantity}".strip() for paper, _ in shown[:RATIOS]]
+    return batch_plots.ratios(labels, [ratio for _, ratio in shown[:RATIOS]])
 
 
 def _counts(runs: Sequence[Run]) -> str:

@@ -72,6 +72,7 @@ class Plan(NamedTuple):
     """A batch file, read."""
 
     name: str  # of its folder
+    description: str
     cells: list[Cell]
     published: tuple[Published, ...]
 
@@ -101,7 +102,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
             if own and not any(matches(own, cell.settings) for cell in found.values()):
                 told = ", ".join(f"{key} = {value!r}" for key, value in flat(own).items())
                 raise UserError(f"{path}: published.{k}: no cell has {told}")
-    return Plan(file.name or path.stem, list(found.values()), file.published)
+    return Plan(file.name or path.stem, file.description, list(found.values()), file.published)
 
 
 def matches(wanted: dict[str, Any], settings: dict[str, Any]) -> bool:

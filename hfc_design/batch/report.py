@@ -4,9 +4,10 @@ import sys
 from pathlib import Path
 
 from hfc_design.batch import tables
+from hfc_design.batch.folder import descriptions
 from hfc_design.batch.page import page
 from hfc_design.batch.published import reproduced
-from hfc_design.batch.runs import Run, is_run, runs_below
+from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
 from hfc_design.batch.summary import compared, grouped
 from hfc_design.checkpoint import write_whole
 from hfc_design.design import finished_run
@@ -37,7 +38,8 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     comparisons = compared(groups)
     beside = reproduced(path, runs)
     tables.write(path, runs, groups, comparisons, beside, parquet)
-    write_whole(path / REPORT, page(path.resolve().name, runs, groups, comparisons, beside))
+    told = [text for batch in batches_below(path) for text in descriptions(batch)]
+    write_whole(path / REPORT, page(path.resolve().name, told, runs, groups, comparisons, beside))
     print(path / REPORT)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")

@@ -17,6 +17,8 @@ STYLES = ("-", "--", "-.", ":")
 POINTS = 150
 #: A label is cut off here; the table has all of it.
 LABEL = 52
+#: Ratios of less than this, either way, count as close.
+CLOSE = 1.1
 #: Height of a line of the legend [in].
 LINE = 0.16
 
@@ -83,6 +85,30 @@ def outcomes(numbers: Sequence[int], fitness: Sequence[Floats], order: Sequence[
     axes.set_xlim(-0.6, len(numbers) - 0.4)
     axes.set_xticks(range(len(numbers)), [str(number) for number in numbers])
     axes.set_xlabel("group")
+    return figure
+
+
+def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
+    """Simulated over published figures, each more than 0, a line each, from the top down."""
+    place = np.arange(len(values))
+    figure = framed(0.75 + 0.2 * len(values), top=0.1)
+    figure.subplots_adjust(left=0.56)
+    axes = figure.subplots()
+    axes.axvspan(1 / CLOSE, CLOSE, color=COLOURS[2], alpha=0.2, lw=0)
+    axes.axvline(1.0, color="0.25", lw=1)
+    axes.hlines(place, 1.0, values, color="0.6", lw=1)
+    axes.plot(values, place, "o", ms=5, mew=0, color=COLOURS[0])
+    most = max(2.0, 1.1 * max(*values, *(1 / value for value in values), 1.0))
+    axes.set_xscale("log")
+    axes.set_xlim(1 / most, most)
+    ticks = [tick for tick in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if 1 / most <= tick <= most]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.xaxis.minorticks_off()
+    axes.set_yticks(place, [plain(label) for label in labels], fontsize=8, parse_math=False)
+    axes.set_ylim(len(values) - 0.5, -0.5)
+    axes.grid(color="0.9", axis="x")
+    axes.set_axisbelow(True)
+    axes.set_xlabel("simulated / published")
     return figure
 
 
