@@ -9,7 +9,7 @@ import importlib
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -17,6 +17,8 @@ from typing import Any, Generic, TypeVar
 from hfc_design.records import UserError
 
 Thing = TypeVar("Thing")
+#: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
+References = list[tuple[str, str]]
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
@@ -30,6 +32,7 @@ class Group(Generic[Thing]):
     known: dict[str, Thing]  # built in, or added since
     built_in: frozenset[str]  # names that nobody may take
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
+    given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
 
     def add(self, thing: Thing) -> Thing:
         """Make ``thing`` known; one of the same name that was added earlier is replaced.
@@ -97,7 +100,15 @@ class Group(Generic[Thing]):
         here = str(Path.cwd())
         if here not in sys.path:
             sys.path.append(here)
-        return self._imported(text, f"--{self.what} {text}")
+        thing = self._imported(text, f"--{self.what} {text}")
+        self.given[str(getattr(thing, "name", ""))] = text
+        return thing
+
+    def forget(self) -> None:
+        """What ``resolve`` has imported is known no longer."""
+        for name in self.given:
+            self.known.pop(name, None)
+        self.given.clear()
 
     def names(self) -> list[str]:
         """Every name that ``get`` knows, built-in ones first."""
@@ -120,7 +131,7 @@ def _object(reference: str) -> Any:
     try:
         found = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        reason = f"{type(error).__name__}: {error}"
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise UserError(f"{module} cannot be imported: {reason}") from error
     for part in name.split("."):
         if not hasattr(found, part):

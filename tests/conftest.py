@@ -9,9 +9,7 @@ import pytest
 from hfc_design import hierarchy
 from hfc_design.controllers import HierarchicalGains, from_design
 from hfc_design.evaluate import load_design
-from hfc_design.fitness import OWN_FITNESSES
-from hfc_design.laws.law import LAWS
-from hfc_design.machine_settings import ALL_PLANTS
+from hfc_design.plugin_groups import GROUPS
 
 
 @pytest.fixture
@@ -45,7 +43,9 @@ def published():
 @pytest.fixture
 def own_plugins(monkeypatch):
     """Forgets afterwards which plug-ins and modules came in."""
-    groups = [(group.known, dict(group.known)) for group in (ALL_PLANTS, OWN_FITNESSES, LAWS)]
+    groups = [
+        (found, dict(found)) for group in GROUPS.values() for found in (group.known, group.given)
+    ]
     modules = set(sys.modules)
     monkeypatch.setattr(sys, "path", [*sys.path])
     yield

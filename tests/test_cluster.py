@@ -8,10 +8,13 @@ import subprocess
 import sys
 import time
 import uuid
+from pathlib import Path
 
 import pytest
 from test_batch import batch, files, written
+from test_plugins import MODULE, SCENARIO, package
 
+import hfc_design
 from hfc_design.batch.plan import read_batch
 from hfc_design.records import UserError
 
@@ -32,6 +35,25 @@ scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
 run.seed = [0, 1]
 """
 PATIENCE = 120.0
+#: A plant, a fitness and a law of the user's own, by their names only.
+SLEDGE = f"""{SCENARIO}
+[fitness]
+kind = "last-error"
+[controller]
+kind = "only-p"
+"""
+SLEDGES = """
+[set]
+search.population = 4
+search.generations = 1
+[grid]
+scenario = ["sledge.toml"]
+run.seed = [0, 1]
+"""
+#: The package that is tested, also for processes in other folders.
+ROOT = str(Path(hfc_design.__file__).parents[1])
+PATHS = [ROOT, *filter(None, [os.environ.get("PYTHONPATH")])]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(PATHS)}
 
 
 def until(true, *, what):
@@ -57,10 +79,13 @@ def alive(process):
 
 
 class Cluster:
-    """A scheduler and two workers, which are put back when they have gone."""
+    """A scheduler and two workers, which are put back when they have gone.
+
+    ``path`` is the current folder of all three.
+    """
 
     def __init__(self, path):
-        self._path = path
+        self.path = path
         self._scheduler = None
         self.workers = []
 
@@ -88,14 +113,15 @@ class Cluster:
 
     def _begun(self, what, *arguments):
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments]
-        folder = ["--local-directory", str(self._path)] if what == "worker" else []
-        with (self._path / f"{what}.log").open("wb" if what == "scheduler" else "ab") as log:
+        folder = ["--local-directory", str(self.path)] if what == "worker" else []
+        place = {"cwd": self.path, "env": ENVIRONMENT}
+        with (self.path / f"{what}.log").open("wb" if what == "scheduler" else "ab") as log:
             return subprocess.Popen(
-                [*command, *folder, "--dashboard-address=:0"], stdout=log, stderr=log
+                [*command, *folder, "--dashboard-address=:0"], stdout=log, stderr=log, **place
             )
 
     def _said(self, what, pattern):
-        found = re.search(pattern, (self._path / f"{what}.log").read_text())
+        found = re.search(pattern, (self.path / f"{what}.log").read_text())
         return found and found[1]
 
 
@@ -116,14 +142,19 @@ def undisturbed(tmp_path_factory):
 
 @pytest.fixture
 def started(tmp_path):
-    """Start ``hfc batch`` on the grid in a process group of its own."""
+    """Start ``hfc batch`` on the grid, beside it, in a process group of its own."""
     path, processes = written(tmp_path, GRID), []
 
     def start(*arguments):
         command = [sys.executable, "-m", "hfc_design", "batch", path, "--out", tmp_path / "out"]
         processes.append(
             subprocess.Popen(
-                [*command, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True
+                [*command, *arguments],
+                stderr=subprocess.PIPE,
+                text=True,
+                start_new_session=True,
+                cwd=tmp_path,
+                env=ENVIRONMENT,
             )
         )
         return processes[-1]
@@ -231,6 +262,70 @@ def test_the_scheduler_is_lost(tmp_path, undisturbed, started, cluster):
     assert (code, len(said), "scheduler is lost" in said[0]) == (1, 1, True), said
     assert ended(started("--scheduler", cluster.up())) == (0, [])
     assert files(tmp_path / "out") == undisturbed
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """What the grid of plug-ins leaves behind without workers.
+
+    A process of its own makes it: this one must not know the plug-ins.
+    """
+    path = tmp_path_factory.mktemp("plain")
+    command = [sys.executable, "-m", "hfc_design", "batch", "mine.toml", *sledges(path, "mine")]
+    subprocess.run(command, check=True, cwd=path, env=ENVIRONMENT)
+    return files(path / "runs" / "mine")
+
+
+def sledges(path, module):
+    """Make the grid in ``path`` one of plug-ins of a module there; returns the options for it."""
+    (path / f"{module}.py").write_text(MODULE)
+    written(path, SLEDGE, "sledge.toml")
+    written(path, SLEDGES)
+    objects = {"plant": "SLEDGE", "fitness": "LAST", "controller": "P"}
+    return [text for key, name in objects.items() for text in (f"--{key}", f"{module}:{name}")]
+
+
+def test_workers_of_our_own_know_a_module_of_the_current_folder(tmp_path, plain, started):
+    assert len([name for name in plain if name.endswith("design.json")]) == 2
+    assert ended(started("--workers", "2", *sledges(tmp_path, "here"))) == (0, [])
+    assert files(tmp_path / "out") == plain
+
+
+def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
+    """Only its name is sent to them."""
+    options, address = sledges(tmp_path, "there"), cluster.up()
+    code, said = ended(started("--scheduler", address, *options))
+    assert (code, len(said)) == (1, 3), said
+    for line in said[:2]:
+        assert re.search(r"the worker tcp://127\.0\.0\.1:\d+ on \S", line)
+        for part in ("--plant there:SLEDGE", "No module named 'there'", "install the module"):
+            assert part in line
+    (cluster.path / "there.py").write_text(MODULE)
+    assert ended(started("--scheduler", address, *options, "--shared")) == (0, [])
+    assert files(tmp_path / "out") == plain
+
+
+def test_workers_elsewhere_need_the_package(tmp_path, plain, started, cluster):
+    """Without its entry points they import no module, even if it is there."""
+    sledges(tmp_path, "packaged")
+    (cluster.path / "packaged.py").write_text(MODULE)
+    points = (
+        "[hfc_design.plants]",
+        "sledge = packaged:SLEDGE",
+        "[hfc_design.fitness]",
+        "last-error = packaged:LAST",
+        "[hfc_design.controllers]",
+        "only-p = packaged:P",
+    )
+    package(tmp_path, *points)
+    address = cluster.up()
+    code, said = ended(started("--scheduler", address))
+    assert (code, len(said)) == (1, 3), said
+    for part in ("the worker tcp://", "plant.name = 'sledge'", "is no plant known here"):
+        assert part in said[0]
+    package(cluster.path, *points)
+    assert ended(started("--scheduler", address)) == (0, [])
+    assert files(tmp_path / "out") == plain
 
 
 SHARE = """

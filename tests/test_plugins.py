@@ -120,11 +120,16 @@ def refused(*arguments):
 
 def installed(folder, *lines):
     """Make ``folder`` a place of installed packages, one of them with these entry points."""
+    package(folder, *lines)
+    sys.path.append(str(folder))
+
+
+def package(folder, *lines):
+    """What an installer leaves in ``folder`` of a package with these entry points."""
     info = folder / "sledges-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sledges\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
-    sys.path.append(str(folder))
 
 
 def test_a_plant_by_module_reference_is_designed_for_scored_and_exported(own):

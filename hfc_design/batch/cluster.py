@@ -1,6 +1,7 @@
 """Running the cells of a batch on worker processes, here or on other machines, through Dask.
 
-A cell goes to a worker as data: the files of its run folder, or the folder that both see.
+A cell goes to a worker as data: the files of its run folder, or the folder that both see, and the
+references to own plug-ins that the command line gave.
 """
 
 import logging
@@ -18,6 +19,7 @@ from hfc_design.batch import folder, work
 from hfc_design.batch.plan import Cell
 from hfc_design.batch.work import PATIENCE, Outcome
 from hfc_design.checkpoint import write_whole
+from hfc_design.plugin_groups import given
 from hfc_design.records import RunError, UserError
 
 try:
@@ -156,7 +158,8 @@ def _sent(
     where = str(out.resolve()) if shared else ""
     key = f"{cell.name}-{uuid.uuid4().hex}"
     with _reaching(client):
-        task = client.submit(run_cell, __version__, cell.name, where, files, key=key, pure=False)
+        sent = (__version__, cell.name, where, files, given())
+        task = client.submit(run_cell, *sent, key=key, pure=False)
     return task, Running(cell, kept)
 
 

@@ -9,8 +9,8 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -20,6 +20,8 @@ from typing import Literal
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
+from hfc_design.plugins import References
+from hfc_design.records import UserError
 
 #: Contents of the files of a run folder, by their names.
 Files = dict[str, bytes]
@@ -41,9 +43,10 @@ def dask_setup(worker: Worker) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def run_cell(version: str, name: str, shared: str, files: Files) -> Result:
+def run_cell(version: str, name: str, shared: str, files: Files, plugins: References) -> Result:
     """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
 
+    ``plugins`` is what the command line of the batch named; no others of earlier cells are known.
     Returns what became of it, the reason of a failure, its seconds, and the files that changed.
     """
     worker = get_worker()
@@ -61,14 +64,27 @@ def run_cell(version: str, name: str, shared: str, files: Files) -> Result:
     with _alone:
         take_share(worker.state.nthreads)
         from hfc_design.batch.work import told
+        from hfc_design.plugin_groups import know
 
         try:
+            with _of_this_worker("; install the module there, or start the worker in its folder"):
+                know(plugins)
             if shared:
                 return _run_in(Path(shared), name, go_on)
             with TemporaryDirectory(dir=worker.local_directory) as place:
                 return _run_sent(Path(place) / name, files, go_on)
         except Exception as error:  # a full disk, for one; the worker may run other cells
             return "failed", told(error), 0.0, {}
+
+
+@contextmanager
+def _of_this_worker(hint: str = "") -> Iterator[None]:
+    """What goes wrong is not so in the batch: the message says which worker it is."""
+    try:
+        yield
+    except UserError as error:
+        place = f"the worker {get_worker().address} on {socket.gethostname()}"
+        raise UserError(f"{place}: {error}{hint}") from error
 
 
 def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> Result:
@@ -101,7 +117,9 @@ def _run(path: Path, go_on: Callable[[object], None]) -> Result:
     start = time.monotonic()
     try:
         go_on(None)  # it may have waited for long
-        design.run(design.opened_run(path), path, go_on)
+        with _of_this_worker():  # a package that the batch has may be missing
+            scenario = design.opened_run(path)
+        design.run(scenario, path, go_on)
     except Left:
         return "again", "", 0.0, {}
     except Exception as error:

@@ -58,19 +58,11 @@ def chosen(texts: dict[str, str]) -> dict[str, str]:
     """
     if not texts:
         return {}
-    from hfc_design.fitness import OWN_FITNESSES
-    from hfc_design.laws.law import LAWS
-    from hfc_design.machine_settings import ALL_PLANTS
-    from hfc_design.plugins import Group
+    from hfc_design.plugin_groups import GROUPS
 
-    groups: dict[str, Group[Any]] = {
-        "plant": ALL_PLANTS,
-        "fitness": OWN_FITNESSES,
-        "controller": LAWS,
-    }
     changes = {}
     for key, text in texts.items():
-        group = groups[key]
+        group = GROUPS[key]
         name = text if text in group.built_in else group.resolve(text).name
         # The plant's parameters stay; a fitness or controller of another kind has other settings.
         changes[key] = f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
