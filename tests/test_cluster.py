@@ -24,7 +24,7 @@ psutil = pytest.importorskip("psutil", reason="comes with the package distribute
 from hfc_design.batch import worker  # noqa: E402
 from hfc_design.batch.cluster import connected  # noqa: E402
 
-#: Long enough that something can happen to a cell.
+#: Long enough that something can happen to a cell; the last one only scores a design.
 GRID = """
 [set]
 search.population = 16
@@ -33,6 +33,11 @@ simulation.duration_s = 0.1
 [grid]
 scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
 run.seed = [0, 1]
+[[cells]]
+[[cells]]
+scenario = "c-axis-ramp"
+design = "pd-only"
+change.controller.pd.kp = 700.0
 """
 PATIENCE = 120.0
 #: A plant, a fitness and a law of the user's own, by their names only.
@@ -244,8 +249,8 @@ def test_failing_cells_stop_nothing(tmp_path, undisturbed, started, cluster):
     assert first in said[0]
     assert second in said[1]
     assert "checkpoint" in said[1]
-    assert "2 of 4 cells failed" in said[2]
-    assert "2 failed, 2 finished" in batch("--status", out).output
+    assert "2 of 5 cells failed" in said[2]
+    assert "2 failed, 3 finished" in batch("--status", out).output
     (out / first / "config.toml").rmdir()
     (out / second / "checkpoint.npz").unlink()
     done = {name: content for name, content in files(out).items() if name[:16] in others}
