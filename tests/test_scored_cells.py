@@ -2,6 +2,9 @@
 
 import csv
 import json
+import re
+import tomllib
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -11,6 +14,7 @@ from hfc_design import design
 from hfc_design.batch.plan import read_batch
 from hfc_design.cli import main
 from hfc_design.records import UserError
+from hfc_design.scenarios import load_scenario
 
 SHORT = "[set]\nsimulation.duration_s = 0.2\n"
 CELLS = """
@@ -205,3 +209,18 @@ def test_published_figures_that_cannot_be(entry, told, tmp_path):
     with pytest.raises(UserError) as found:
         read_batch(path)
     assert told in str(found.value)
+
+
+def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
+    root = Path(__file__).parents[1]
+    texts = []
+    for page in ("README.md", "docs/batch.md"):
+        text = (root / page).read_text(encoding="utf-8")
+        texts += re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    plans = [text for text in texts if "[grid]" in text or "published" in text]
+    assert len(plans) == 3
+    for text in plans:
+        assert len(read_batch(written(tmp_path, text)).cells) >= 2
+    (window,) = [text for text in texts if text.startswith("[[windows]]")]
+    own = load_scenario("feed-drive-circle", {"windows": tomllib.loads(window)["windows"]})
+    assert own.windows[0].name == "cycle_2"
