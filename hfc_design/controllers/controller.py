@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-#: (gains, memory, signals) -> (command, memory)
+#: (gains, memory, signals) -> (command or what it is made of, memory)
 Step = Callable[[Any, Any, dict[str, Any]], tuple[Any, Any]]
 
 
