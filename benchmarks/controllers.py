@@ -20,6 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hfc_design import simulate
+from hfc_design.closed_loop import Loop, closed_loop
 from hfc_design.controllers import from_design
 from hfc_design.evaluate import load_design
 from hfc_design.scenarios import load_scenario
@@ -48,7 +49,7 @@ def prepared(design: str, scenario: str, machines: int) -> Work:
     """A population around ``design``, scored once."""
     found = load_scenario(scenario)
     controller, one = from_design(load_design(design).controller)
-    loop = simulate.closed_loop(found, controller)
+    loop = closed_loop(found, controller)
     plants, samples = found.plant.values(), found.samples()
     generator = np.random.default_rng(0)
 
@@ -67,7 +68,7 @@ def prepared(design: str, scenario: str, machines: int) -> Work:
     return Work(run, machines * len(plants) * found.simulation.steps, operations, compiling)
 
 
-def _operations(loop: simulate.Loop, plants: Any, samples: Any, one: Any) -> float:
+def _operations(loop: Loop, plants: Any, samples: Any, one: Any) -> float:
     """Floating-point operations of a sample of one machine, as the compiler counts them.
 
     It counts a loop's body once: of the drive's integration steps in a sample, only one.

@@ -7,6 +7,7 @@ import numpy as np
 from work import Constants, Machine, Work
 
 from hfc_design import hierarchy, simulate
+from hfc_design.closed_loop import closed_loop
 from hfc_design.controllers import HierarchicalGains, from_design, hierarchical
 from hfc_design.evaluate import load_design
 from hfc_design.scenarios import Scenario, load_scenario
@@ -18,7 +19,7 @@ SPREAD = 0.1  # of the consequents inside every published rule table
 def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     """A function that scores all individuals, (individuals,), as a search calls it."""
     scenario = _scenario(work.reference.size)
-    loop = simulate.closed_loop(scenario, hierarchical(scenario.controller.layout()))
+    loop = closed_loop(scenario, hierarchical(scenario.controller.layout()))
     plants, samples = scenario.plant.values(), scenario.samples()
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
 

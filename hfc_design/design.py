@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design import __version__, checkpoint, simulate
+from hfc_design.closed_loop import closed_loop
 from hfc_design.controller_settings import HierarchicalSettings, LawSettings
 from hfc_design.evaluate import Evaluation, evaluate, load_design
 from hfc_design.fitness import without_sticking
@@ -49,7 +50,7 @@ class Problem:
 
     def __init__(self, scenario: Scenario):
         self.genome = genome_of(scenario)
-        loop = simulate.closed_loop(scenario, self.genome.controller)
+        loop = closed_loop(scenario, self.genome.controller)
         penalty = scenario.search.stick_penalty
         if penalty:
             loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from hfc_design import controllers, fitness, simulate
+from hfc_design.closed_loop import Recorded, closed_loop
 from hfc_design.dotted import Changes, changed
 from hfc_design.machine_settings import PlantSettings
 from hfc_design.paths.metrics import (
@@ -29,7 +30,7 @@ class AxisMotion(NamedTuple):
 
     reference: np.ndarray  # (steps,) what the control was told
     load: np.ndarray  # (steps,)
-    motion: simulate.Trajectory  # leaves (steps,)
+    motion: Recorded  # leaves (steps,)
     readings: dict[str, np.ndarray]  # the plant's signals, each (steps,)
 
 
@@ -55,7 +56,7 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     """
     plants = machine(design, scenario).values()
     controller, gains = controllers.from_design(design.controller)
-    loop = simulate.closed_loop(scenario, controller)
+    loop = closed_loop(scenario, controller)
     samples = scenario.samples()
     scores, motions = simulate.trajectory(loop, plants, samples, gains)
     return evaluation(scenario, plants, samples, scores[0], individual(motions, 0))
@@ -66,7 +67,7 @@ def evaluation(
     plants: tuple[Any, ...],
     samples: Samples,
     score: float,
-    motions: tuple[simulate.Trajectory, ...],
+    motions: tuple[Recorded, ...],
 ) -> Evaluation:
     """What is read off one motion: ``score``, and of each axis its parameters and trajectory."""
     plant = scenario.plant.plant
@@ -117,9 +118,7 @@ def _contour(
     return contour(reference, scenario.simulation.time, positions, plants[0].blu)
 
 
-def _axis(
-    plant: Plant, parameters: Any, happens: AxisSamples, motion: simulate.Trajectory
-) -> AxisMotion:
+def _axis(plant: Plant, parameters: Any, happens: AxisSamples, motion: Recorded) -> AxisMotion:
     readings = plant.signals(plant.coefficients(parameters), motion.state)
     return AxisMotion(
         happens.reference,
@@ -129,7 +128,7 @@ def _axis(
     )
 
 
-def individual(motions: tuple[simulate.Trajectory, ...], k: int) -> Any:
+def individual(motions: tuple[Recorded, ...], k: int) -> Any:
     """The motion of every axis of one of a population, leaves (steps,)."""
     return jax.tree.map(lambda leaf: leaf[:, k], motions)
 

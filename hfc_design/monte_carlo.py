@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design import controllers, simulate
+from hfc_design.closed_loop import Loop, closed_loop
 from hfc_design.evaluate import Evaluation, evaluation, individual, machine
 from hfc_design.machine_settings import PlantSettings
 from hfc_design.records import UserError
@@ -148,7 +149,7 @@ def _motions(
 ) -> Iterator[tuple[Evaluation, bool]]:
     """Of every machine in turn its evaluation, without the motion, and whether it is stable."""
     controller, gains = controllers.from_design(design.controller)
-    loop = simulate.closed_loop(scenario, controller)
+    loop = closed_loop(scenario, controller)
     samples = scenario.samples()
     count = len(plants[0][0])
     room = KEPT // (scenario.simulation.steps * len(plants))
@@ -170,7 +171,7 @@ def _picked(plants: tuple[Any, ...], which: Any) -> Any:
     return jax.tree.map(lambda leaf: leaf[which], plants)
 
 
-def is_stable(loop: simulate.Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bool:
+def is_stable(loop: Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bool:
     """Whether a loop keeps the machine in hand.
 
     The motion is finite, and in the last quarter of it no tracking error is larger than the
@@ -191,7 +192,7 @@ def is_stable(loop: simulate.Loop, plants: tuple[Any, ...], evaluation: Evaluati
     return True
 
 
-def limits(loop: simulate.Loop, parameters: Any) -> tuple[float, float]:
+def limits(loop: Loop, parameters: Any) -> tuple[float, float]:
     """The lowest and the highest command that can reach the drive; infinite without a limit."""
     largest = np.inf if loop.command_limit is None else loop.command_limit
     fixed = loop.plant.coefficients(parameters)

@@ -1,15 +1,18 @@
-"""Plant + controller + scenario -> score or trajectory, for one or for a hundred thousand.
+"""A population of closed loops -> scores or trajectories, for one or for a hundred thousand.
 
-Plant, controller and fitness are written for one machine in scalars. Here, and only here, they
-become a population: every leaf of the gains carries the individuals in its *trailing* axis, the
-scan over the samples runs outermost, and its body is ``vmap`` of the scalar step over rows that
-are sliced from the leaves inside the body. The compiler then emits one vector loop a sample.
+``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
+population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
+the samples runs outermost, and its body is ``vmap`` of the scalar sample over rows that are
+sliced from the leaves inside the body. The compiler then emits one vector loop a sample.
+
+The public functions prepare numbers, the compiled ones below them spread the population over the
+devices in chunks, and all of them end in ``_run``.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -18,62 +21,17 @@ from jax import lax
 from jax.sharding import Mesh, PartitionSpec
 
 from hfc_design import devices
-from hfc_design.controllers import Controller
-from hfc_design.fitness import Fitness, Moment
+from hfc_design.closed_loop import Carry, Loop, Recorded, sample, start
 from hfc_design.laws.law import LAWS
 from hfc_design.machine_settings import ALL_PLANTS
 from hfc_design.records import UserError
-from hfc_design.scenarios import Scenario
 from hfc_design.signals import AxisSamples, Samples
-from plants import Plant
 
 devices.configure()
 
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
 CHUNK = 64
 LANES = 16
-
-
-class Sensors(NamedTuple):
-    """What stands between the machine's state and the controller."""
-
-    encoder_resolution: float = 0.0  # [rad]; 0 means ideal
-    velocity_from_encoder: bool = False  # else an ideal tachometer
-
-
-class Loop(NamedTuple):
-    """The closed loop as code; everything else is data. One ``Loop`` compiles once a shape."""
-
-    plant: Plant
-    controller: Controller
-    fitness: Fitness
-    substeps: int = 1
-    command_limit: float | None = None
-    sensors: Sensors | None = None
-
-
-def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
-    """The loop of ``scenario`` with ``controller`` in it."""
-    wanted = scenario.sensors
-    sensors = Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
-    ideal = sensors == Sensors() and not wanted.noise
-    return Loop(
-        plant=scenario.plant.plant,
-        controller=controller,
-        fitness=scenario.fitness.fitness(),
-        substeps=scenario.simulation.substeps,
-        command_limit=scenario.limits.command,
-        sensors=None if ideal else sensors,
-    )
-
-
-class Trajectory(NamedTuple):
-    """One axis at the start of every sample; leaves are (steps, individuals)."""
-
-    error: Any
-    error_rate: Any
-    command: Any
-    state: Any
 
 
 def scores(
@@ -98,7 +56,7 @@ def scores(
 
 def trajectory(
     loop: Loop, plants: Any, samples: Samples, gains: Any
-) -> tuple[np.ndarray, tuple[Trajectory, ...]]:
+) -> tuple[np.ndarray, tuple[Recorded, ...]]:
     """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy.
 
     The parameters in ``plants`` are numbers, or (individuals,) where each has its own machine.
@@ -117,7 +75,8 @@ def error_jacobian(
     Forward mode on a population of copies, one a parameter, is as fast as the population is.
     """
     arguments = (_cast(item, dtype) for item in (plants, samples, gains))
-    error, jacobian = _error_jacobian(loop, *arguments)
+    with _own_code(loop):
+        error, jacobian = _error_jacobian(loop, *arguments)
     parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
     return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
 
@@ -187,7 +146,7 @@ def _scores(loop: Loop, plants: Any, samples: Samples, gains: Any) -> jax.Array:
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
 def _trajectory(
     loop: Loop, plants: Any, samples: Samples, gains: Any
-) -> tuple[jax.Array, tuple[Trajectory, ...]]:
+) -> tuple[jax.Array, tuple[Recorded, ...]]:
     sums, motion = _run(loop, plants, samples, gains, record=True)
     return loop.fitness.score(sums), motion
 
@@ -238,40 +197,21 @@ def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) ->
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
     fixed = tuple(loop.plant.coefficients(plant) for plant in plants)
     own_machine = 0 if jnp.ndim(jax.tree.leaves(plants)[0]) else None
-    step = jax.vmap(partial(_sample, loop), in_axes=(own_machine, None, 0, 0, None))
-    axis = _Axis(
-        loop.plant.initial_state(zeros),
-        loop.controller.initial_memory(zeros),
-        dict.fromkeys(loop.plant.encoders, zeros),
-    )
-    start = _Carry((axis,) * len(fixed), loop.fitness.initial(zeros))
+    step = jax.vmap(partial(sample, loop), in_axes=(own_machine, None, 0, 0, None))
 
-    def body(carry: _Carry, row: Any) -> tuple[_Carry, Any]:
+    def body(carry: Carry, row: Any) -> tuple[Carry, Any]:
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
         carry, outputs = step(fixed, samples.sample_time, jax.tree.map(_rows, gains), carry, row)
         return carry, outputs if record else None
 
     rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
-    carry, outputs = lax.scan(body, start, rows)
+    carry, outputs = lax.scan(body, start(loop, len(fixed), zeros), rows)
     return carry.sums, outputs
 
 
 def _by_row(axis: AxisSamples) -> AxisSamples:
     """Loads and noise as tuples, so that the scan hands out scalars."""
     return axis._replace(loads=tuple(axis.loads), noise=tuple(axis.noise))
-
-
-class _Axis(NamedTuple):
-    """What one axis carries from sample to sample."""
-
-    state: Any
-    memory: Any
-    angles: dict[str, Any]  # what the encoders read at the previous sample [rad]
-
-
-class _Carry(NamedTuple):
-    axes: tuple[_Axis, ...]
-    sums: Any
 
 
 def _rows(leaf: jax.Array) -> Any:
@@ -283,84 +223,3 @@ def _rows(leaf: jax.Array) -> Any:
     for size in leaf.shape[-2:0:-1]:
         rows = [tuple(rows[k : k + size]) for k in range(0, len(rows), size)]
     return tuple(rows)
-
-
-def _sample(
-    loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: _Carry, row: Samples
-) -> tuple[_Carry, tuple[Trajectory, ...]]:
-    """One control sample of one machine: every axis on its own, then the score of all."""
-    axes, moments, outputs = [], [], []
-    for coefficients, axis, happens in zip(fixed, carry.axes, row.axes, strict=True):
-        moved, moment, output = _axis_sample(
-            loop, coefficients, sample_time, gains, axis, happens, row.settled
-        )
-        axes.append(moved)
-        moments.append(moment)
-        outputs.append(output)
-    sums = loop.fitness.update(carry.sums, tuple(moments), row.path)
-    return _Carry(tuple(axes), sums), tuple(outputs)
-
-
-def _axis_sample(
-    loop: Loop,
-    fixed: Any,
-    sample_time: Any,
-    gains: Any,
-    axis: _Axis,
-    row: AxisSamples,
-    settled: Any,
-) -> tuple[_Axis, Moment, Trajectory]:
-    """One control sample of one axis: measure, control, hold the command, move."""
-    plant = loop.plant
-    state = axis.state
-    seen, angles = _measured(
-        loop, plant.measured(fixed, state), axis.angles, row.noise, sample_time
-    )
-    readings = plant.signals(fixed, seen)
-    readings["error"] = row.reference - getattr(seen, plant.position)
-    readings["error_rate"] = row.reference_rate - getattr(seen, plant.velocity)
-    command, memory = loop.controller.step(gains, axis.memory, readings)
-    if loop.command_limit is not None:
-        command = jnp.clip(command, -loop.command_limit, loop.command_limit)
-    command = plant.accepted(fixed, command)
-    position = getattr(state, plant.position)
-    error = row.reference - position
-    error_rate = row.reference_rate - getattr(state, plant.velocity)
-    moved = _moved(loop, fixed, state, command, row.loads, sample_time / loop.substeps)
-    deviation = position - row.target
-    moment = Moment(error, error_rate, deviation, command, row.reference_rate, settled)
-    return _Axis(moved, memory, angles), moment, Trajectory(error, error_rate, command, state)
-
-
-def _moved(loop: Loop, fixed: Any, state: Any, command: Any, loads: Any, dt: Any) -> Any:
-    """The state at the next sample: all substeps under one held command."""
-    if loop.substeps == 1:
-        return loop.plant.step(fixed, state, command, loads, dt)
-    points = jnp.stack(loads)
-
-    def substep(k: Any, state: Any) -> Any:
-        here = (points[2 * k], points[2 * k + 1], points[2 * k + 2])
-        return loop.plant.step(fixed, state, command, here, dt)
-
-    return lax.fori_loop(0, loop.substeps, substep, state)
-
-
-def _measured(
-    loop: Loop, state: Any, previous: dict[str, Any], noise: Any, sample_time: Any
-) -> tuple[Any, dict[str, Any]]:
-    """The state as the controller sees it, and the angles its encoders read."""
-    sensors = loop.sensors
-    if sensors is None:
-        return state, previous
-    angles = {}
-    for (angle, _), disturbance in zip(loop.plant.encoders.items(), noise, strict=True):
-        value = getattr(state, angle) + disturbance
-        if sensors.encoder_resolution:
-            step = sensors.encoder_resolution
-            value = step * jnp.floor(value / step + 0.5)
-        angles[angle] = value
-    seen = dict(angles)
-    if sensors.velocity_from_encoder:
-        for angle, velocity in loop.plant.encoders.items():
-            seen[velocity] = (angles[angle] - previous[angle]) / sample_time
-    return state._replace(**seen), angles

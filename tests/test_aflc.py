@@ -30,8 +30,8 @@ def stepped(gains, blamed, errors):
     """Command, memory after each sample of errors."""
     memory = aflc.initial_memory(0.0)
     for error in errors:
-        command, memory = aflc.step(SCALARS, blamed, 0.01, gains, memory, {"error": error})
-        yield command, memory
+        found, memory = aflc.parts(SCALARS, blamed, 0.01, gains, memory, {"error": error})
+        yield found.command(), memory
 
 
 def after(errors, blamed=blamed_aflc, gains=None):
@@ -70,7 +70,7 @@ def test_example_2_of_jk04():
     started = gains_of()._replace(rates=Rates(0.0, 0.0, 0.0, 0.0, 0.0))
     *_, (action, memory) = stepped(started, blamed_aflc, [10.0, 10.0])
     assert action == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
-    _, memory = aflc.step(SCALARS, blamed_aflc, 0.01, gains_of(), memory, {"error": 18.0})
+    _, memory = aflc.parts(SCALARS, blamed_aflc, 0.01, gains_of(), memory, {"error": 18.0})
     error_terms, change_terms, table = aflc.current(gains_of(), memory)
     assert error_terms[PS] == (2.0 + 1.0, 7.0, 12.0 - 1.0)  # rule (a): narrower by two steps
     assert error_terms[PM] == (9.0 - 0.5, 14.0, 19.0 + 0.5)  # rule (b): wider by one
@@ -110,7 +110,7 @@ def test_soflc_steps_of_jk95():
     gains = gains_of((0.5, 0.2, 1.0), None)
     _, memory = list(stepped(gains, blamed_soflc, [10.0]))[-1]
     memory = memory._replace(change=0.0, action=32.0 / 3.0)
-    _, memory = aflc.step(SCALARS, blamed_soflc, 0.01, gains, memory, {"error": 18.0})
+    _, memory = aflc.parts(SCALARS, blamed_soflc, 0.01, gains, memory, {"error": 18.0})
     error_terms, change_terms, _ = aflc.current(gains, memory)
     np.testing.assert_allclose(error_terms[PS], (2.0 - 1.0, 7.0, 12.0 + 1.0))  # |p| = 2
     np.testing.assert_allclose(error_terms[PM], (9.0 + 0.5, 14.0, 19.0 - 0.5))  # |p| = 1

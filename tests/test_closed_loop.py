@@ -8,6 +8,7 @@ import oracle
 import pytest
 
 from hfc_design import simulate
+from hfc_design.closed_loop import closed_loop
 from hfc_design.controllers import Layout, hierarchical
 from hfc_design.scenarios import load_scenario
 
@@ -19,7 +20,7 @@ LOADS = {"c-axis-ramp": None, "c-axis-ramp-cutting": oracle.cutting_load}
 def simulated(scenario, controller, gains, seconds=SECONDS):
     """States (steps, 6, individuals) and commands (steps, individuals)."""
     scenario = load_scenario(scenario, [f"simulation.duration_s={seconds}"])
-    loop = simulate.closed_loop(scenario, controller)
+    loop = closed_loop(scenario, controller)
     _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
     return np.stack(motion.state, axis=1), motion
 

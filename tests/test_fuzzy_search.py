@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hfc_design import design, simulate
+from hfc_design.closed_loop import closed_loop
 from hfc_design.evaluate import evaluate, load_design, own_scenario
 from hfc_design.feed_records import AflcDesign
 from hfc_design.records import UserError
@@ -66,7 +67,7 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     own = genome(kind)
     found = bred(own, count=3)
     scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", "simulation.duration_s=1.0"])
-    loop = simulate.closed_loop(scenario, own.controller)
+    loop = closed_loop(scenario, own.controller)
     arguments = scenario.plant.values(), scenario.samples()
     scores, _ = simulate.trajectory(loop, *arguments, own.gains(found))
     for k in range(3):

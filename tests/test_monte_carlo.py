@@ -7,8 +7,9 @@ import pytest
 from click.testing import CliRunner
 from scipy.signal import cont2discrete
 
-from hfc_design import monte_carlo, simulate
+from hfc_design import monte_carlo
 from hfc_design.cli import main
+from hfc_design.closed_loop import closed_loop
 from hfc_design.controllers import from_design
 from hfc_design.evaluate import evaluate, load_design, own_scenario
 from hfc_design.machine_settings import PlantSettings
@@ -236,7 +237,7 @@ def test_stable_spindles_are_those_of_the_linear_loop():
 
 def test_what_is_stable():
     design, scenario = case("jee-koren-2004-pid", seconds=4.0)
-    loop = simulate.closed_loop(scenario, from_design(design.controller)[0])
+    loop = closed_loop(scenario, from_design(design.controller)[0])
     plants = scenario.plant.values()
     good = evaluate(design, scenario)
     largest = max(abs(axis.reference).max() for axis in good.axes)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hfc_design import simulate
+from hfc_design.closed_loop import closed_loop
 from hfc_design.controllers import from_design
 from hfc_design.evaluate import load_design
 from hfc_design.fuzzy import LIN_LEE_TERMS
@@ -65,7 +66,7 @@ def replayed(design, scenario):
     """Commands of the compiled loop and of the runtime that sees the same signals."""
     controller, gains = from_design(design.controller)
     scenario = load_scenario(scenario, ["simulation.duration_s=1.0"])
-    loop = simulate.closed_loop(scenario, controller)
+    loop = closed_loop(scenario, controller)
     _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
     state = motion.state
     signals = {

@@ -6,6 +6,7 @@ import oracle
 import pytest
 
 from hfc_design import simulate
+from hfc_design.closed_loop import closed_loop
 from hfc_design.controllers import HierarchicalGains, Layout, PdGains, hierarchical, pd
 from hfc_design.evaluate import evaluate, load_design
 from hfc_design.scenarios import load_scenario
@@ -16,7 +17,7 @@ HIERARCHICAL = hierarchical(Layout())
 def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
     """Loop, plant parameters and samples, ready for ``simulate.scores`` and the others."""
     found = load_scenario(scenario, [f"simulation.duration_s={seconds}", *changes])
-    return simulate.closed_loop(found, controller), found.plant.values(), found.samples()
+    return closed_loop(found, controller), found.plant.values(), found.samples()
 
 
 def picked(gains, which):

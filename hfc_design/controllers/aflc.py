@@ -2,7 +2,7 @@
 
 from functools import cache, partial
 
-from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.controller import Controller, summed
 from hfc_design.controllers.lanes import LANES
 from hfc_design.laws import aflc as law
 from hfc_design.laws.adaptation import blamed_aflc
@@ -14,5 +14,5 @@ def aflc(sample_time: float) -> Controller:
 
     Its gains are ``AdaptiveGains``.
     """
-    step = partial(law.step, LANES, blamed_aflc, sample_time)
-    return Controller("aflc", law.initial_memory, step)
+    parts = partial(law.parts, LANES, blamed_aflc, sample_time)
+    return Controller("aflc", law.initial_memory, summed(parts))

@@ -3,6 +3,9 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+#: (gains, memory, signals) -> (command or what it is made of, memory)
+Step = Callable[[Any, Any, dict[str, Any]], tuple[Any, Any]]
+
 
 class Controller(NamedTuple):
     """A controller as pure functions of scalars, called once a sample::
@@ -17,4 +20,14 @@ class Controller(NamedTuple):
 
     kind: str
     initial_memory: Callable[[Any], Any]
-    step: Callable[[Any, Any, dict[str, Any]], tuple[Any, Any]]
+    step: Step
+
+
+def summed(parts: Step) -> Step:
+    """The step of a law that gives its command in parts: their sum, and what to remember."""
+
+    def step(gains: Any, memory: Any, signals: dict[str, Any]) -> tuple[Any, Any]:
+        found, memory = parts(gains, memory, signals)
+        return found.command(), memory
+
+    return step

@@ -2,7 +2,7 @@
 
 from functools import cache, partial
 
-from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.controller import Controller, summed
 from hfc_design.controllers.lanes import LANES
 from hfc_design.laws import flc as law
 
@@ -13,4 +13,5 @@ def flc(form: str, sample_time: float) -> Controller:
 
     Its gains are ``FlcGains``.
     """
-    return Controller("flc", law.initial_memory, partial(law.step, LANES, form, sample_time))
+    parts = partial(law.parts, LANES, form, sample_time)
+    return Controller("flc", law.initial_memory, summed(parts))

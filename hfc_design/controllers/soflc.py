@@ -2,7 +2,7 @@
 
 from functools import cache, partial
 
-from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.controller import Controller, summed
 from hfc_design.controllers.lanes import LANES
 from hfc_design.laws import aflc as law
 from hfc_design.laws.adaptation import blamed_soflc
@@ -14,5 +14,5 @@ def soflc(sample_time: float) -> Controller:
 
     Its gains are ``AdaptiveGains``.
     """
-    step = partial(law.step, LANES, blamed_soflc, sample_time)
-    return Controller("soflc", law.initial_memory, step)
+    parts = partial(law.parts, LANES, blamed_soflc, sample_time)
+    return Controller("soflc", law.initial_memory, summed(parts))

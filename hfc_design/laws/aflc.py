@@ -55,22 +55,6 @@ def initial_memory(zero: Any) -> AdaptiveMemory:
     return AdaptiveMemory(zero, zero, zero, zero, joints, joints, ((zero,) * 7,) * 7)
 
 
-def step(
-    xp: Any,
-    blamed: Callable[..., Any],
-    sample_time: float,
-    gains: AdaptiveGains,
-    memory: AdaptiveMemory,
-    signals: Any,
-) -> tuple[Any, AdaptiveMemory]:
-    """Command [units] of one sample of ``sample_time`` [s], and what to remember.
-
-    ``blamed`` is ``adaptation.blamed_aflc`` or ``blamed_soflc``; signals as in ``flc.step``.
-    """
-    found, memory = parts(xp, blamed, sample_time, gains, memory, signals)
-    return found.command(), memory
-
-
 def parts(
     xp: Any,
     blamed: Callable[..., Any],
@@ -79,7 +63,10 @@ def parts(
     memory: AdaptiveMemory,
     signals: Any,
 ) -> tuple[Parts, AdaptiveMemory]:
-    """``step`` with everything that the command is made of."""
+    """What one sample of ``sample_time`` [s] commands, in its parts, and what to remember.
+
+    ``blamed`` is ``adaptation.blamed_aflc`` or ``blamed_soflc``; signals as in ``flc.parts``.
+    """
     table = gains.flc
     terms = adapted(xp, blamed, gains, memory, signals["error"])
     error_terms, change_terms, singletons = terms

@@ -72,28 +72,20 @@ class Parts(NamedTuple):
     compensation: Any | None  # u_d; None without low-velocity compensation
 
     def command(self) -> Any:
-        """The sum."""
+        """The sum [units]."""
         command = self.fuzzy + self.integral
         return command if self.compensation is None else command + self.compensation
-
-
-def step(
-    xp: Any, form: str, sample_time: float, gains: FlcGains, memory: FlcMemory, signals: Any
-) -> tuple[Any, FlcMemory]:
-    """Command [units] of one sample of ``sample_time`` [s], and what to remember.
-
-    ``form`` is one of JK95 eq. 1: ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de). In
-    each the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
-    compensation, velocity [BLU/s].
-    """
-    found, memory = parts(xp, form, sample_time, gains, memory, signals)
-    return found.command(), memory
 
 
 def parts(
     xp: Any, form: str, sample_time: float, gains: FlcGains, memory: FlcMemory, signals: Any
 ) -> tuple[Parts, FlcMemory]:
-    """``step`` with everything that the command is made of."""
+    """What one sample of ``sample_time`` [s] commands, in its parts, and what to remember.
+
+    ``form`` is one of JK95 eq. 1: ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de). In
+    each the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
+    compensation, velocity [BLU/s].
+    """
     error = signals["error"]
     change = 0.0 * error if form == "P" else error - memory.error
     in_error = memberships(xp, gains.error_terms, error)
