@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import oracle
 import pytest
+from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design import hierarchy
 from hfc_design.controllers import HierarchicalGains, from_design
@@ -55,3 +56,13 @@ def own_plugins(monkeypatch):
     for name in set(sys.modules) - modules:
         if not name.startswith(("jax", "numpy", "scipy", "matplotlib", "hfc_design")):
             del sys.modules[name]
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch, own_plugins):
+    """The current folder, with a module of plug-ins that nobody has imported, and a scenario."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MODULE)
+    (tmp_path / "sledge.toml").write_text(SCENARIO + CONTROLLER)
+    (tmp_path / "broken.py").write_text("1 / 0\n")
+    return tmp_path
