@@ -7,7 +7,7 @@ import oracle
 import pytest
 from sledge import CONTROLLER, MODULE, SCENARIO
 
-from hfc_design import hierarchy
+from hfc_design import hierarchy, session
 from hfc_design.controllers import HierarchicalGains, from_design
 from hfc_design.evaluate import load_design
 from hfc_design.fitness import OWN_FITNESSES
@@ -41,6 +41,12 @@ def random_population():
 def published():
     """(controller, gains of a population of one) of a built-in design."""
     return lambda name: from_design(load_design(name).controller)
+
+
+@pytest.fixture
+def no_baselines(monkeypatch):
+    """Commands compare a run with no published design: each would have to be compiled too."""
+    monkeypatch.setattr(session, "BASELINES", {})
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hfc_design import session
 from hfc_design.cli import main
 
 ROOT = Path(__file__).parent.parent
@@ -40,9 +39,8 @@ def test_example(name, tmp_path, monkeypatch, capsys, own_plugins):
 
 
 @pytest.mark.parametrize("name", [name for name in PRINTS if not name.startswith("01")])
-def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins):
+def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins, no_baselines):
     monkeypatch.chdir(EXAMPLES)
-    monkeypatch.setattr(session, "BASELINES", {})  # they would have to be compiled too
     text = (EXAMPLES / f"{name}.py").read_text()
     (line,) = re.findall(r"^    hfc (design .*)$", text, re.MULTILINE)
     small = ["--population", "6", "--generations", "1", "--set", "simulation.duration_s=0.5"]
