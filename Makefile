@@ -1,6 +1,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Marks of the tests that need a program from outside PyPI.
+PROGRAMS := interop or browser
 
 .PHONY: design test lint interop bench clean
 
@@ -8,11 +10,11 @@ design: $(VENV)/installed
 	$(BIN)/hfc design
 
 test: $(VENV)/installed lint
-	$(BIN)/pytest
+	$(BIN)/pytest -m "not ($(PROGRAMS))"
 
 interop: $(VENV)/installed
 	tests/interop/install.sh
-	$(BIN)/pytest -m interop
+	$(BIN)/pytest -m "$(PROGRAMS)"
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

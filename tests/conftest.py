@@ -5,11 +5,13 @@ import sys
 import numpy as np
 import oracle
 import pytest
+from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design import hierarchy
 from hfc_design.controllers import HierarchicalGains, from_design
 from hfc_design.evaluate import load_design
 from hfc_design.plugin_groups import GROUPS
+from hfc_design.report import rivals
 
 
 @pytest.fixture
@@ -41,6 +43,12 @@ def published():
 
 
 @pytest.fixture
+def no_baselines(monkeypatch):
+    """Commands compare a run with no published design: each would have to be compiled too."""
+    monkeypatch.setattr(rivals, "BASELINES", {})
+
+
+@pytest.fixture
 def own_plugins(monkeypatch):
     """Forgets afterwards which plug-ins and modules came in."""
     groups = [
@@ -55,3 +63,13 @@ def own_plugins(monkeypatch):
     for name in set(sys.modules) - modules:
         if not name.startswith(("jax", "numpy", "scipy", "matplotlib", "hfc_design")):
             del sys.modules[name]
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch, own_plugins):
+    """The current folder, with a module of plug-ins that nobody has imported, and a scenario."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MODULE)
+    (tmp_path / "sledge.toml").write_text(SCENARIO + CONTROLLER)
+    (tmp_path / "broken.py").write_text("1 / 0\n")
+    return tmp_path

@@ -11,8 +11,8 @@ import uuid
 from pathlib import Path
 
 import pytest
+from sledge import MODULE, SCENARIO, package
 from test_batch import batch, files, written
-from test_plugins import MODULE, SCENARIO, package
 
 import hfc_design
 from hfc_design.batch.plan import read_batch

@@ -9,7 +9,6 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.report import rivals
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = ROOT / "examples"
@@ -40,9 +39,8 @@ def test_example(name, tmp_path, monkeypatch, capsys, own_plugins):
 
 
 @pytest.mark.parametrize("name", [name for name in PRINTS if not name.startswith("01")])
-def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins):
+def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins, no_baselines):
     monkeypatch.chdir(EXAMPLES)
-    monkeypatch.setattr(rivals, "BASELINES", {})  # they would have to be compiled too
     text = (EXAMPLES / f"{name}.py").read_text()
     (line,) = re.findall(r"^    hfc (design .*)$", text, re.MULTILINE)
     small = ["--population", "6", "--generations", "1", "--set", "simulation.duration_s=0.5"]

@@ -1,4 +1,4 @@
-"""The feed drive against hand calculations, SciPy and the figures of Jee & Koren (2004)."""
+"""Friction and motion of the feed drive against hand calculations and SciPy."""
 
 import math
 
@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hfc_design.machine_settings import PlantSettings
-from plants import C_AXIS, FEED_DRIVE
 from plants.feed_drive import (
     PARAMETER_SETS,
     FeedDriveParameters,
@@ -17,8 +15,6 @@ from plants.feed_drive import (
     accepted,
     coefficients,
     friction,
-    measured,
-    signals,
     step,
     without_friction,
 )
@@ -179,34 +175,6 @@ def test_load_that_changes_within_a_step_acts_with_its_mean():
     np.testing.assert_allclose(found, step(c, x, 50.0, (7.0, 7.0, 7.0), 0.01), rtol=1e-12)
 
 
-def test_converter_takes_whole_units_within_its_limits():
-    c = coefficients(FeedDriveParameters())
-    for command, wanted in (
-        (0.4, 0.0), (0.6, 1.0), (-0.6, -1.0), (12.49, 12.0), (-12.51, -13.0),
-        (126.6, 127.0), (127.4, 127.0), (900.0, 127.0), (-127.7, -128.0), (-900.0, -128.0),
-    ):  # fmt: skip
-        assert accepted(c, command) == wanted
-    narrow = coefficients(FeedDriveParameters(lowest_command=-20.0, highest_command=30.0))
-    assert (accepted(narrow, -50.0), accepted(narrow, 50.0)) == (-20.0, 30.0)
-
-
-def test_encoder_reports_whole_units_and_leaves_the_velocity():
-    c = coefficients(FeedDriveParameters())
-    for position, wanted in ((0.4, 0.0), (0.6, 1.0), (-0.6, -1.0), (4000.49, 4000.0)):
-        assert measured(c, FeedDriveState(position, 12.3)) == (wanted, 12.3)
-    assert signals(c, FeedDriveState(2.0, 3.0)) == {"position": 2.0, "velocity": 3.0}
-    units = {"error": "BLU", "error_rate": "BLU/s", "command": "unit", "load": "unit"}
-    assert {**units, "position": "BLU", "velocity": "BLU/s"} == FEED_DRIVE.units
-
-
-def test_plants_have_no_speed_limit_and_no_resolution_of_their_own_unless_they_say_so():
-    assert FEED_DRIVE.fastest(FeedDriveParameters(), 0.01) == math.inf
-    assert C_AXIS.fastest(C_AXIS.parameters(), 1e-3) < 1.0
-    x = C_AXIS.initial_state(0.25)
-    assert C_AXIS.measured(None, x) is x
-    assert C_AXIS.accepted(None, 1234.5) == 1234.5
-
-
 @pytest.mark.parametrize(("dtype", "tolerance"), [(jnp.float64, 1e-12), (jnp.float32, 2e-5)])
 def test_population_moves_like_its_members(dtype, tolerance):
     random = np.random.default_rng(5)
@@ -225,144 +193,3 @@ def test_population_moves_like_its_members(dtype, tolerance):
         np.testing.assert_allclose(
             [moved.position[k], moved.velocity[k]], alone, rtol=tolerance, atol=100 * tolerance
         )
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"gain": 0.0}, "parameters.gain = 0.0: has to be more than zero"),
-        ({"time_constant": -1.0}, "parameters.time_constant = -1.0: has to be more than zero"),
-        ({"coulomb": -1.0}, "parameters.coulomb = -1.0: has to be zero or more"),
-        ({"negative_start": 6.4}, "parameters.negative_start = 6.4: has to be zero or less"),
-        ({"lowest_command": 0.0}, "parameters.lowest_command = 0.0: has to be less than zero"),
-        ({"mass": 1.0}, "parameters.mass: unknown; there is gain, time_constant, coulomb"),
-        (
-            {"positive_slope": -9.0},
-            "parameters.positive_slope = -9.0: with positive_curvature = 0.05 friction",
-        ),
-        ({"negative_slope": -8.0}, "curvature = -0.04 friction would drive the axis at -12 mm/s"),
-        ({"positive_slope": -1e300}, "parameters.positive_slope = -1e+300: with"),
-        ({"gain": float("nan")}, "parameters.gain = nan: has to be more than zero"),
-    ],
-)
-def test_impossible_axis_is_named(changes, message):
-    assert message in FEED_DRIVE.fault(changes)
-    with pytest.raises(ValueError, match="parameters"):
-        PlantSettings(name="feed-drive", parameters=changes)
-
-
-def test_every_named_set_is_possible():
-    for parameters in PARAMETER_SETS.values():
-        assert FEED_DRIVE.fault(parameters._asdict()) is None
-
-
-# The paper's machine: two axes, T = 10 ms, whole BLUs from interpolator and encoder, whole units
-# to the amplifier. Both controllers are written out here, so that the figures test the plant.
-SUBSTEPS = 4
-
-
-@jax.jit
-def sample(c, x, command):
-    """What both encoders read after the next 10 ms under ``command``, and the state."""
-
-    def one(c, x, command):
-        held = accepted(c, command)
-        moved = jax.lax.fori_loop(
-            0, SUBSTEPS, lambda _, x: step(c, x, held, FREE, 0.01 / SUBSTEPS), x
-        )
-        return moved, measured(c, moved).position
-
-    return jax.vmap(one)(c, x, command)
-
-
-def circle(controller, sets, radius, cycles):
-    """Axial X and contour error [BLU], (cycles, 2000) each, of a circle in 20 s."""
-    p = FeedDriveParameters(*np.transpose([PARAMETER_SETS[name] for name in sets]))
-    c = coefficients(p)
-    x = FeedDriveState(jnp.array([radius, 0.0]), jnp.zeros(2))
-    seen, laws, axial, contour = np.array([radius, 0.0]), [controller(), controller()], [], []
-    for k in range(2000 * cycles):
-        angle = 2 * math.pi * k / 2000
-        reference = radius * np.array([math.cos(angle), math.sin(angle)])
-        position = np.asarray(x.position)
-        axial.append(reference[0] - position[0])
-        contour.append(math.hypot(*position) - radius)
-        errors = np.round(reference) - seen
-        command = np.array([law(error) for law, error in zip(laws, errors, strict=True)])
-        x, read = sample(c, x, command)
-        seen = np.asarray(read)
-    return np.reshape(axial, (cycles, 2000)), np.reshape(contour, (cycles, 2000))
-
-
-def pid():
-    """PID of JK04 5.1.2 on the time scale: the integral of e dt and the derivative de / T."""
-    integral, previous = 0.0, 0.0
-
-    def law(e):
-        nonlocal integral, previous
-        integral += e * 0.01
-        change, previous = e - previous, e
-        return 1.5 * e + 8.1 * integral + 0.1 * change / 0.01
-
-    return law
-
-
-RULES = [  # rule base I: rows e, columns the change of e
-    row.split()
-    for row in (
-        "NL NL NL NL NL NL NL",
-        "NL NL NM NM NS NS NS",
-        "NL NM NM NS NS NS ZR",
-        "ZR ZR ZR ZR ZR ZR ZR",
-        "ZR PS PS PS PM PM PL",
-        "PS PS PS PM PM PL PL",
-        "PL PL PL PL PL PL PL",
-    )
-]
-SINGLETONS = {"NL": -32, "NM": -16, "NS": -8, "ZR": 0, "PS": 8, "PM": 16, "PL": 32}
-
-
-def flc():
-    """FLC of JK04 Tables 1 and 3 without an integral; 0 where no rule fires."""
-    previous = 0.0
-
-    def grades(value, spacing, width):
-        value = min(max(value, -3 * spacing), 3 * spacing)  # the outer terms saturate
-        return [max(0.0, 1 - abs(value - k * spacing) / width) for k in range(-3, 4)]
-
-    def law(e):
-        nonlocal previous
-        change, previous = e - previous, e
-        weighed = total = 0.0
-        for i, a in enumerate(grades(e, 7.0, 5.0)):
-            for j, b in enumerate(grades(change, 1.5, 1.0)):
-                weighed += a * b * SINGLETONS[RULES[i][j]]
-                total += a * b
-        return weighed / total if total else 0.0
-
-    return law
-
-
-def rms(values):
-    return np.sqrt(np.mean(values**2, axis=-1))
-
-
-def test_pid_with_coulomb_friction_has_the_published_contour_errors():
-    """Fig. 12(b): RMS 3.4 and maximum 15.6 BLU; independently found for F_c = 15: 3.52, 15.9."""
-    _, contour = circle(pid, ["x-coulomb", "y-coulomb"], 2000.0, 3)
-    np.testing.assert_allclose(rms(contour), 3.4, rtol=0.1)
-    np.testing.assert_allclose(abs(contour).max(axis=1), 15.6, rtol=0.1)
-    np.testing.assert_allclose(rms(contour)[1:], 3.52, rtol=0.015)  # after the start
-    np.testing.assert_allclose(abs(contour).max(axis=1), 15.9, rtol=0.02)
-
-
-def test_pid_without_friction():
-    """Independently found: 0.88 BLU; the paper prints 1.5, which no reading of it gives here."""
-    _, contour = circle(pid, ["frictionless", "frictionless"], 2000.0, 2)
-    np.testing.assert_allclose(rms(contour), 0.88, atol=0.02)
-
-
-def test_flc_with_start_friction_has_the_published_axial_error():
-    """Fig. 10(a): approximately 16.2 BLU in every cycle."""
-    axial, _ = circle(flc, ["x-start", "y-start"], 4000.0, 3)
-    np.testing.assert_allclose(rms(axial), 16.2, atol=0.3)

@@ -75,11 +75,11 @@ def test_commands_and_readings_are_whole_numbers(flc):
 
 def test_trajectory_csv_names_axes_and_units(tmp_path):
     path = tmp_path / "motion.csv"
-    arguments = ["simulate", "jee-koren-2004-aflc", "--set", "simulation.duration_s=0.05"]
+    arguments = ["simulate", "jee-koren-2004-aflc", "--set", "simulation.duration_s=10.0"]
     result = CliRunner().invoke(main, [*arguments, "--csv", str(path)])
     assert result.exit_code == 0, result.output
     rows = list(csv.DictReader(path.read_text().splitlines()))
-    assert len(rows) == 5
+    assert len(rows) == 1000
     for axis in "xy":
         error = float(rows[3][f"{axis}_reference_BLU"]) - float(rows[3][f"{axis}_position_BLU"])
         assert float(rows[3][f"{axis}_error_BLU"]) == pytest.approx(error)
@@ -103,7 +103,7 @@ def test_machines_that_cannot_follow_are_refused(changes, words):
         assert word in str(refusal.value)
 
 
-def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path):
+def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines):
     sizes = ["--population", "24", "--generations", "2", "--set", "simulation.duration_s=0.5"]
     folder = tmp_path / "run"
     result = CliRunner().invoke(

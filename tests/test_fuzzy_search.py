@@ -14,6 +14,8 @@ from hfc_design.stability.true_sectors import Triangle, true_sectors
 
 CIRCLE = "feed-drive-circle"
 KINDS = ("flc", "aflc")
+#: Of one length, the tests here and of other files share a program that takes long to compile.
+TEN_SECONDS = "simulation.duration_s=10.0"
 
 
 def genome(kind, *changes):
@@ -66,7 +68,7 @@ def test_symmetric_tables_treat_both_directions_alike():
 def test_gains_of_the_population_are_those_of_the_design_files(kind):
     own = genome(kind)
     found = bred(own, count=3)
-    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", "simulation.duration_s=1.0"])
+    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", TEN_SECONDS])
     loop = closed_loop(scenario, own.controller)
     arguments = scenario.plant.values(), scenario.samples()
     scores, _ = simulate.trajectory(loop, *arguments, own.gains(found))
@@ -136,7 +138,7 @@ UNSEEN = {
 @pytest.mark.parametrize("name", UNSEEN)
 def test_designed_table_beats_table_3_where_it_was_not_searched(adaptive, name):
     """From the first 10 s on, which are less than a cycle; both adapt."""
-    scenario = load_scenario(CIRCLE, [*UNSEEN[name], "simulation.duration_s=10.0"])
+    scenario = load_scenario(CIRCLE, [*UNSEEN[name], TEN_SECONDS])
     own = evaluate(adaptive[0].design, scenario).metrics
     published = evaluate(load_design("jee-koren-2004-aflc"), scenario).metrics
     assert own["rms_contour_error_BLU"] < 0.8 * published["rms_contour_error_BLU"]

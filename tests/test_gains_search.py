@@ -135,7 +135,7 @@ def test_design_by_hand_is_the_published_one():
     )
 
 
-def test_command_line_searches_pd(tmp_path):
+def test_command_line_searches_pd(tmp_path, no_baselines):
     run = tmp_path / "run"
     options = ["--controller", "pd", "--population", "8", "--generations", "2", "--quiet"]
     arguments = ["design", "c-axis-ramp", *options, "--out", str(run)]

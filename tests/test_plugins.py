@@ -1,135 +1,19 @@
-"""Own plants, fitnesses and control laws: how they come in, and what is refused."""
+"""Own plants, fitnesses and control laws: how they come in, and what they compute."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from imported_files import GAUSSIAN
 from scipy.integrate import solve_ivp
+from sledge import BUDGET, SCENARIO, api_text, hfc, imported, installed, refused, scenario_of
 
 from hfc_design import api
-from hfc_design.cli import main
 from hfc_design.export import FORMATS
 from hfc_design.importing import Wish
 from hfc_design.importing import imported as imported_design
 from hfc_design.machine_settings import ALL_PLANTS
-
-#: A mass under a force against viscous friction, m dv/dt = u - b v - load; a P law; a fitness.
-MODULE = """
-from typing import Any, NamedTuple
-import jax.numpy as jnp
-import hfc_design.api as hfc
-
-class Parameters(NamedTuple):
-    mass: float = 2.0
-    friction: float = 3.0
-
-class State(NamedTuple):
-    place: Any
-    speed: Any
-
-class Gains(NamedTuple):
-    p: Any
-
-def step(c, x, force, loads, dt):
-    def rates(x, load):
-        return State(x.speed, (force - c.friction * x.speed - load) / c.mass)
-    return hfc.rk4(rates, x, loads, dt)
-
-def sledge(**changes):
-    return hfc.Plant(**dict(
-        name="sledge",
-        parameters=Parameters,
-        fault=hfc.only_positive(Parameters),
-        units={"error": "m", "error_rate": "m/s", "command": "N", "load": "N", "speed": "m/s"},
-        initial_state=lambda zero: State(zero, zero),
-        step=step,
-        signals=lambda c, x: {"speed": x.speed},
-        position="place",
-        velocity="speed",
-        encoders={"place": "speed"},
-    ) | changes)
-
-SLEDGE = sledge()
-TAKEN = sledge(name="c-axis")
-BAD_NAME = sledge(name="my sledge")
-NO_UNIT = sledge(units={"error": "m", "error_rate": "m/s", "command": "N", "load": "N"})
-NO_FIELD = sledge(position="angle")
-OWN_ERROR = sledge(signals=lambda c, x: {"error": x.speed})
-NO_DEFAULTS = sledge(parameters=NamedTuple("Bare", [("mass", float)]))
-
-def branching(c, x, force, loads, dt):
-    return x if force > 0.0 else step(c, x, force, loads, dt)
-
-BRANCHING = sledge(step=branching)
-SHRINKING = sledge(step=lambda c, x, force, loads, dt: (x.place, x.speed))
-
-P = hfc.Law("only-p", Gains(p=(1.0, 100.0)), lambda zero: (),
-            lambda T, gains, memory, signals: (gains.p * signals["error"], memory))
-BLIND = P._replace(step=lambda T, gains, memory, signals: (signals["mood"], memory))
-NO_RANGE = P._replace(ranges=Gains(p=(3.0, 1.0)))
-NO_RECORD = P._replace(ranges={"p": (1.0, 3.0)})
-LAST = hfc.Fitness(
-    lambda zero: zero,
-    lambda sums, moments, path: jnp.abs(moments[0].error),
-    lambda sums: 1.0 / (0.001 + sums),
-    name="last-error",
-)
-GROWING = LAST._replace(update=lambda sums, moments, path: (sums, sums))
-FITNESS_TAKEN = LAST._replace(name="contour")
-"""
-SCENARIO = """
-[plant]
-name = "sledge"
-[reference]
-kind = "step"
-height = 1.0
-[simulation]
-duration_s = 3.0
-sample_time_s = 0.01
-"""
-CONTROLLER = '[controller]\nkind = "pd"\nranges = { kp = [1.0, 100.0], kd = [0.1, 10.0] }\n'
-BUDGET = ("--population", "8", "--generations", "2", "--quiet")
-
-
-@pytest.fixture
-def own(tmp_path, monkeypatch, own_plugins):
-    """The current folder, with a module of plug-ins that nobody has imported, and a scenario."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.py").write_text(MODULE)
-    (tmp_path / "sledge.toml").write_text(SCENARIO + CONTROLLER)
-    (tmp_path / "broken.py").write_text("1 / 0\n")
-    return tmp_path
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def refused(*arguments):
-    """The one line that a command refuses with."""
-    done = hfc(*arguments)
-    assert done.exit_code == 2, done.output
-    assert done.stderr.startswith("hfc: ")
-    assert done.stderr.count("\n") == 1
-    return done.stderr
-
-
-def installed(folder, *lines):
-    """Make ``folder`` a place of installed packages, one of them with these entry points."""
-    package(folder, *lines)
-    sys.path.append(str(folder))
-
-
-def package(folder, *lines):
-    """What an installer leaves in ``folder`` of a package with these entry points."""
-    info = folder / "sledges-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sledges\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
 
 
 def test_a_plant_by_module_reference_is_designed_for_scored_and_exported(own):
@@ -254,127 +138,6 @@ def test_the_loop_of_an_own_plant_is_that_of_scipy(own):
     np.testing.assert_allclose(found.axes[0].motion.error, errors, atol=1e-9)
 
 
-def imported(name):
-    sys.path.append(".")
-    return __import__(name)
-
-
-def test_a_file_alone_imports_nothing(own):
-    (own / "evil.py").write_text("from pathlib import Path\nPath('ran').touch()\nPLANT = 1\n")
-    for kind in ("evil:PLANT", "evil", "evil.PLANT"):
-        for text in (
-            f"[plant]\nname = '{kind}'\n",
-            f"[fitness]\nkind = '{kind}'\n",
-            f"[controller]\nkind = '{kind}'\n",
-        ):
-            (own / "bad.toml").write_text(text)
-            assert "evil" in refused("design", "bad.toml", "--out", "run")
-        design = json.loads(api_text("pd-only"))
-        for part, key in (("plant", "name"), ("controller", "kind")):
-            changed = design | {part: design[part] | {key: kind}}
-            (own / "bad.json").write_text(json.dumps(changed))
-            assert "bad.json" in refused("score", "bad.json")
-    assert not (own / "ran").exists()
-    assert "evil" not in sys.modules
-    assert "looks" not in refused("design", "bad.toml", "--plant", "evil:PLANT")
-    assert (own / "ran").exists()  # the command line may
-
-
-def api_text(name):
-    from hfc_design.rulebase import design_json
-
-    return design_json(api.load_design(name))
-
-
-def test_what_is_missing_is_said(own):
-    line = refused("design", "sledge.toml")
-    for part in ("sledge.toml: plant.name = 'sledge'", "'c-axis'", "--plant module:OBJECT"):
-        assert part in line
-    (own / "own.toml").write_text("fitness = { kind = 'smooth' }\n")
-    line = refused("design", "own.toml")
-    for part in ("fitness.kind = 'smooth'", "'lin-lee'", "'contour'", "--fitness module:OBJECT"):
-        assert part in line
-    (own / "own.toml").write_text("controller = { kind = 'lqr' }\n")
-    line = refused("design", "own.toml")
-    for part in ("controller.kind = 'lqr'", "'pid'", "'aflc'", "--controller module:OBJECT"):
-        assert part in line
-
-
-@pytest.mark.parametrize(
-    ("option", "reference", "words"),
-    [
-        ("plant", "nowhere:PLANT", ["--plant nowhere:PLANT", "ModuleNotFoundError", "nowhere"]),
-        ("plant", "broken:PLANT", ["broken cannot be imported", "ZeroDivisionError"]),
-        ("plant", "mine:ROCKET", ["mine has no ROCKET"]),
-        ("plant", "mine:", ["module:OBJECT"]),
-        ("plant", ":SLEDGE", ["module:OBJECT"]),
-        ("plant", "mine:step", ["is a function and no Plant"]),
-        ("plant", "mine:Parameters", ["is a type and no Plant"]),
-        ("plant", "mine:P", ["is a Law and no Plant"]),
-        ("plant", "mine:TAKEN", ["'c-axis' is built in", "another name"]),
-        ("plant", "mine:BAD_NAME", ["'my sledge'", "letters"]),
-        ("plant", "mine:NO_UNIT", ["'sledge'", "units has no 'speed'"]),
-        ("plant", "mine:NO_FIELD", ["no field 'angle'"]),
-        ("plant", "mine:OWN_ERROR", ["'error' is a signal of the loop"]),
-        ("plant", "mine:NO_DEFAULTS", ["default"]),
-        ("plant", "rocket", ["'rocket' is no plant", "'feed-drive'"]),
-        ("controller", "mine:SLEDGE", ["is a Plant and no Law"]),
-        ("controller", "mine:NO_RANGE", ["ranges.p", "(low, high)"]),
-        ("controller", "mine:NO_RECORD", ["NamedTuple"]),
-        ("fitness", "mine:FITNESS_TAKEN", ["'contour' is built in"]),
-        ("fitness", "mine:step", ["no Fitness"]),
-    ],
-)
-def test_references_that_cannot_be_used(own, option, reference, words):
-    line = refused("design", "sledge.toml", f"--{option}", reference)
-    for word in words:
-        assert word in line
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--plant", "mine:BRANCHING"], ["plant 'sledge' cannot", "TracerBoolConversionError"]),
-        (["--plant", "mine:SHRINKING"], ["plant 'sledge' cannot", "TypeError"]),
-        (["--controller", "mine:BLIND"], ["controller 'only-p' cannot", "KeyError: 'mood'"]),
-        (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "TypeError"]),
-    ],
-)
-def test_own_code_that_cannot_be_simulated_is_named(own, options, words):
-    sledge = ["sledge.toml"] if "--plant" in options else ["c-axis-ramp", "--controller", "pd"]
-    line = refused("design", *sledge, *options, "--out", "run", *BUDGET)
-    for word in words:
-        assert word in line
-
-
-def test_settings_of_an_own_law_are_checked(own):
-    api.register(imported("mine").P)
-    for ranges, words in (
-        ({"q": (1.0, 2.0)}, ["ranges.q", "unknown", "there is p"]),
-        ({"p": (2.0, 1.0)}, ["ranges.p", "(low, high)"]),
-        ({"p": 3.0}, ["controller.ranges.p = 3.0"]),
-    ):
-        with pytest.raises(api.UserError) as error:
-            api.load_scenario({"controller": {"kind": "only-p", "ranges": ranges}})
-        for word in words:
-            assert word in str(error.value)
-    scenario = api.load_scenario("c-axis-ramp")
-    for kind, gains, word in (
-        ("only-p", {"k": 1.0}, "has to hold p"),
-        ("only-p", {}, "has to hold p"),
-        ("pd", {"kp": 1.0}, "controller.pd.kd: is missing"),
-        ("nothing", {}, "no controller known here"),
-    ):
-        with pytest.raises(api.UserError, match=word):
-            api.with_gains(scenario, kind, gains)
-    with pytest.raises(api.UserError, match="lin-lee-1999"):
-        api.load_scenario(scenario_of("only-p") | {"search": {"preset": "lin-lee-1999"}})
-
-
-def scenario_of(kind):
-    return {"controller": {"kind": kind}, "simulation": {"duration_s": 0.2}}
-
-
 def test_own_fitness_and_controller_by_reference(own):
     options = ("--plant", "mine:SLEDGE", "--fitness", "mine:LAST", "--controller", "mine:P")
     done = hfc("design", "sledge.toml", *options, "--out", "run", *BUDGET)
@@ -490,11 +253,3 @@ def test_two_packages_with_one_name_are_refused(own, tmp_path):
         metadata.write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
     with pytest.raises(api.UserError, match="several packages"):
         ALL_PLANTS.get("sledge")
-
-
-def test_a_machine_of_own_axes_follows_no_path(own):
-    api.register(imported("mine").SLEDGE)
-    with pytest.raises(api.UserError, match="is for feed drives, not for the sledge"):
-        api.load_scenario(
-            "feed-drive-circle", {"plant": {"name": "sledge", "axes": {"x": {}, "y": {}}}}
-        )

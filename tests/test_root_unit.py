@@ -249,7 +249,7 @@ def test_an_error_without_a_scale_is_refused():
         unit_of(("deflection", "deflection_rate"), table, k_c=1e-4, largest_move=1.0)
 
 
-def test_a_search_designs_the_loop_that_adapts(tmp_path):
+def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines):
     small = ["simulation.duration_s=0.2", "search.population=16", "search.generations=2"]
     adaptation = "controller.adaptation={k_c=1e-3,largest_move=0.5,error_scale=500.0}"
     folder = tmp_path / "run"

@@ -116,7 +116,7 @@ def test_one_compilation_serves_all_structures_values_machines_and_loads(random_
 
 
 def test_diverging_individual_is_alone_in_it(random_population):
-    gains = random_population(40, seed=5)
+    gains = random_population(65, seed=5)
     loop = prepared(HIERARCHICAL)
     kd = gains.kd.copy()
     kd[[3, 20]] = 1e9

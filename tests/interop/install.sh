@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
-# What the read-back tests of the export formats need; as root on Debian, else only what pip gives.
+# Programs that tests need from outside PyPI, and parsers with packages of their own.
+# As root on Debian, else only what pip gives.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 packages=(gcc g++ clang) # C
 packages+=(fuzzylite)    # FLL, FCL
 linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
 packages+=(octave octave-fuzzy-logic-toolkit) # FIS, MAT
+command -v chromium >/dev/null || packages+=(chromium) # reports as wide as a phone
 if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
     apt-get -o DPkg::Lock::Timeout=600 update -qq
     apt-cache show "${linuxcnc[@]}" >/dev/null 2>&1 && packages+=("${linuxcnc[@]}")

@@ -139,7 +139,7 @@ def test_no_sanitizer_complains_whatever_comes(program, name, flags, tmp_path):
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_no_globals_no_library(program, name, tmp_path):
-    built(program("gcc"), DESIGNS[name], tmp_path / "c")
+    c_source.write(DESIGNS[name], tmp_path / "c")
     source = tmp_path / "c" / f"{c_source.c_name(DESIGNS[name])}.c"
     flags = ("-std=c99", "-O1", "-ffreestanding", "-fno-pic", "-c")
     subprocess.run([program("gcc"), *flags, source, "-o", tmp_path / "o"], check=True)

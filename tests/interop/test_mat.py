@@ -1,8 +1,5 @@
 """MAT files read by Octave, which evaluates a hierarchy from what it finds there."""
 
-import subprocess
-from pathlib import Path
-
 import numpy as np
 import pytest
 from wiring import DESIGNS, design, units
@@ -10,21 +7,7 @@ from wiring import DESIGNS, design, units
 from hfc_design.export import mat
 
 pytestmark = pytest.mark.interop
-HERE = Path(__file__).parent
 HIERARCHIES = [name for name in DESIGNS if not name.startswith("jee")]
-
-
-@pytest.fixture
-def octave(program):
-    tool = program("octave-cli")
-
-    def run(script, *arguments):
-        command = [tool, "-q", str(HERE / script), *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert Path(arguments[-1]).exists(), done.stderr
-        return np.loadtxt(arguments[-1], delimiter=",")
-
-    return run
 
 
 @pytest.mark.parametrize("name", HIERARCHIES)

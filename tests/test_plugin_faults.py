@@ -1,0 +1,123 @@
+"""Own plants, fitnesses and control laws that are refused."""
+
+import json
+import sys
+
+import pytest
+from sledge import BUDGET, api_text, imported, refused, scenario_of
+
+from hfc_design import api
+
+
+def test_a_file_alone_imports_nothing(own):
+    (own / "evil.py").write_text("from pathlib import Path\nPath('ran').touch()\nPLANT = 1\n")
+    for kind in ("evil:PLANT", "evil", "evil.PLANT"):
+        for text in (
+            f"[plant]\nname = '{kind}'\n",
+            f"[fitness]\nkind = '{kind}'\n",
+            f"[controller]\nkind = '{kind}'\n",
+        ):
+            (own / "bad.toml").write_text(text)
+            assert "evil" in refused("design", "bad.toml", "--out", "run")
+        design = json.loads(api_text("pd-only"))
+        for part, key in (("plant", "name"), ("controller", "kind")):
+            changed = design | {part: design[part] | {key: kind}}
+            (own / "bad.json").write_text(json.dumps(changed))
+            assert "bad.json" in refused("score", "bad.json")
+    assert not (own / "ran").exists()
+    assert "evil" not in sys.modules
+    assert "looks" not in refused("design", "bad.toml", "--plant", "evil:PLANT")
+    assert (own / "ran").exists()  # the command line may
+
+
+def test_what_is_missing_is_said(own):
+    line = refused("design", "sledge.toml")
+    for part in ("sledge.toml: plant.name = 'sledge'", "'c-axis'", "--plant module:OBJECT"):
+        assert part in line
+    (own / "own.toml").write_text("fitness = { kind = 'smooth' }\n")
+    line = refused("design", "own.toml")
+    for part in ("fitness.kind = 'smooth'", "'lin-lee'", "'contour'", "--fitness module:OBJECT"):
+        assert part in line
+    (own / "own.toml").write_text("controller = { kind = 'lqr' }\n")
+    line = refused("design", "own.toml")
+    for part in ("controller.kind = 'lqr'", "'pid'", "'aflc'", "--controller module:OBJECT"):
+        assert part in line
+
+
+@pytest.mark.parametrize(
+    ("option", "reference", "words"),
+    [
+        ("plant", "nowhere:PLANT", ["--plant nowhere:PLANT", "ModuleNotFoundError", "nowhere"]),
+        ("plant", "broken:PLANT", ["broken cannot be imported", "ZeroDivisionError"]),
+        ("plant", "mine:ROCKET", ["mine has no ROCKET"]),
+        ("plant", "mine:", ["module:OBJECT"]),
+        ("plant", ":SLEDGE", ["module:OBJECT"]),
+        ("plant", "mine:step", ["is a function and no Plant"]),
+        ("plant", "mine:Parameters", ["is a type and no Plant"]),
+        ("plant", "mine:P", ["is a Law and no Plant"]),
+        ("plant", "mine:TAKEN", ["'c-axis' is built in", "another name"]),
+        ("plant", "mine:BAD_NAME", ["'my sledge'", "letters"]),
+        ("plant", "mine:NO_UNIT", ["'sledge'", "units has no 'speed'"]),
+        ("plant", "mine:NO_FIELD", ["no field 'angle'"]),
+        ("plant", "mine:OWN_ERROR", ["'error' is a signal of the loop"]),
+        ("plant", "mine:NO_DEFAULTS", ["default"]),
+        ("plant", "rocket", ["'rocket' is no plant", "'feed-drive'"]),
+        ("controller", "mine:SLEDGE", ["is a Plant and no Law"]),
+        ("controller", "mine:NO_RANGE", ["ranges.p", "(low, high)"]),
+        ("controller", "mine:NO_RECORD", ["NamedTuple"]),
+        ("fitness", "mine:FITNESS_TAKEN", ["'contour' is built in"]),
+        ("fitness", "mine:step", ["no Fitness"]),
+    ],
+)
+def test_references_that_cannot_be_used(own, option, reference, words):
+    line = refused("design", "sledge.toml", f"--{option}", reference)
+    for word in words:
+        assert word in line
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--plant", "mine:BRANCHING"], ["plant 'sledge' cannot", "TracerBoolConversionError"]),
+        (["--plant", "mine:SHRINKING"], ["plant 'sledge' cannot", "TypeError"]),
+        (["--controller", "mine:BLIND"], ["controller 'only-p' cannot", "KeyError: 'mood'"]),
+        (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "TypeError"]),
+    ],
+)
+def test_own_code_that_cannot_be_simulated_is_named(own, options, words):
+    sledge = ["sledge.toml"] if "--plant" in options else ["c-axis-ramp", "--controller", "pd"]
+    line = refused("design", *sledge, *options, "--out", "run", *BUDGET)
+    for word in words:
+        assert word in line
+
+
+def test_settings_of_an_own_law_are_checked(own):
+    api.register(imported("mine").P)
+    for ranges, words in (
+        ({"q": (1.0, 2.0)}, ["ranges.q", "unknown", "there is p"]),
+        ({"p": (2.0, 1.0)}, ["ranges.p", "(low, high)"]),
+        ({"p": 3.0}, ["controller.ranges.p = 3.0"]),
+    ):
+        with pytest.raises(api.UserError) as error:
+            api.load_scenario({"controller": {"kind": "only-p", "ranges": ranges}})
+        for word in words:
+            assert word in str(error.value)
+    scenario = api.load_scenario("c-axis-ramp")
+    for kind, gains, word in (
+        ("only-p", {"k": 1.0}, "has to hold p"),
+        ("only-p", {}, "has to hold p"),
+        ("pd", {"kp": 1.0}, "controller.pd.kd: is missing"),
+        ("nothing", {}, "no controller known here"),
+    ):
+        with pytest.raises(api.UserError, match=word):
+            api.with_gains(scenario, kind, gains)
+    with pytest.raises(api.UserError, match="lin-lee-1999"):
+        api.load_scenario(scenario_of("only-p") | {"search": {"preset": "lin-lee-1999"}})
+
+
+def test_a_machine_of_own_axes_follows_no_path(own):
+    api.register(imported("mine").SLEDGE)
+    with pytest.raises(api.UserError, match="is for feed drives, not for the sledge"):
+        api.load_scenario(
+            "feed-drive-circle", {"plant": {"name": "sledge", "axes": {"x": {}, "y": {}}}}
+        )
