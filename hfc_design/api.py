@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from hfc_design import design as _design
 from hfc_design import evaluate as _evaluate
 from hfc_design import export as _export
+from hfc_design import problem as _problem
 from hfc_design import scenarios as _scenarios
 from hfc_design.design import Result
 from hfc_design.dotted import changed
@@ -108,7 +109,7 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
         UserError: no such kind, or it has other gains.
     """
     own = {"kind": kind, kind if kind in ("pd", "pid") else "gains": dict(gains)}
-    return _design.design_with(own, scenario)
+    return _problem.design_with(own, scenario)
 
 
 def export(found: Design, to: str, path: str | Path) -> Path:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design import design, simulate
+from hfc_design import design, problem, simulate
 from hfc_design.closed_loop import closed_loop
 from hfc_design.evaluate import evaluate, load_design, own_scenario
 from hfc_design.feed_records import AflcDesign
@@ -19,7 +19,7 @@ TEN_SECONDS = "simulation.duration_s=10.0"
 
 
 def genome(kind, *changes):
-    return design.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
+    return problem.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
 
 
 def bred(own, count=60, rounds=4):
@@ -73,7 +73,7 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     arguments = scenario.plant.values(), scenario.samples()
     scores, _ = simulate.trajectory(loop, *arguments, own.gains(found))
     for k in range(3):
-        file = design.design_of(found.take(slice(k, k + 1)), scenario)
+        file = problem.design_of(found.take(slice(k, k + 1)), scenario)
         assert evaluate(file, scenario).fitness == pytest.approx(scores[k], rel=1e-12)
 
 
