@@ -216,7 +216,7 @@ BATCHES = [file for file in sorted(EXPERIMENTS.glob("*/*.toml")) if file not in 
 
 @pytest.mark.parametrize(
     "path",
-    [file for file in BATCHES if file.stem not in ("no-load", "cutting")],
+    BATCHES,
     ids=lambda file: f"{file.parent.name}-{file.stem}",
 )
 def test_batch_files_are_plans(path):

@@ -58,9 +58,14 @@ def row(item: Reproduced) -> list[str]:
     return [
         paper.figure,
         paper.quantity,
-        "–" if paper.value is None else f"{paper.value:.3g}",
-        f"{item.simulated:.3g}" if np.isfinite(item.simulated) else "–",
+        "–" if paper.value is None else _number(paper.value),
+        _number(item.simulated) if np.isfinite(item.simulated) else "–",
         f"{ratio:.2f}" if ratio is not None and np.isfinite(ratio) else "–",
         str(item.runs),
         paper.remark,
     ]
+
+
+def _number(value: float) -> str:
+    """Three digits, or all that stand before the point."""
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"
