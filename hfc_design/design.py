@@ -60,8 +60,8 @@ def opened_run(folder: Path) -> Scenario:
     Raises:
         UserError: there is no run in the folder.
     """
-    if not (folder / CONFIG).exists():
-        raise UserError(f"--out {folder}: holds no run to resume (no {CONFIG})")
+    if not (folder / CONFIG).is_file():
+        raise UserError(f"--out {folder}: holds no run to resume (no file {CONFIG})")
     return load_scenario(str(folder / CONFIG))
 
 

@@ -98,9 +98,10 @@ def evaluation(
     return Evaluation(merit, diverged, plant, found, time, axes, path)
 
 
-def meanings(evaluation: Evaluation, scenario: Scenario) -> dict[str, str]:
-    """Meaning and unit of each of its metrics."""
-    own = fitness.meanings(evaluation.plant) if evaluation.contour is None else CONTOUR_METRICS
+def meanings(scenario: Scenario) -> dict[str, str]:
+    """Meaning and unit of every metric that an evaluation on a scenario has."""
+    path = isinstance(scenario.reference, Trajectory)
+    own = CONTOUR_METRICS if path else fitness.meanings(scenario.plant.plant)
     parts = {f"{window.name}_": f"{window.name}: " for window in scenario.windows}
     every = {"": "", **parts}
     return {head + key: told + own[key] for head, told in every.items() for key in own}

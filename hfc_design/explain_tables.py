@@ -6,10 +6,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.console import terminal
+
 
 def show(found: dict[str, Any], least: float) -> None:
     """Print what ``explain.explanation`` found; rules below the share ``least`` are counted."""
-    console = Console()
+    console = terminal()
     console.print(f"design {found['design']}, kind {found['kind']}", highlight=False)
     if found["adaptation_held"]:
         console.print(

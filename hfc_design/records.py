@@ -67,11 +67,20 @@ def checked(model: type[Checked], data: Any, source: str | Path, folder: Path) -
         raise UserError(f"{source}: {_explained(error, data)}") from None
 
 
+#: Kind of a mistake -> what TOML and JSON call what is wanted.
+PLAIN = {
+    "tuple_type": "has to be a list",
+    "list_type": "has to be a list",
+    "dict_type": "has to be a table of keys and values",
+    "model_type": "has to be a table of keys and values",
+}
+
+
 def _explained(error: ValidationError, data: Any) -> str:
     first, *others = error.errors()
     missing = first["type"] == "missing"
     keys, value = _place(first["loc"], data, missing)
-    message = first["msg"].removeprefix("Value error, ")
+    message = PLAIN.get(first["type"], first["msg"].removeprefix("Value error, "))
     if missing:
         message = f"{keys}: is missing"
     elif first["type"] == "value_error" and isinstance(value, dict):

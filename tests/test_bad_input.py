@@ -151,7 +151,7 @@ def broken(*keys, value):
         (broken("plant", "name", value="lathe"), ["lathe"]),
         (broken("plant", "parameters", "stiffness", value=-5.0), ["stiffness = -5.0"]),
         ("[" * 100_000, ["is not a whole JSON file"]),
-        ("3", ["valid dictionary"]),
+        ("3", ["table of keys"]),
     ],
 )
 def test_design_files_that_cannot_run(text, words, tmp_path):

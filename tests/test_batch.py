@@ -160,6 +160,7 @@ def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
 
     claim = folder.claimed(out, cells[0].name)
     assert claim.__enter__()
+    assert "1 running, 3 waiting" in batch("--status", out).output
     run_cells(out, cells, outcome)
     assert seen == [cell.name for cell in (*cells[1:], cells[0])]
     assert files(out) == undisturbed
@@ -216,3 +217,30 @@ def test_a_folder_without_a_batch(tmp_path):
     assert (found.exit_code, "holds no batch" in found.output) == (2, True)
     assert batch(Path("a.toml"), "--status", tmp_path).exit_code == 2
     assert batch().exit_code == 2
+
+
+def test_brackets_are_no_markup(tmp_path):
+    """Of units, in labels and in reasons."""
+    text = f"{TINY}[[cells]]\nlabel = 'peak [rad/s] of [/b]'\n"
+    path, out = written(tmp_path, text), tmp_path / "out"
+    assert "label=peak [rad/s] of [/b]" in batch(path, "--out", out, "--dry-run").output
+    (cell,) = read_batch(path).cells
+    folder.note_plan(out, read_batch(path))
+    folder.note(out, cell.name, "failed", "no [/such] thing")
+    said = batch("--status", out)
+    assert said.exit_code == 0
+    assert "no [/such] thing" in said.output
+
+
+def test_a_plan_tells_cells_of_one_label_apart(tmp_path):
+    text = f"{GRID}[[cells]]\nlabel = 'a'\n[[cells]]\nlabel = 'b'\nscenario = 'c-axis-sine'\n"
+    lines = batch(written(tmp_path, text), "--out", tmp_path / "out", "--dry-run").output
+    assert "label=b, run.seed=1" in lines
+    assert "label=a, scenario=c-axis-ramp-cutting, run.seed=0" in " ".join(lines.split())
+
+
+@pytest.mark.parametrize("text", ["", "name = 'a'\n", "cells = []\n[set]\n"])
+def test_a_batch_of_nothing_is_refused(text, tmp_path):
+    found = batch(written(tmp_path, text))
+    assert found.exit_code == 2
+    assert "asks for nothing; it needs [set], [grid] or [[cells]]" in found.stderr

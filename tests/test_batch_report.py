@@ -85,7 +85,7 @@ def test_groups_by_hand(tmp_path):
         (3, "a", "a", "lin-lee-1999", 2.0, 3.0, 4.0),
         (4, "b", "b", "race", 0.0, 0.0, 0.0),
     ]
-    assert groups[2].label == "3: lin-lee-1999"
+    assert groups[2].label == "3: preset lin-lee-1999"
 
 
 def test_comparisons_against_enumeration_and_scipy(tmp_path):
@@ -133,7 +133,8 @@ def test_few_runs_are_said_to_be_few(tmp_path):
     assert hfc("report", tmp_path).exit_code == 0
     text = " ".join((tmp_path / "report.html").read_text().split())
     assert "1 comparison needs at least 4 runs in each group" in text
-    assert "too few runs" in text
+    assert "no difference can be shown" in text
+    assert "difference</th>" not in text  # a table of pairs that says nothing
     assert "In 2 of 2 groups fewer than five runs" in text
 
 
@@ -267,7 +268,7 @@ def test_nothing_has_finished(tmp_path):
         ({}, ["holds no runs", "batch.json"]),
         ({"notes.txt": "hello"}, ["holds no runs"]),
         ({"batch.json": "{"}, ["batch.json", "cannot be read"]),
-        ({"batch.json": "[1]"}, ["batch.json", "valid dictionary"]),
+        ({"batch.json": "[1]"}, ["batch.json", "table of keys"]),
         ({"config.toml": ""}, ["holds no finished run", "design.json"]),
         ({"design.json": "{}"}, ["holds no finished run", "config.toml"]),
     ],
@@ -479,3 +480,16 @@ def test_sorting_and_searching(tmp_path):
     told = json.loads(re.search("<pre>(.*)</pre>", done.stdout)[1])
     a, b, c, d, e = names  # fitness: none (not finished), 30, 200, 30, 4
     assert told == [[e, b, d, c, a], [c, b, d, e, a], [b]]
+
+
+@pytest.mark.parametrize("values", [[1.0], [0.9, 1.2], [1e-5, 3.0], [1e9, 1.0], [0.2, 6.0]])
+def test_ratios_stand_inside_their_picture_with_ticks_apart(values):
+    axes = batch_plots.ratios([f"quantity {k} [rad/s]" for k in range(len(values))], values).axes[0]
+    low, high = axes.get_xlim()
+    assert all(1.2 * low < value < high / 1.2 for value in values)
+    ticks = axes.get_xticks()
+    assert 2 <= len(ticks) <= 10
+    assert 1.0 in ticks
+    apart = np.diff(np.log(ticks)) / np.log(high / low)
+    assert (apart > 0.06).all()
+    assert axes.get_yticklabels()[0].get_text() == "quantity 0 [rad/s]"

@@ -37,7 +37,7 @@ published = [
     { quantity = "w", value = 2e-3, metric = "max_error_rad", remark = "b", of = "weak" },
     { figure = "1", quantity = "a", value = 4.0, metric = "fitness", of = "strong", over = "weak" },
     { quantity = "one run", metric = "max_error_rad", of = "weak", over_metric = "rms_error_rad" },
-    { quantity = "no such metric", value = 1.0, metric = "nope", of = "weak" },
+    { quantity = "never", value = 1.0, metric = "settling_time_s", of = "weak" },
     { quantity = "median", value = 0.0, metric = "max_error_rad", of.scenario = "c-axis-ramp" },
 ]
 """
@@ -181,6 +181,9 @@ def test_changes_for_every_cell(tmp_path):
             "runs every 0.001 s",
         ),
         ("design = 3", "3: no such design"),
+        ("label = 3", "label: has to be a text of 1 to 120 letters"),
+        ('label = "a\\u001bb"', "label: has to be a text"),
+        (f'label = "{121 * "a"}"', "label: has to be a text"),
     ],
 )
 def test_cells_that_cannot_be(text, told, tmp_path):
@@ -196,8 +199,20 @@ def test_cells_that_cannot_be(text, told, tmp_path):
     [
         ('{ quantity = "a", metric = "b", of = "c" }', "published.0: no cell has label = 'c'"),
         (
-            '{ quantity = "a", metric = "b", of = { run.seed = 0 }, over = { run.seed = 5 } }',
+            '{ quantity = "a", metric = "fitness", of.run.seed = 0, over = { run.seed = 5 } }',
             "published.0: no cell has run.seed = 5",
+        ),
+        (
+            '{ quantity = "a", metric = "max_eror_rad", of.run.seed = 0 }',
+            "published.0: 'max_eror_rad' is no metric of these cells; there is max_error_rad",
+        ),
+        (
+            '{ quantity = "a", metric = "fitness", of.run.seed = 0, over_metric = "nope" }',
+            "published.0: 'nope' is no metric of these cells; there is fitness, rms_error_rad",
+        ),
+        (
+            '{ quantity = "a", metric = "fitness", of.run.seed = 0, over = 5 }',
+            "published.0.over = 5: has to be a table of keys and values",
         ),
         ('{ quantity = "a", metric = "b" }', "published.0.of: is missing"),
         ('{ quantity = "a", metric = "b", of = "c", value = nan }', "published.0.value = nan"),

@@ -7,7 +7,7 @@ batch lies in ``batch.json`` and in ``.batch/``.
 import fcntl
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -17,7 +17,7 @@ from hfc_design.design import CHECKPOINT, CONFIG, DESIGN
 from hfc_design.records import Record, RunError, UserError, checked
 
 PLAN, NOTES = "batch.json", ".batch"
-State = Literal["finished", "failed", "broken off", "waiting"]
+State = Literal["finished", "failed", "running", "broken off", "waiting"]
 
 
 class Noted(Record):
@@ -72,7 +72,10 @@ def entries(out: Path) -> list[Entry]:
     for name, settings in _noted(out).cells.items():
         reason, seconds = _text(out, name, "failed"), _text(out, name, "seconds")
         time = float(seconds) if seconds else None
-        found.append(Entry(name, settings, state(out, name), reason, time))
+        now = state(out, name)
+        if now != "finished" and _is_claimed(out, name):
+            now, reason = "running", ""
+        found.append(Entry(name, settings, now, reason, time))
     return found
 
 
@@ -114,6 +117,24 @@ def claimed(out: Path, name: str) -> Iterator[bool]:
     """
     with _locked(out, name, wait=False) as mine:
         yield mine
+
+
+@contextmanager
+def reporting(out: Path) -> Iterator[None]:
+    """Only one process at a time writes the report of a batch; others wait."""
+    with suppress(OSError):  # the lock says it better
+        (out / NOTES).mkdir(exist_ok=True)
+    with _locked(out, "report"):
+        yield
+
+
+def _is_claimed(out: Path, name: str) -> bool:
+    """Whether a process is at a cell, or has sent it to a worker."""
+    lock = out / NOTES / f"{name}.lock"
+    if not lock.exists():
+        return False
+    with _locked(out, name, wait=False) as free:
+        return not free
 
 
 @contextmanager

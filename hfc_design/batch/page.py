@@ -56,6 +56,7 @@ def page(
     labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
     troubles = [run for run in runs if run.reason or run.state != "finished"]
+    few = _too_few(comparisons)
     return rendered(
         "batch.html.j2",
         name=name,
@@ -75,9 +76,9 @@ def page(
         group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
         groups=len(groups),
         metrics=_metrics(groups[:GROUPS]),
-        comparison_rows=[_comparison_row(item) for item in comparisons[:COMPARISONS]],
+        comparison_rows=[_comparison_row(item) for item in comparisons[:COMPARISONS] if not few],
         comparisons=len(comparisons),
-        too_few=_too_few(comparisons),
+        too_few=few,
         alpha=ALPHA,
         compared=COMPARED,
         left_out=any(task.groups > COMPARED for task in tasks),
@@ -96,7 +97,10 @@ def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
     shown = [(item.published, ratio) for item, ratio in found if ratio and 0 < ratio < np.inf]
     if not shown:
         return None
-    labels = [f"{paper.figure}  {paper.quantity}".strip() for paper, _ in shown[:RATIOS]]
+    labels = [
+        ", ".join(filter(None, (f"{paper.figure} {paper.quantity}".strip(), paper.remark)))
+        for paper, _ in shown[:RATIOS]
+    ]
     return batch_plots.ratios(labels, [ratio for _, ratio in shown[:RATIOS]])
 
 
@@ -109,7 +113,7 @@ def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], dra
     finished = [group for group in groups if group.finished][: DRAWN if draw else 0]
     order = range(len(finished))
     searched = [
-        (group.label, [run.best for run in group.finished if len(run.best)], k)
+        (group.label, [run.best for run in group.finished if run.best.any()], k)
         for group, k in zip(finished, order, strict=True)
     ]
     searched = [item for item in searched if item[1]]

@@ -3,6 +3,7 @@
 import hashlib
 import tomllib
 from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -10,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import BeforeValidator, Field
 
 from hfc_design.dotted import flat, set_keys
-from hfc_design.evaluate import load_design, machine, own_scenario
+from hfc_design.evaluate import load_design, machine, meanings, own_scenario
 from hfc_design.records import Finite, Name, Record, UserError, checked
 from hfc_design.rulebase import Design, design_json
 from hfc_design.scenarios import RunSettings, Scenario, load_scenario, renamed, scenario_toml
@@ -20,6 +21,7 @@ MAX_CELLS = 100_000
 #: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
 #: a search; a word that ``published`` and a reader know the cell by.
 SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
+LONGEST = 120
 #: What dotted keys of a design begin with.
 CHANGE = "change."
 
@@ -92,17 +94,35 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     except tomllib.TOMLDecodeError as error:
         raise UserError(f"{path}: is not valid TOML: {error}") from None
     file = checked(BatchFile, data, path, path.parent)
+    if not (file.set or file.grid or file.cells):
+        raise UserError(f"{path}: asks for nothing; it needs [set], [grid] or [[cells]]")
     found: dict[str, Cell] = {}
     others = set_keys(changes, "--set")
     for settings in _combinations(file, path):
         cell = _cell(settings | others, path)
         found.setdefault(cell.name, cell)
     for k, item in enumerate(file.published):
-        for own in (item.of, item.over):
-            if own and not any(matches(own, cell.settings) for cell in found.values()):
-                told = ", ".join(f"{key} = {value!r}" for key, value in flat(own).items())
-                raise UserError(f"{path}: published.{k}: no cell has {told}")
+        over = item.over or (item.of if item.over_metric else {})
+        for own, metric in ((item.of, item.metric), (over, item.over_metric or item.metric)):
+            try:
+                _check_figure(own, metric, found.values())
+            except UserError as error:
+                raise UserError(f"{path}: published.{k}: {error}") from None
     return Plan(file.name or path.stem, file.description, list(found.values()), file.published)
+
+
+def _check_figure(wanted: dict[str, Any], metric: str, cells: Iterable[Cell]) -> None:
+    """Refuse a metric that no cell with the wanted settings has."""
+    if not wanted:
+        return
+    own = [cell for cell in cells if matches(wanted, cell.settings)]
+    if not own:
+        told = ", ".join(f"{key} = {value!r}" for key, value in flat(wanted).items())
+        raise UserError(f"no cell has {told}")
+    known = list(dict.fromkeys(["fitness", *(key for c in own for key in meanings(c.scenario))]))
+    if metric not in known:
+        near = get_close_matches(metric, known) or known
+        raise UserError(f"{metric!r} is no metric of these cells; there is {', '.join(near)}")
 
 
 def matches(wanted: dict[str, Any], settings: dict[str, Any]) -> bool:
@@ -137,6 +157,9 @@ def _cell(settings: dict[str, Any], path: Path) -> Cell:
 
 def _asked(settings: dict[str, Any], folder: Path) -> tuple[Scenario, Design | None]:
     """The scenario of a cell, and the design that it scores if it searches none."""
+    label = settings.get(LABEL, "a")
+    if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
+        raise UserError(f"label: has to be a text of 1 to {LONGEST} letters that can be printed")
     own = {key: value for key, value in settings.items() if key not in OWN_KEYS}
     inside = {key.removeprefix(CHANGE): own.pop(key) for key in list(own) if key.startswith(CHANGE)}
     name = settings.get(SCENARIO)

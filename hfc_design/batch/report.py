@@ -1,10 +1,10 @@
 """``hfc report``: pages of single runs, page and tables of many."""
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
-from hfc_design.batch import tables
-from hfc_design.batch.folder import descriptions
+from hfc_design.batch import folder, tables
 from hfc_design.batch.page import page
 from hfc_design.batch.published import reproduced
 from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
@@ -29,6 +29,15 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         write_page(*finished_run(path), path)
         print(path / REPORT)
         return
+    with folder.reporting(path) if (path / folder.PLAN).exists() else nullcontext():
+        failed = _write_all(path, each, parquet)
+    print(path / REPORT)
+    if failed:
+        raise RunError(f"{failed} of the runs got no page of their own")
+
+
+def _write_all(path: Path, each: bool, parquet: bool) -> int:
+    """Page and tables; returns how many runs got no page of their own though they should."""
     runs = runs_below(path)
     failed = 0
     if each:
@@ -38,11 +47,9 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     comparisons = compared(groups)
     beside = reproduced(path, runs)
     tables.write(path, runs, groups, comparisons, beside, parquet)
-    told = [text for batch in batches_below(path) for text in descriptions(batch)]
+    told = [text for batch in batches_below(path) for text in folder.descriptions(batch)]
     write_whole(path / REPORT, page(path.resolve().name, told, runs, groups, comparisons, beside))
-    print(path / REPORT)
-    if failed:
-        raise RunError(f"{failed} of the runs got no page of their own")
+    return failed
 
 
 def _write_missing(path: Path, runs: list[Run]) -> int:
@@ -50,10 +57,10 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
     missing = [run for run in runs if run.state == "finished" and not run.page]
     failed = 0
     for k, run in enumerate(missing, 1):
-        folder = path / run.path
+        place = path / run.path
         try:
-            write_page(*finished_run(folder), folder)
-            print(f"page {k}/{len(missing)}  {folder / REPORT}", file=sys.stderr)
+            write_page(*finished_run(place), place)
+            print(f"page {k}/{len(missing)}  {place / REPORT}", file=sys.stderr)
         except UserError as error:
             failed += 1
             print(f"page {k}/{len(missing)}  {error}", file=sys.stderr)

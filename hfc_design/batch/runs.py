@@ -20,7 +20,7 @@ from hfc_design.records import UserError
 from hfc_design.report import REPORT
 
 Floats = NDArray[np.float64]
-State = Literal["finished", "failed", "broken off", "waiting", "unreadable"]
+State = folder.State | Literal["unreadable"]
 SCENARIO, SEED = "scenario", "run.seed"
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
@@ -134,7 +134,7 @@ def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason:
             best = _best(path)
         except (OSError, ValueError) as error:
             reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
-    if state == "broken off" and not reason:
+    if state in ("running", "broken off") and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
     page = (path / REPORT).exists()
     return Run(_below(path, top), settings, state, reason, score, best, page, searched)

@@ -2,18 +2,18 @@
 
 import statistics
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import LABEL, Cell, read_batch
 from hfc_design.batch.work import Outcome, run_cells
+from hfc_design.console import column, terminal
 from hfc_design.records import RunError
 from hfc_design.search.loop import Search
 
@@ -21,6 +21,8 @@ from hfc_design.search.loop import Search
 USUAL_SPEED = 2e7
 #: Seconds that it takes to score a given design, once compiled.
 SCORING = 0.3
+#: Seconds for the first compilation.
+COMPILING = 5.0
 #: So many cells are listed one by one.
 LISTED = 40
 
@@ -54,7 +56,7 @@ def batch(
         _show_plan(cells, target)
         return
     folder.note_plan(target, plan)
-    watch = Watch(len(cells), _same(cells))
+    watch = Watch(cells)
     try:
         with watch:
             if where is None:
@@ -62,7 +64,7 @@ def batch(
             else:
                 _on_workers(where, target, cells, watch)
     except KeyboardInterrupt:
-        raise RunError(f"interrupted; hfc batch {path} goes on where it stopped") from None
+        raise RunError("interrupted; the same command goes on where it stopped") from None
     print(f"{len(cells)} cells in {target}: {watch.finished} finished, {len(watch.failed)} failed")
     for outcome in watch.failed:
         print(f"{outcome.cell.name}: {outcome.reason}", file=sys.stderr)
@@ -92,22 +94,23 @@ def show_status(out: Path) -> None:
     for entry in [entry for entry in found if entry.state != "finished"][:LISTED]:
         table.add_row(entry.name, entry.state, _told(entry.settings) + f"\n{entry.reason}".rstrip())
     if table.row_count:
-        Console().print(table)
+        terminal().print(table)
 
 
 def _show_plan(cells: list[Cell], out: Path) -> None:
     states = [folder.state(out, cell.name) for cell in cells]
-    same = _same(cells)
+    same, apart = _same(cells), _apart(cells)
     print(f"{len(cells)} cells in {out}" + (f", all with {_told(same)}" if same else ""))
     table = Table("cell", "state", "settings", box=None)
     for cell, state in list(zip(cells, states, strict=True))[:LISTED]:
-        table.add_row(cell.name, state, _told(_apart(cell, same)))
-    Console().print(table)
+        table.add_row(cell.name, state, _told(apart[cell.name]))
+    terminal().print(table)
     if len(cells) > LISTED:
         print(f"and {len(cells) - LISTED} more")
     left = [cell for cell, state in zip(cells, states, strict=True) if state != "finished"]
     speed, source = _speed(cells, out)
     seconds = sum(SCORING if cell.design else _work(cell) / speed for cell in left)
+    seconds += COMPILING if left else 0.0
     hours, rest = divmod(round(seconds), 3600)
     print(
         f"{len(cells) - len(left)} of them finished; about {hours} h {rest // 60:02d} "
@@ -125,10 +128,18 @@ def _same(cells: list[Cell]) -> dict[str, object]:
     }
 
 
-def _apart(cell: Cell, same: dict[str, object]) -> dict[str, object]:
-    """What sets a cell apart from the others: its label if it has one."""
-    own = {key: value for key, value in cell.settings.items() if key not in same}
-    return {LABEL: own[LABEL]} if LABEL in own else own
+def _apart(cells: list[Cell]) -> dict[str, dict[str, object]]:
+    """What sets each cell apart from the others; of a label what differs inside it."""
+    labelled: dict[object, list[Cell]] = defaultdict(list)
+    for cell in cells:
+        labelled[cell.settings.get(LABEL)].append(cell)
+    found = {}
+    for label, inside in labelled.items():
+        same = _same(cells if label is None else inside)
+        for cell in inside:
+            own = {key: value for key, value in cell.settings.items() if key not in same}
+            found[cell.name] = own if label is None else {LABEL: label} | own
+    return found
 
 
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
@@ -154,19 +165,19 @@ def _told(settings: dict[str, object]) -> str:
 class Watch:
     """A bar on a terminal, a line a cell elsewhere; both on stderr."""
 
-    def __init__(self, total: int, same: dict[str, object]):
-        self._console = Console(stderr=True)
+    def __init__(self, cells: list[Cell]):
+        self._console = terminal(stderr=True)
         self._bar = Progress(
-            TextColumn("cells"),
+            column("cells"),
             BarColumn(bar_width=20),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[line]}"),
+            column("{task.fields[line]}"),
             TimeRemainingColumn(),
             console=self._console,
             disable=not self._console.is_terminal,
         )
-        self._task = self._bar.add_task("cells", total=total, line="")
-        self._total, self._done, self._same = total, 0, same
+        self._task = self._bar.add_task("cells", total=len(cells), line="")
+        self._total, self._done, self._apart = len(cells), 0, _apart(cells)
         self.finished = 0
         self._waited = False
         self.failed: list[Outcome] = []
@@ -204,5 +215,5 @@ class Watch:
         if not self._console.is_terminal and (outcome.seconds or outcome.reason):
             told = outcome.reason or f"{outcome.seconds:.1f} s"
             place = f"cell {self._done}/{self._total}  {outcome.cell.name}"
-            own = _told(_apart(outcome.cell, self._same))
+            own = _told(self._apart[outcome.cell.name])
             print(f"{place}  {own}  {told}", file=sys.stderr)

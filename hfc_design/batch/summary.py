@@ -39,7 +39,8 @@ class Group(NamedTuple):
     @property
     def label(self) -> str:
         """Its number and what sets it apart from the other groups of its task."""
-        own = [value for key, value in self.settings.items() if not _of_task(key)]
+        named = (item for item in self.settings.items() if not _of_task(item[0]))
+        own = [f"{key.rpartition('.')[2]} {value}" for key, value in named]
         if LABEL in self.settings:
             own = [self.settings[LABEL]]
         return f"{self.number}: {', '.join(own)}" if own else str(self.number)

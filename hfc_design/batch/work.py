@@ -67,7 +67,8 @@ def begun(cell: Cell, path: Path) -> Scenario:
 
 def told(error: Exception) -> str:
     """Why a cell failed, in one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    line = " ".join(f"{type(error).__name__}: {error}".split())
+    return "".join(letter if letter.isprintable() else "?" for letter in line)
 
 
 def failed(out: Path, cell: Cell, reason: str) -> Outcome:

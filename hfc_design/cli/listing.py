@@ -9,10 +9,10 @@ import click
 )
 def list_(what: str) -> None:
     """What is built in."""
-    from rich.console import Console
     from rich.table import Table
 
     from hfc_design import controllers, evaluate, rulebase, scenarios
+    from hfc_design.console import terminal
     from hfc_design.export import FORMATS
     from hfc_design.laws.law import LAWS
     from hfc_design.machine_settings import ALL_PLANTS
@@ -33,4 +33,4 @@ def list_(what: str) -> None:
     table = Table(box=None, show_header=False)
     for name, text in lines.items():
         table.add_row(name, text)
-    Console().print(table)
+    terminal().print(table)

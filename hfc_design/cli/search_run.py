@@ -4,10 +4,9 @@ import sys
 import time
 from pathlib import Path
 
-from rich.console import Console
-
 from hfc_design import design as designs
 from hfc_design.cli.terminal import progress_bar, show_table
+from hfc_design.console import terminal
 from hfc_design.records import RunError, UserError
 from hfc_design.report.rivals import BASELINES, write_page
 from hfc_design.scenarios import Scenario, load_scenario
@@ -41,7 +40,7 @@ def design(
     baselines = BASELINES.get(scenario.plant.name, {})
     beside = {baselines[name]: rival for name, rival in rivals.items()}
     show_table(scenario, {"this design": result.evaluation, **beside}, watch.summary())
-    Console().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
+    terminal().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
 
 class Quiet:
@@ -65,7 +64,7 @@ class Watch(Quiet):
     """Live progress on a terminal, a line now and then elsewhere; both on stderr."""
 
     def __init__(self, scenario: Scenario):
-        self._console = Console(stderr=True)
+        self._console = terminal(stderr=True)
         self._total = scenario.search.generations
         self._steps = scenario.search.population * scenario.simulation.steps
         self._begun = self._said = time.monotonic()

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from hfc_design.cli.terminal import progress_bar
+from hfc_design.console import terminal
 from hfc_design.monte_carlo import robustness
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import Scenario
@@ -30,7 +30,7 @@ def score_spread(
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
-    console = Console(stderr=True)
+    console = terminal(stderr=True)
     bar = progress_bar(console)
     task = bar.add_task("compiling", total=samples + 1, line="machines")
 
@@ -74,7 +74,7 @@ def _show_spread(numbers: dict[str, Any]) -> None:
         table.add_column(name, justify="right", no_wrap=True)
     for key, values in numbers["metrics"].items():
         table.add_row(key, *map(_short, values.values()))
-    Console().print(table)
+    terminal().print(table)
 
 
 def _short(value: float | None) -> str:

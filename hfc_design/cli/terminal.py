@@ -1,9 +1,10 @@
 """What ``hfc design`` and ``hfc score`` both show: a bar of progress, a table of metrics."""
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from hfc_design.console import column, terminal
 from hfc_design.evaluate import Evaluation
 from hfc_design.scenarios import Scenario
 
@@ -24,15 +25,15 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     for key in first.metrics:
         found = (row.metrics[key] for row in rows.values())
         table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
-    Console().print(table)
+    terminal().print(table)
 
 
 def progress_bar(console: Console) -> Progress:
     """A progress bar on a terminal, else nothing; a task's ``line`` stands behind its counts."""
     return Progress(
-        TextColumn("{task.description}"),
+        column("{task.description}"),
         BarColumn(bar_width=20),
-        TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[line]}"),
+        column("{task.completed:.0f}/{task.total:.0f} {task.fields[line]}"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=console,

@@ -1,11 +1,13 @@
 """How groups of runs converge, and where they end."""
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from hfc_design.pictures.plots import WIDTH, Floats, finish, framed, logarithmic
@@ -17,6 +19,8 @@ STYLES = ("-", "--", "-.", ":")
 POINTS = 150
 #: A label is cut off here; the table has all of it.
 LABEL = 52
+#: Width of a picture with long labels [in].
+WIDE = 8.4
 #: Ratios of less than this, either way, count as close.
 CLOSE = 1.1
 #: Height of a line of the legend [in].
@@ -91,20 +95,20 @@ def outcomes(numbers: Sequence[int], fitness: Sequence[Floats], order: Sequence[
 def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     """Simulated over published figures, each more than 0, a line each, from the top down."""
     place = np.arange(len(values))
-    figure = framed(0.75 + 0.2 * len(values), top=0.1)
-    figure.subplots_adjust(left=0.56)
+    height = 0.75 + 0.2 * len(values)
+    figure = Figure(figsize=(WIDE, height))
+    figure.subplots_adjust(left=0.58, right=0.98, bottom=0.5 / height, top=1 - 0.1 / height)
     axes = figure.subplots()
     axes.axvspan(1 / CLOSE, CLOSE, color=COLOURS[2], alpha=0.2, lw=0)
     axes.axvline(1.0, color="0.25", lw=1)
     axes.hlines(place, 1.0, values, color="0.6", lw=1)
     axes.plot(values, place, "o", ms=5, mew=0, color=COLOURS[0])
-    most = max(2.0, 1.1 * max(*values, *(1 / value for value in values), 1.0))
+    most = max(2.0, 1.3 * max(*values, *(1 / value for value in values), 1.0))
     axes.set_xscale("log")
     axes.set_xlim(1 / most, most)
-    ticks = [tick for tick in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if 1 / most <= tick <= most]
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.xaxis.minorticks_off()
-    axes.set_yticks(place, [plain(label) for label in labels], fontsize=8, parse_math=False)
+    logarithmic_ticks(axes.xaxis, most)
+    told = [plain(label, 2 * LABEL) for label in labels]
+    axes.set_yticks(place, told, fontsize=6.5, parse_math=False)
     axes.set_ylim(len(values) - 0.5, -0.5)
     axes.grid(color="0.9", axis="x")
     axes.set_axisbelow(True)
@@ -112,11 +116,23 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     return figure
 
 
-def plain(label: str) -> str:
+def logarithmic_ticks(axis: Axis, most: float) -> None:
+    """Plain numbers, few enough to stand side by side, from 1 / ``most`` to ``most``."""
+    steps = (1.0, 2.0, 5.0) if most < 12 else (1.0,)
+    decades = range(-ceil(np.log10(most)), ceil(np.log10(most)) + 1)
+    every = ceil(len(decades) / 9)
+    kept = [decade for decade in decades if most < 12 or decade % every == 0]
+    found = [step * 10.0**decade for decade in kept for step in steps]
+    ticks = [tick for tick in found if 1 / most <= tick <= most]
+    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_minor_locator(NullLocator())
+
+
+def plain(label: str, longest: int = LABEL) -> str:
     """A label that every font has the letters for."""
     known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
     known = "".join(letter if letter.isprintable() else "?" for letter in known)
-    return known if len(known) <= LABEL else known[: LABEL - 3] + "..."
+    return known if len(known) <= longest else known[: longest - 3] + "..."
 
 
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:

@@ -145,7 +145,7 @@ def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
         ["fitness", *("diverged" if item.diverged else f"{item.fitness:.4f}" for item in found)]
     ]
     first = next(iter(found))
-    told = meanings(first, scenario)
+    told = meanings(scenario)
     for key in first.metrics:
         values = (item.metrics[key] for item in found)
         rows.append([told[key], *("–" if value is None else f"{value:.4g}" for value in values)])

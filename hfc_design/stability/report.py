@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
+from hfc_design.console import terminal
 from hfc_design.feed_records import AflcDesign, FuzzyRecord
 from hfc_design.records import UserError
 from hfc_design.rulebase import Design
@@ -112,4 +112,4 @@ def show(found: StableRange, points: Mapping[str, tuple[float, float]]) -> None:
     for name, point in data["points"].items():
         where = "inside" if point["inside"] else "outside"
         table.add_row(f"{name}: K_1, K_2", f"{point['k1']:.4g}, {point['k2']:.4g} {where}")
-    Console().print(table)
+    terminal().print(table)
