@@ -11,7 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from hfc_design.batch.plan import Plan, Published
+from hfc_design.batch.file import Published
+from hfc_design.batch.plan import Plan
 from hfc_design.checkpoint import write_whole
 from hfc_design.design import CHECKPOINT, CONFIG, DESIGN
 from hfc_design.records import Record, RunError, UserError, checked

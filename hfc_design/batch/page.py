@@ -8,7 +8,7 @@ from urllib.parse import quote
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.batch.plan import LABEL, OWN_KEYS
+from hfc_design.batch.file import LABEL, OWN_KEYS
 from hfc_design.batch.published import HEAD, Reproduced, row
 from hfc_design.batch.runs import SEED, Run, text
 from hfc_design.batch.summary import ALPHA, COMPARED, Comparison, Group, runs_needed

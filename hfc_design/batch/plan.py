@@ -1,64 +1,30 @@
-"""The batch file, and the cells that it asks for."""
+"""The cells that a batch file asks for."""
 
 import hashlib
-import tomllib
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from pydantic import BeforeValidator, Field
-
+from hfc_design.batch.file import (
+    CHANGE,
+    DESIGN,
+    LABEL,
+    LONGEST,
+    MAX_CELLS,
+    OWN_KEYS,
+    SCENARIO,
+    BatchFile,
+    Published,
+    matches,
+    read_file,
+)
 from hfc_design.dotted import flat, set_keys
 from hfc_design.evaluate import load_design, machine, meanings, own_scenario
-from hfc_design.records import Finite, Name, Record, UserError, checked
+from hfc_design.records import UserError
 from hfc_design.rulebase import Design, design_json
 from hfc_design.scenarios import RunSettings, Scenario, load_scenario, renamed, scenario_toml
-
-#: More cells than this are a mistake of a factor of ten somewhere.
-MAX_CELLS = 100_000
-#: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
-#: a search; a word that ``published`` and a reader know the cell by.
-SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
-LONGEST = 120
-#: What dotted keys of a design begin with.
-CHANGE = "change."
-
-
-def _with_label(settings: Any) -> Any:
-    return {LABEL: settings} if isinstance(settings, str) else settings
-
-
-Settings = Annotated[dict[str, Any], BeforeValidator(_with_label)]
-
-
-class Published(Record):
-    """A published figure, and which metric of which runs stands beside it.
-
-    ``of`` and ``over`` are settings of cells, or a label; with ``over`` it is the ratio of both
-    runs' metrics.
-    """
-
-    figure: str = ""  # of the paper
-    quantity: str  # with its unit
-    value: Finite | None = None  # None: the paper has words only
-    metric: str  # or "fitness"
-    of: Settings
-    over: Settings = {}
-    over_metric: str = ""  # left out: the same metric
-    remark: str = ""
-
-
-class BatchFile(Record):
-    """``hfc batch``: keys are dotted ones of a scenario, and those named in ``OWN_KEYS``."""
-
-    name: Name | None = None  # of the folder in runs/; None: that of the file
-    description: str = ""
-    set: dict[str, Any] = {}  # the same in every cell
-    grid: dict[str, Any] = {}  # lists: every combination is a cell
-    cells: tuple[dict[str, Any], ...] = Field((), max_length=MAX_CELLS)  # each with the whole grid
-    published: tuple[Published, ...] = ()
 
 
 class Cell(NamedTuple):
@@ -87,15 +53,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     Raises:
         UserError: the file is none, or a run that it makes is not allowed.
     """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}: is not valid TOML: {error}") from None
-    file = checked(BatchFile, data, path, path.parent)
-    if not (file.set or file.grid or file.cells):
-        raise UserError(f"{path}: asks for nothing; it needs [set], [grid] or [[cells]]")
+    file = read_file(path)
     found: dict[str, Cell] = {}
     others = set_keys(changes, "--set")
     for settings in _combinations(file, path):
@@ -123,11 +81,6 @@ def _check_figure(wanted: dict[str, Any], metric: str, cells: Iterable[Cell]) ->
     if metric not in known:
         near = get_close_matches(metric, known) or known
         raise UserError(f"{metric!r} is no metric of these cells; there is {', '.join(near)}")
-
-
-def matches(wanted: dict[str, Any], settings: dict[str, Any]) -> bool:
-    """Whether a run has all of the wanted settings."""
-    return all(key in settings and settings[key] == value for key, value in flat(wanted).items())
 
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:

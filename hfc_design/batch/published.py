@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hfc_design.batch.file import Published, matches
 from hfc_design.batch.folder import published
-from hfc_design.batch.plan import Published, matches
 from hfc_design.batch.runs import Run, batches_below
 
 #: What the tables say of each.

@@ -11,7 +11,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 from rich.table import Table
 
 from hfc_design.batch import folder, report
-from hfc_design.batch.plan import LABEL, Cell, read_batch
+from hfc_design.batch.file import LABEL
+from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.work import Outcome, run_cells
 from hfc_design.console import column, terminal
 from hfc_design.records import RunError

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import mannwhitneyu
 
-from hfc_design.batch.plan import LABEL
+from hfc_design.batch.file import LABEL
 from hfc_design.batch.runs import SCENARIO, SEED, Floats, Run, text
 
 #: A difference counts as shown where the corrected p is not above this.
