@@ -39,6 +39,7 @@ def convergence(
     """
     top = 0.15 + LINE * len(labels)
     figure = framed(3.6 + top, top=top)
+    figure.subplots_adjust(right=1 - 0.25 / WIDTH)  # half of the last number stands outside
     axes = figure.subplots()
     bands = [_band(runs) for runs in searches]
     for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
