@@ -1,5 +1,6 @@
 """What several test modules build their individuals from."""
 
+import signal
 import sys
 
 import numpy as np
@@ -12,6 +13,10 @@ from hfc_design.controllers import HierarchicalGains, from_design
 from hfc_design.evaluate import load_design
 from hfc_design.plugin_groups import GROUPS
 from hfc_design.report import rivals
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # A shell began the tests in its background; the commands that they interrupt would not hear.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
