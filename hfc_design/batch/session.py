@@ -90,7 +90,7 @@ def show_status(out: Path) -> None:
     told = ", ".join(f"{count} {state}" for state, count in counts.items())
     print(f"{len(found)} cells in {out}: {told}")
     if seconds:
-        print(f"median time of a finished cell {statistics.median(seconds):.1f} s")
+        print(f"median time of a finished cell {statistics.median(seconds):.2g} s")
     table = Table("cell", "state", "settings", box=None)
     for entry in [entry for entry in found if entry.state != "finished"][:LISTED]:
         table.add_row(entry.name, entry.state, _told(entry.settings) + f"\n{entry.reason}".rstrip())
