@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ from hfc_design.batch.runs import Run, runs_below
 from hfc_design.design import finished_run
 from hfc_design.evaluate import Evaluation
 from hfc_design.pictures.plots import OTHER, OWN, framed
+from hfc_design.records import UserError
 
 Floats = NDArray[np.float64]
 COLORS = (OTHER, OWN, "#009E73")
@@ -28,7 +30,10 @@ class Batch:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self.runs = [run for run in runs_below(folder) if run.state == "finished"]
+        try:
+            self.runs = [run for run in runs_below(folder) if run.state == "finished"]
+        except UserError as error:
+            raise click.UsageError(f"{error}; run its batch first, with hfc batch") from None
 
     def run(self, label: str = "", **settings: Any) -> Run:
         """The first run with a label, or with settings."""

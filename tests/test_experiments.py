@@ -183,9 +183,27 @@ def test_time_of_a_sample_stands_in_the_page():
     stands_in(jk04, jk04.computing())
 
 
-def test_figures_are_small_and_drawn_from_the_runs(batch_95, tmp_path):
-    jk95.figure(batch_95, tmp_path / "a.svg")
-    assert 10_000 < (tmp_path / "a.svg").stat().st_size < 60_000
+def test_the_page_of_1995_is_what_its_command_prints(batch_95):
+    found = CliRunner().invoke(jk95.main, ["--runs", str(batch_95.folder)])
+    assert found.exit_code == 0, found.output
+    assert 10_000 < (batch_95.folder / "fig-03-04.svg").stat().st_size < 60_000
+    printed, page = table(found.stdout), table(PAGES[jk95])
+    assert len(printed) > 45
+    assert [row[:3] for row in printed] == [row[:3] for row in page if row[0] != "Case"][
+        : len(printed)
+    ]
+
+
+def test_the_figures_of_2004_are_drawn_from_the_runs(batch_04):
+    for draw in (jk04.circle, jk04.line, jk04.friction, jk04.slot, jk04.steps):
+        assert draw(batch_04).axes
+
+
+@pytest.mark.parametrize("module", [jk04, jk95, designed_tables])
+def test_a_page_without_its_batch_says_so(module, tmp_path):
+    found = CliRunner().invoke(module.main, ["--runs", str(tmp_path)])
+    assert found.exit_code == 2
+    assert "run its batch first, with hfc batch" in found.output
 
 
 @pytest.mark.parametrize("module", PAGES)
@@ -271,7 +289,7 @@ def test_expected_numbers_stand_in_the_pages():
             assert here in page, quantity
 
 
-def test_designed_tables_at_a_reduced_budget(tmp_path):
+def test_designed_tables_at_a_reduced_budget(tmp_path, monkeypatch):
     """Already a fourteenth of the search beats both tables of 2004, as the page says."""
     sizes = "[set]\nsearch.population = 64\nsearch.generations = 30\n"
     cells = '[[cells]]\nscenario = "feed-drive-contour"\n'
@@ -280,7 +298,10 @@ def test_designed_tables_at_a_reduced_budget(tmp_path):
     found = CliRunner().invoke(main, ["batch", str(file), "--out", str(tmp_path / "out")])
     assert found.exit_code == 0, found.output
     paths = ("the same, first cycle", "circle R 15, 300 mm/min, clockwise")
-    text = designed_tables.table(tmp_path / "out", paths)
+    monkeypatch.setattr(designed_tables, "PATHS", {k: designed_tables.PATHS[k] for k in paths})
+    shown = CliRunner().invoke(designed_tables.main, ["--runs", str(tmp_path / "out")])
+    assert shown.exit_code == 0, shown.output
+    text = shown.stdout.strip()
     rows = [line.split("|")[1:-1] for line in text.splitlines()]
     rms = {(path.strip(), name.strip()): value for path, name, value, _ in rows[2:]}
     for path in paths:

@@ -5,14 +5,12 @@ python -m experiments.designed_tables.page
 """
 
 from collections import defaultdict
-from collections.abc import Iterable
 from pathlib import Path
 
 import click
 import numpy as np
 
-from experiments.shared import markdown
-from hfc_design.batch.folder import entries
+from experiments.shared import Batch, markdown
 from hfc_design.evaluate import evaluate, load_design
 from hfc_design.rulebase import Design
 from hfc_design.scenarios import Scenario, load_scenario
@@ -53,10 +51,9 @@ def candidates(batch: Path) -> dict[str, list[Design]]:
     found = defaultdict(list)
     for name, design in PUBLISHED.items():
         found[name].append(load_design(design))
-    for entry in entries(batch):
-        if entry.state == "finished":
-            design = load_design(str(batch / entry.name))
-            found[DESIGNED[design.controller.kind]].append(design)
+    for run in Batch(batch).runs:
+        design = load_design(str(batch / run.path))
+        found[DESIGNED[design.controller.kind]].append(design)
     return found
 
 
@@ -75,20 +72,18 @@ def line(path: str, name: str, designs: list[Design], scenario: Scenario) -> lis
     return [path, name, *cells]
 
 
-def table(batch: Path, paths: Iterable[str] = tuple(PATHS)) -> str:
+def table(batch: Path) -> str:
     """Every controller on every path."""
     found = candidates(batch)
     rows = []
-    for path in paths:
-        scenario = load_scenario("feed-drive-circle", PATHS[path])
+    for path, changes in PATHS.items():
+        scenario = load_scenario("feed-drive-circle", changes)
         rows += [line(path, name, designs, scenario) for name, designs in found.items()]
     return markdown(HEADER, rows)
 
 
 @click.command()
-@click.option(
-    "--batch", default="runs/designed-tables", type=click.Path(path_type=Path), show_default=True
-)
+@click.option("--runs", default="runs/designed-tables", type=click.Path(path_type=Path))
 def main(runs: Path) -> None:
     """Print the table of the page."""
     click.echo(table(runs))
