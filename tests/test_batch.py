@@ -49,13 +49,17 @@ def files(out):
     }
 
 
+def left_behind(path, text):
+    """The files of a batch when nothing happens to it."""
+    found = batch(written(path, text), "--out", path / "out")
+    assert found.exit_code == 0, found.output
+    return files(path / "out")
+
+
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     """What the grid leaves behind when nothing happens."""
-    path = tmp_path_factory.mktemp("batch")
-    found = batch(written(path, GRID), "--out", path / "out")
-    assert found.exit_code == 0, found.output
-    return files(path / "out")
+    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
 
 
 def test_cells_are_the_grid_and_the_list(tmp_path):

@@ -19,7 +19,6 @@ from click.testing import CliRunner
 from hfc_design.batch.runs import runs_below
 from hfc_design.batch.summary import compared, grouped, holm, runs_needed, smallest_p
 from hfc_design.cli import main
-from hfc_design.pictures import batch_plots, plots
 
 HOSTILE = '<script>alert("1")</script> & $x^$ \x01 Ω 漢'
 TINY = """
@@ -418,29 +417,6 @@ def test_the_page_of_a_run_is_that_of_hfc_design(tmp_path):
     assert "1 of the runs got no page of their own" in found.stderr
 
 
-@pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])
-def test_pictures_of_odd_scores(scores):
-    labels = ["1: $x^$ \x01 漢", "2: _"]
-    groups = [np.array(scores), np.array(scores[:1])]
-    runs = [[np.array([value]) for value in values] for values in groups]
-    drawing = plots.image(batch_plots.convergence(labels, runs, [0, 1]), "svg").decode()
-    assert "1: $x^$ ? ?<" in drawing
-    assert plots.image(batch_plots.outcomes([1, 2], groups, [0, 1]), "svg")
-
-
-def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):
-    random = np.random.default_rng(0)
-    runs = random.random((9, 40)).cumsum(axis=1)
-    axes = batch_plots.convergence(["1"], [list(runs)], [0]).axes[0]
-    low, median, high = np.percentile(runs, [25, 50, 75], axis=0)
-    assert axes.lines[0].get_xdata().tolist() == list(range(1, 41))
-    assert axes.lines[0].get_ydata() == pytest.approx(median)
-    edges = axes.collections[0].get_paths()[0].vertices[1:41, 1]
-    if axes.get_yscale() == "log":
-        low = np.maximum(low, median.min())
-    assert edges == pytest.approx(low) or edges == pytest.approx(high)
-
-
 @pytest.mark.browser
 def test_the_page_on_a_phone(large, tmp_path):
     assert phone.figures_that_fit(large / "report.html", tmp_path) == 4
@@ -480,16 +456,3 @@ def test_sorting_and_searching(tmp_path):
     told = json.loads(re.search("<pre>(.*)</pre>", done.stdout)[1])
     a, b, c, d, e = names  # fitness: none (not finished), 30, 200, 30, 4
     assert told == [[e, b, d, c, a], [c, b, d, e, a], [b]]
-
-
-@pytest.mark.parametrize("values", [[1.0], [0.9, 1.2], [1e-5, 3.0], [1e9, 1.0], [0.2, 6.0]])
-def test_ratios_stand_inside_their_picture_with_ticks_apart(values):
-    axes = batch_plots.ratios([f"quantity {k} [rad/s]" for k in range(len(values))], values).axes[0]
-    low, high = axes.get_xlim()
-    assert all(1.2 * low < value < high / 1.2 for value in values)
-    ticks = axes.get_xticks()
-    assert 2 <= len(ticks) <= 10
-    assert 1.0 in ticks
-    apart = np.diff(np.log(ticks)) / np.log(high / low)
-    assert (apart > 0.06).all()
-    assert axes.get_yticklabels()[0].get_text() == "quantity 0 [rad/s]"

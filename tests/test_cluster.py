@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from sledge import MODULE, SCENARIO, package
-from test_batch import batch, files, written
+from test_batch import batch, files, left_behind, written
 
 import hfc_design
 from hfc_design.batch.plan import read_batch
@@ -139,10 +139,7 @@ def cluster(tmp_path_factory):
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     """What the grid leaves behind without any workers."""
-    path = tmp_path_factory.mktemp("batch")
-    found = batch(written(path, GRID), "--out", path / "out")
-    assert found.exit_code == 0, found.output
-    return files(path / "out")
+    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
 
 
 @pytest.fixture

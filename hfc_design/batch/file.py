@@ -14,6 +14,7 @@ MAX_CELLS = 100_000
 #: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
 #: a search; a word that ``published`` and a reader know the cell by.
 SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
+#: Letters in a label.
 LONGEST = 120
 #: What dotted keys of a design begin with.
 CHANGE = "change."

@@ -21,12 +21,18 @@ PLAN, NOTES = "batch.json", ".batch"
 State = Literal["finished", "failed", "running", "broken off", "waiting"]
 
 
+class Told(Record):
+    """What a batch file says beside its cells."""
+
+    description: str = ""
+    published: tuple[Published, ...] = ()
+
+
 class Noted(Record):
     """What ``batch.json`` holds."""
 
     cells: dict[str, dict[str, Any]] = {}  # name of a folder -> settings
-    descriptions: dict[str, str] = {}  # name of a batch file -> what it is
-    published: dict[str, tuple[Published, ...]] = {}  # the same -> its figures
+    files: dict[str, Told] = {}  # by the batch's name
 
 
 class Entry(NamedTuple):
@@ -53,11 +59,8 @@ def note_plan(out: Path, plan: Plan) -> None:
         assert mine
         noted = _noted(out) if (out / PLAN).exists() else Noted()
         cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
-        whole = Noted(
-            cells=cells,
-            descriptions=noted.descriptions | {plan.name: plan.description},
-            published=noted.published | {plan.name: plan.published},
-        )
+        told = Told(description=plan.description, published=plan.published)
+        whole = Noted(cells=cells, files=noted.files | {plan.name: told})
         write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
 
 
@@ -82,12 +85,12 @@ def entries(out: Path) -> list[Entry]:
 
 def descriptions(out: Path) -> list[str]:
     """What the batches of a folder are."""
-    return [text for text in _noted(out).descriptions.values() if text]
+    return [told.description for told in _noted(out).files.values() if told.description]
 
 
 def published(out: Path) -> list[Published]:
     """The published figures that a batch's runs stand beside."""
-    return [item for items in _noted(out).published.values() for item in items]
+    return [item for told in _noted(out).files.values() for item in told.published]
 
 
 def state(out: Path, name: str) -> State:
