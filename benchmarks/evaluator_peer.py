@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from work import Constants, Machine, Work
 
-from hfc_design import hierarchy, simulate
-from hfc_design.closed_loop import closed_loop
-from hfc_design.controllers import HierarchicalGains, from_design, hierarchical
-from hfc_design.evaluate import load_design
-from hfc_design.scenarios import Scenario, load_scenario
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.kinds import HierarchicalGains, from_design, hierarchical
+from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import load_design
 from plants.c_axis import CAxisParameters, coefficients
 
 SPREAD = 0.1  # of the consequents inside every published rule table

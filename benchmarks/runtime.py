@@ -22,12 +22,12 @@ import report
 from rich.console import Console
 from rich.table import Table
 
-from hfc_design.evaluate import evaluate, load_design
-from hfc_design.export import c_source
-from hfc_design.export.units import rule_units
-from hfc_design.rulebase import Design, HierarchicalDesign
+from hfc_design.files.design import Design, HierarchicalDesign
+from hfc_design.files.scenario import load_scenario
+from hfc_design.formats import c_source
+from hfc_design.formats.units import rule_units
 from hfc_design.runtime import PREVIOUS, Controller
-from hfc_design.scenarios import load_scenario
+from hfc_design.simulation.evaluation import evaluate, load_design
 
 DESIGNS = {
     "lin-lee-1999-table-1": "c-axis-ramp-cutting",

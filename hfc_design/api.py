@@ -9,23 +9,23 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
-from hfc_design import design as _design
-from hfc_design import evaluate as _evaluate
-from hfc_design import export as _export
-from hfc_design import problem as _problem
-from hfc_design import scenarios as _scenarios
-from hfc_design.design import Result
-from hfc_design.dotted import changed
-from hfc_design.evaluate import Evaluation, evaluate, trajectory_csv
-from hfc_design.fitness import OWN_FITNESSES, Fitness, Moment
-from hfc_design.laws.law import LAWS, Law
-from hfc_design.machine_settings import ALL_PLANTS
-from hfc_design.monte_carlo import Robustness, robustness
-from hfc_design.records import RunError, UserError, checked
-from hfc_design.rulebase import Design
+from hfc_design import formats as _export
+from hfc_design.controllers.gains.law import LAWS, Law
+from hfc_design.core.dotted import changed
+from hfc_design.core.records import RunError, UserError, checked
+from hfc_design.files import scenario as _scenarios
+from hfc_design.files.design import Design
+from hfc_design.files.machine import ALL_PLANTS
+from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.fitness import OWN_FITNESSES, Fitness, Moment
+from hfc_design.runs import problem as _problem
+from hfc_design.runs import run as _design
+from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import Scenario
 from hfc_design.search.loop import Search
+from hfc_design.simulation import evaluation as _evaluate
+from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
+from hfc_design.simulation.monte_carlo import Robustness, robustness
 from plants import Plant, only_positive, rk4
 
 Registered = TypeVar("Registered", Plant, Fitness, Law)
@@ -131,8 +131,8 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     Raises:
         RunError: ``path`` cannot be written.
     """
-    from hfc_design.pictures.contour_plots import motion
-    from hfc_design.pictures.plots import save
+    from hfc_design.report.contour_plots import motion
+    from hfc_design.report.plots import save
 
     save(motion(evaluation, title), Path(path))
     return Path(path)

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
+from plants.drive import Plant
 from plants.friction import LuGre, bristle_rate, friction_torque
 from plants.integrate import rk4
-from plants.plant import Plant
 
 
 class CAxisParameters(NamedTuple):

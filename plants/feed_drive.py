@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from plants.plant import Plant
+from plants.drive import Plant
 
 
 class FeedDriveParameters(NamedTuple):

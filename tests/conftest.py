@@ -8,11 +8,11 @@ import oracle
 import pytest
 from sledge import CONTROLLER, MODULE, SCENARIO
 
-from hfc_design import hierarchy
-from hfc_design.controllers import HierarchicalGains, from_design
-from hfc_design.evaluate import load_design
-from hfc_design.plugin_groups import GROUPS
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.kinds import HierarchicalGains, from_design
+from hfc_design.files.plugin_groups import GROUPS
 from hfc_design.report import rivals
+from hfc_design.simulation.evaluation import load_design
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell began the tests in its background; the commands that they interrupt would not hear.

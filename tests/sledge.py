@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 from hfc_design import api
 from hfc_design.cli import main
-from hfc_design.rulebase import design_json
+from hfc_design.files.design import design_json
 
 #: A mass under a force against viscous friction, m dv/dt = u - b v - load; a P law; a fitness.
 MODULE = """

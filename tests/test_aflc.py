@@ -4,8 +4,8 @@ import feed_oracle
 import numpy as np
 import pytest
 
-from hfc_design.laws import aflc
-from hfc_design.laws.adaptation import (
+from hfc_design.controllers.aflc import law as aflc
+from hfc_design.controllers.aflc.adaptation import (
     PERFORMANCE,
     ZR,
     Sectors,
@@ -13,9 +13,9 @@ from hfc_design.laws.adaptation import (
     blamed_soflc,
     performance,
 )
-from hfc_design.laws.aflc import AdaptiveGains, Rates
-from hfc_design.laws.flc import SCALARS, FlcGains, infer, memberships
-from hfc_design.laws.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
+from hfc_design.controllers.flc.law import SCALARS, FlcGains, infer, memberships
+from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 PS, PM, PL = 4, 5, 6
 WIDE = Sectors(1e6, 1e6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.pictures import batch_plots, plots
+from hfc_design.report import batch_plots, plots
 
 
 @pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])

@@ -7,10 +7,10 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design import simulate
-from hfc_design.closed_loop import closed_loop
-from hfc_design.controllers import Layout, hierarchical
-from hfc_design.scenarios import load_scenario
+from hfc_design.controllers.kinds import Layout, hierarchical
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
 
 RECORDED = Path(__file__).parent / "data" / "c_axis_published_controllers.json"
 SECONDS = 1.001  # so that the sample at 1 s is there

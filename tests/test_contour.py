@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_paths import chained, segments
 
-from hfc_design.paths.contour import (
+from hfc_design.motion.contour import (
     REACH,
     contour_error,
     glitches,
@@ -16,8 +16,8 @@ from hfc_design.paths.contour import (
     nearest,
     nearest_on_path,
 )
-from hfc_design.paths.shapes import Path, arc, line
-from hfc_design.paths.trajectories import Circle, Line, PathSamples, Polyline
+from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.trajectories import Circle, Line, PathSamples, Polyline
 
 SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hfc_design.paths.trajectories import Circle, Polyline
-from hfc_design.pictures.contour_plots import contour
-from hfc_design.pictures.plots import WIDTH, image
+from hfc_design.motion.trajectories import Circle, Polyline
+from hfc_design.report.contour_plots import contour
+from hfc_design.report.plots import WIDTH, image
 
 
 def lines_of(axes):

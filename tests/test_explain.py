@@ -8,13 +8,13 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.evaluate import load_design
-from hfc_design.explain import explanation, read_signals
-from hfc_design.feed_records import CompensationRecord
-from hfc_design.fuzzy import LIN_LEE_TERMS
-from hfc_design.records import UserError
-from hfc_design.rulebase import AdaptationRecord, Design, builtin_designs
+from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
+from hfc_design.core.records import UserError
+from hfc_design.files.design import AdaptationRecord, Design, builtin_designs
 from hfc_design.runtime import Controller
+from hfc_design.runtime.explain import explanation, read_signals
+from hfc_design.simulation.evaluation import load_design
 
 WITH_RULES = [name for name in builtin_designs() if name not in ("pd-only", "jee-koren-2004-pid")]
 

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from hfc_design.export import fis
-from hfc_design.records import UserError
-from hfc_design.rulebase import Design, named_design
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, named_design
+from hfc_design.formats import fis
 
 
 @pytest.fixture

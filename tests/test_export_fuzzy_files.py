@@ -17,10 +17,10 @@ from fcl_oracle import Block
 from fml_oracle import System
 from wiring import DESIGNS, clamped, controller_error, design, silent, unit_error, units
 
-from hfc_design.export import FORMATS
-from hfc_design.export.fcl import real
-from hfc_design.records import UserError
-from hfc_design.rulebase import Design, design_json, named_design, parse_design
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, design_json, named_design, parse_design
+from hfc_design.formats import FORMATS
+from hfc_design.formats.fcl import real
 
 LANGUAGES = ["fll", "fcl", "fcl-jfuzzylogic", "fml"]
 EVIL = 'x); system("id") *)\n-->'

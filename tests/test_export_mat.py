@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from hfc_design.export import mat
-from hfc_design.records import UserError
-from hfc_design.rulebase import builtin_designs, named_design
+from hfc_design.core.records import UserError
+from hfc_design.files.design import builtin_designs, named_design
+from hfc_design.formats import mat
 
 
 @pytest.fixture

@@ -11,11 +11,11 @@ import pytest
 from structured_text import FunctionBlock
 from wiring import design, not_adapting, silent, units
 
-from hfc_design.export import structured_text
-from hfc_design.export.fcl import real
-from hfc_design.feed_records import CompensationRecord
-from hfc_design.records import UserError
-from hfc_design.rulebase import Design, builtin_designs, named_design
+from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, builtin_designs, named_design
+from hfc_design.formats import structured_text
+from hfc_design.formats.fcl import real
 from hfc_design.runtime import Controller
 
 LOW = CompensationRecord(

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from jax import lax
 
-from hfc_design import devices
-from hfc_design.controllers import KINDS, from_design
-from hfc_design.evaluate import load_design
-from hfc_design.laws.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
-from hfc_design.records import UserError
-from hfc_design.rulebase import design_json, parse_design
+from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from hfc_design.controllers.kinds import KINDS, from_design
+from hfc_design.core import devices
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json, parse_design
 from hfc_design.runtime import Controller
-from hfc_design.simulate import _rows
+from hfc_design.simulation.evaluation import load_design
+from hfc_design.simulation.population import _rows
 
 devices.configure()
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from hfc_design.machine_settings import PlantSettings
+from hfc_design.files.machine import PlantSettings
 from plants import C_AXIS, FEED_DRIVE
 from plants.feed_drive import (
     PARAMETER_SETS,

@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.evaluate import evaluate, load_design, own_scenario
-from hfc_design.records import UserError
-from hfc_design.rulebase import Design
-from hfc_design.scenarios import load_scenario
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
 
 CIRCLE = "feed-drive-circle"
 #: Jee & Koren 2004, fig. 12: the lower feed, with the Coulomb friction that spec and plant settle.

@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from hfc_design.laws import flc
-from hfc_design.laws.flc import SCALARS, Compensation, FlcGains, compensate, infer, memberships
-from hfc_design.laws.rule_bases import (
+from hfc_design.controllers.flc import law as flc
+from hfc_design.controllers.flc.law import (
+    SCALARS,
+    Compensation,
+    FlcGains,
+    compensate,
+    infer,
+    memberships,
+)
+from hfc_design.controllers.flc.rule_bases import (
     CHANGE_TERMS,
     ERROR_TERMS,
     LABELS,

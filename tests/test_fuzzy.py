@@ -7,7 +7,7 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design.fuzzy import LIN_LEE_TERMS, Term, infer, membership
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, Term, infer, membership
 
 TABLE = np.random.default_rng(2).uniform(-1.0, 1.0, (7, 7))
 POINTS = np.random.default_rng(3).uniform(-1.5, 1.5, (50, 2))

@@ -8,19 +8,20 @@ import phone
 import pytest
 from feed_oracle import verdict_jk04
 
-from hfc_design.design import Result, new_run
-from hfc_design.evaluate import evaluate, load_design
-from hfc_design.feed_records import FlcDesign
-from hfc_design.laws.rule_bases import CHANGE_TERMS, ERROR_TERMS, LABELS, rule_singletons
-from hfc_design.machine_settings import SensorSettings
-from hfc_design.pictures import fuzzy_plots
-from hfc_design.report import fuzzy, write_report
-from hfc_design.report.adapted import at_the_end
+from hfc_design.controllers.aflc.adapted import at_the_end
+from hfc_design.controllers.flc import pictures as fuzzy_plots
+from hfc_design.controllers.flc import section as fuzzy
+from hfc_design.controllers.flc.record import FlcDesign
+from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, LABELS, rule_singletons
+from hfc_design.files.design import Design
+from hfc_design.files.machine import SensorSettings
+from hfc_design.files.scenario import load_scenario
+from hfc_design.report import write_report
 from hfc_design.report.page import _summary
-from hfc_design.rulebase import Design
+from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import load_scenario
 from hfc_design.search.loop import Archive, History, Search
+from hfc_design.simulation.evaluation import evaluate, load_design
 
 INFINITY = float("inf")
 #: Steps of JK04 Table 3; a linear loop with the drive of fig. 10 is stable up to 5.156 unit/BLU.

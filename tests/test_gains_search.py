@@ -9,9 +9,9 @@ from click.testing import CliRunner
 
 from hfc_design import api
 from hfc_design.cli import main
-from hfc_design.laws.law import PID
-from hfc_design.laws.pid import PidGains
-from hfc_design.search.gains_genome import GainsGenome, GainVectors
+from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.controllers.gains.law import PID
+from hfc_design.controllers.pid.law import PidGains
 from hfc_design.search.loop import generations, strategy
 from hfc_design.search.settings import RaceSettings
 

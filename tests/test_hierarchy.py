@@ -7,9 +7,7 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design.evaluate import load_design
-from hfc_design.fuzzy import LIN_LEE_TERMS, infer
-from hfc_design.hierarchy import (
+from hfc_design.controllers.hierarchical.tree import (
     Unit,
     decode,
     encode,
@@ -19,6 +17,8 @@ from hfc_design.hierarchy import (
     unit_count,
     valid,
 )
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, infer
+from hfc_design.simulation.evaluation import load_design
 
 COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
 

@@ -9,15 +9,15 @@ import pytest
 from click.testing import CliRunner
 from imported_files import CHANGE, GAUSSIAN, OCTAVE, PYFUZZYLITE, TABLE, TEXTS, triangles
 
-from hfc_design import design as designs
 from hfc_design.cli import main
-from hfc_design.evaluate import evaluate, load_design
-from hfc_design.export import FORMATS
-from hfc_design.importing import Wish, imported
-from hfc_design.records import UserError
-from hfc_design.rulebase import design_json
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json
+from hfc_design.files.scenario import load_scenario
+from hfc_design.formats import FORMATS
+from hfc_design.formats.reading import Wish, imported
+from hfc_design.runs import run as designs
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import load_scenario
+from hfc_design.simulation.evaluation import evaluate, load_design
 
 FLC = "jee-koren-2004-flc"
 
@@ -165,7 +165,7 @@ def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path, no_base
     circle = load_scenario("feed-drive-circle").model_dump(mode="json", exclude_none=True)
     assert circle["controller"]["kind"] == "aflc"
     text = (
-        Path(designs.__file__).parent / "builtin_scenarios" / "feed-drive-circle.toml"
+        Path(designs.__file__).parents[1] / "files" / "scenarios" / "feed-drive-circle.toml"
     ).read_text()
     scenario.write_text(text.replace('kind = "aflc"', 'kind = "aflc"\nstart = "mine.json"'))
     small = ["--population", 8, "--generations", 2, "--set", "simulation.duration_s=10.0"]

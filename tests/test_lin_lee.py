@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from hfc_design import hierarchy
-from hfc_design.controllers import Layout
-from hfc_design.search.lin_lee import LinLee, two_point
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.kinds import Layout
 from hfc_design.search.settings import LinLeeSettings
+from hfc_design.search.strategies.lin_lee import LinLee, two_point
 
 LAYOUT = Layout()
 

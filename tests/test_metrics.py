@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hfc_design.fitness import Moment, lin_lee, meanings, metrics, without_sticking
+from hfc_design.objectives.fitness import Moment, lin_lee, meanings, metrics, without_sticking
 from plants import C_AXIS, FEED_DRIVE
 
 

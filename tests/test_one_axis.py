@@ -9,12 +9,12 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.evaluate import evaluate, load_design, trajectory_csv
-from hfc_design.machine_settings import PlantSettings
-from hfc_design.pictures import plots
-from hfc_design.records import UserError
-from hfc_design.scenarios import Scenario, load_scenario
-from hfc_design.signals import Ramp, Simulation
+from hfc_design.core.records import UserError
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.motion.signals import Ramp, Simulation
+from hfc_design.report import plots
+from hfc_design.simulation.evaluation import evaluate, load_design, trajectory_csv
 
 SCENARIO = """
 [plant]

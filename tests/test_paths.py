@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import quad
 
-from hfc_design.paths.motion import motion
-from hfc_design.paths.shapes import Path, arc, line
-from hfc_design.paths.trajectories import (
+from hfc_design.core.records import Record, UserError, checked
+from hfc_design.motion.motion import motion
+from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.trajectories import (
     Circle,
     Line,
     PathReference,
@@ -22,7 +23,6 @@ from hfc_design.paths.trajectories import (
     check_speed,
     largest_drive_speed,
 )
-from hfc_design.records import Record, UserError, checked
 
 TILT = 26.6
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hfc_design.laws import pid
-from hfc_design.laws.pid import PidGains, damped_poles, pid_by_pole_placement
+from hfc_design.controllers.pid import law as pid
+from hfc_design.controllers.pid.law import PidGains, damped_poles, pid_by_pole_placement
 
 
 def test_law_by_hand():

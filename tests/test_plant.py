@@ -9,7 +9,7 @@ import oracle
 import pytest
 from scipy.integrate import solve_ivp
 
-from hfc_design.machine_settings import PlantSettings
+from hfc_design.files.machine import PlantSettings
 from plants import C_AXIS
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative, step
 from plants.friction import bristle_rate, friction_torque

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 from sledge import BUDGET, SCENARIO, api_text, hfc, imported, installed, refused, scenario_of
 
 from hfc_design import api
-from hfc_design.export import FORMATS
-from hfc_design.importing import Wish
-from hfc_design.importing import imported as imported_design
-from hfc_design.machine_settings import ALL_PLANTS
+from hfc_design.files.machine import ALL_PLANTS
+from hfc_design.formats import FORMATS
+from hfc_design.formats.reading import Wish
+from hfc_design.formats.reading import imported as imported_design
 
 
 def test_a_plant_by_module_reference_is_designed_for_scored_and_exported(own):

@@ -8,16 +8,16 @@ import numpy as np
 import phone
 import pytest
 
-from hfc_design import hierarchy
-from hfc_design.design import Result, new_run
-from hfc_design.evaluate import evaluate, load_design
-from hfc_design.pictures import diagrams, plots
-from hfc_design.records import RunError, UserError
-from hfc_design.report import write_report
-from hfc_design.rulebase import Design
-from hfc_design.scenarios import load_scenario
-from hfc_design.search.hierarchical_genome import Hierarchies
+from hfc_design.controllers.hierarchical import pictures as diagrams
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.genome import Hierarchies
+from hfc_design.core.records import RunError, UserError
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.report import plots, write_report
+from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
+from hfc_design.simulation.evaluation import evaluate, load_design
 
 INPUTS = [
     "error",

@@ -9,14 +9,14 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.evaluate import evaluate, load_design, own_scenario
-from hfc_design.laws import root_unit
-from hfc_design.laws.flc import SCALARS
-from hfc_design.laws.root_unit import Adaptation
-from hfc_design.records import UserError
-from hfc_design.rulebase import Design, design_json, parse_design
+from hfc_design.controllers.flc.law import SCALARS
+from hfc_design.controllers.hierarchical import root as root_unit
+from hfc_design.controllers.hierarchical.root import Adaptation
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, design_json, parse_design
+from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import load_scenario
+from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
 
 ADAPTING = {"k_c": 1e-3, "largest_move": 2.0}
 NS, PS, PM, PL = 2, 4, 5, 6

@@ -7,14 +7,14 @@ from math import exp
 import numpy as np
 import pytest
 
-from hfc_design import simulate
-from hfc_design.closed_loop import closed_loop
-from hfc_design.controllers import from_design
-from hfc_design.evaluate import load_design
-from hfc_design.fuzzy import LIN_LEE_TERMS
-from hfc_design.rulebase import AdaptationRecord, Design
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
+from hfc_design.controllers.kinds import from_design
+from hfc_design.files.design import AdaptationRecord, Design
+from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
-from hfc_design.scenarios import load_scenario
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import load_design
 
 SIX_INPUTS = {
     "error": 50.0,

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from hfc_design import hierarchy
-from hfc_design.controllers import Layout
-from hfc_design.search.genome import joined
-from hfc_design.search.hierarchical_genome import (
+from hfc_design.controllers.genome import joined
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.genome import (
     HierarchicalGenome,
     Hierarchies,
     from_vectors,
     vectors,
 )
+from hfc_design.controllers.kinds import Layout
 from hfc_design.search.loop import Search, generations, strategy
-from hfc_design.search.race import Race, heats
 from hfc_design.search.settings import LinLeeSettings, RaceSettings
+from hfc_design.search.strategies.race import Race, heats
 
 LAYOUT = Layout()
 BEST_TREE = 42

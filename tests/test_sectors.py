@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hfc_design.records import UserError
+from hfc_design.core.records import UserError
 from hfc_design.stability.sectors import bilinear, k2_of_rule_base_1, sectors_at_centres
 from hfc_design.stability.true_sectors import Triangle, true_sectors
 

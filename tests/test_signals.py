@@ -6,9 +6,18 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design.records import UserError
-from hfc_design.scenarios import load_scenario
-from hfc_design.signals import Load, LoadSine, Ramp, Simulation, Sine, Step, Table, Trapezoidal
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import load_scenario
+from hfc_design.motion.signals import (
+    Load,
+    LoadSine,
+    Ramp,
+    Simulation,
+    Sine,
+    Step,
+    Table,
+    Trapezoidal,
+)
 
 
 def at(signal, *times):

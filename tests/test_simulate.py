@@ -5,11 +5,11 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design import simulate
-from hfc_design.closed_loop import closed_loop
-from hfc_design.controllers import HierarchicalGains, Layout, PdGains, hierarchical, pd
-from hfc_design.evaluate import evaluate, load_design
-from hfc_design.scenarios import load_scenario
+from hfc_design.controllers.kinds import HierarchicalGains, Layout, PdGains, hierarchical, pd
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import evaluate, load_design
 
 HIERARCHICAL = hierarchical(Layout())
 

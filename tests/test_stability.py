@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from hfc_design.records import UserError
+from hfc_design.core.records import UserError
 from hfc_design.stability.stable_range import (
     Discrete,
     discrete,

@@ -10,7 +10,7 @@ from math import exp, inf
 
 import numpy as np
 
-from hfc_design.rulebase import Design, named_design
+from hfc_design.files.design import Design, named_design
 from hfc_design.runtime import Controller
 
 DESIGNS = [

@@ -11,9 +11,9 @@ import click
 import numpy as np
 
 from experiments.shared import Batch, markdown
-from hfc_design.evaluate import evaluate, load_design
-from hfc_design.rulebase import Design
-from hfc_design.scenarios import Scenario, load_scenario
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.simulation.evaluation import evaluate, load_design
 
 PUBLISHED = {
     "FLC of 2004": "jee-koren-2004-flc",

@@ -26,7 +26,7 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; UserError becomes a line on stderr and its exit code."""
-        from hfc_design.records import UserError
+        from hfc_design.core.records import UserError
 
         try:
             return super().invoke(ctx)

@@ -20,9 +20,9 @@ def export(
     design: str, others: tuple[str, ...], target: str, out: Path | None, lookup: int | None
 ) -> None:
     """Write DESIGN for another program."""
-    from hfc_design.evaluate import load_design
-    from hfc_design.export import FORMATS, c_source
-    from hfc_design.records import UserError
+    from hfc_design.core.records import UserError
+    from hfc_design.formats import FORMATS, c_source
+    from hfc_design.simulation.evaluation import load_design
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
@@ -66,11 +66,11 @@ def import_(
     inputs the design computes what FILE says. A scenario takes an flc or aflc as the start of a
     search with [controller] start = "NAME.json".
     """
-    from hfc_design.checkpoint import write_whole
-    from hfc_design.importing import Wish, imported
-    from hfc_design.machine_settings import ALL_PLANTS
-    from hfc_design.records import UserError
-    from hfc_design.rulebase import design_json
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.records import UserError
+    from hfc_design.files.design import design_json
+    from hfc_design.files.machine import ALL_PLANTS
+    from hfc_design.formats.reading import Wish, imported
 
     pairs = {}
     for item in signals:

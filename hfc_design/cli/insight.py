@@ -33,14 +33,14 @@ def explain(
     error_change. Integral and adaptation are then as before the first sample. With several --at
     the controller steps through them from rest, and adapts.
     """
-    from hfc_design.evaluate import load_design
-    from hfc_design.explain import explanation
+    from hfc_design.runtime.explain import explanation
+    from hfc_design.simulation.evaluation import load_design
 
     found = explanation(load_design(design, others), samples)
     if as_json:
         click.echo(json.dumps(found))
         return
-    from hfc_design.explain_tables import show
+    from hfc_design.cli.explain_tables import show
 
     show(found, least)
 
@@ -67,8 +67,8 @@ def stability(
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
     2004.
     """
-    from hfc_design.records import UserError
-    from hfc_design.stability import report
+    from hfc_design.controllers.flc import gains as report
+    from hfc_design.core.records import UserError
     from hfc_design.stability.stable_range import stable_range
 
     given = {key: value for key, value in options.items() if value is not None}
@@ -78,15 +78,15 @@ def stability(
         points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
-        from hfc_design.evaluate import load_design
+        from hfc_design.simulation.evaluation import load_design
 
         record = load_design(design, others)
         points = report.points(record)
         drive = report.drive(record, given)
     found = stable_range(**drive)
     if plot is not None:
-        from hfc_design.pictures.plots import save
-        from hfc_design.stability.plot import stability_figure
+        from hfc_design.controllers.flc.range_picture import stability_figure
+        from hfc_design.report.plots import save
 
         save(stability_figure(found, points), plot)
     if as_json:

@@ -11,11 +11,14 @@ def list_(what: str) -> None:
     """What is built in."""
     from rich.table import Table
 
-    from hfc_design import controllers, evaluate, rulebase, scenarios
-    from hfc_design.console import terminal
-    from hfc_design.export import FORMATS
-    from hfc_design.laws.law import LAWS
-    from hfc_design.machine_settings import ALL_PLANTS
+    from hfc_design.controllers import kinds as controllers
+    from hfc_design.controllers.gains.law import LAWS
+    from hfc_design.core.console import terminal
+    from hfc_design.files import design as rulebase
+    from hfc_design.files import scenario as scenarios
+    from hfc_design.files.machine import ALL_PLANTS
+    from hfc_design.formats import FORMATS
+    from hfc_design.simulation import evaluation as evaluate
 
     if what == "scenarios":
         names = scenarios.builtin_names()

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from hfc_design.rulebase import Design
-    from hfc_design.scenarios import Scenario
+    from hfc_design.files.design import Design
+    from hfc_design.files.scenario import Scenario
 
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 #: Of every command on a design.
@@ -34,8 +34,8 @@ def loaded(
     Raises:
         UserError: there is no such design or scenario, or a change is not allowed.
     """
-    from hfc_design.evaluate import load_design, own_scenario
-    from hfc_design.scenarios import load_scenario
+    from hfc_design.files.scenario import load_scenario
+    from hfc_design.simulation.evaluation import load_design, own_scenario
 
     found = load_design(name, others)
     # The controller is the design's, whatever a search of the scenario would vary.

@@ -58,7 +58,7 @@ def chosen(texts: dict[str, str]) -> dict[str, str]:
     """
     if not texts:
         return {}
-    from hfc_design.plugin_groups import GROUPS
+    from hfc_design.files.plugin_groups import GROUPS
 
     changes = {}
     for key, text in texts.items():

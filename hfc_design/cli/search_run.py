@@ -4,12 +4,12 @@ import sys
 import time
 from pathlib import Path
 
-from hfc_design import design as designs
 from hfc_design.cli.terminal import progress_bar, show_table
-from hfc_design.console import terminal
-from hfc_design.records import RunError, UserError
+from hfc_design.core.console import terminal
+from hfc_design.core.records import RunError, UserError
+from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.report.rivals import BASELINES, write_page
-from hfc_design.scenarios import Scenario, load_scenario
+from hfc_design.runs import run as designs
 from hfc_design.search.loop import Search
 
 

@@ -38,8 +38,8 @@ def score(
     in whose last quarter no error is larger than the reference ever is and no drive stands at a
     limit of its command for more than a tenth of the time.
     """
-    from hfc_design.evaluate import evaluate
-    from hfc_design.records import UserError
+    from hfc_design.core.records import UserError
+    from hfc_design.simulation.evaluation import evaluate
 
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
@@ -85,17 +85,17 @@ def simulate(
     plot: Path | None,
 ) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
-    from hfc_design.evaluate import evaluate, trajectory_csv
+    from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
     found, where = loaded(design, others, scenario, chosen, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
-        from hfc_design.pictures.contour_plots import motion
-        from hfc_design.pictures.plots import save
+        from hfc_design.report.contour_plots import motion
+        from hfc_design.report.plots import save
 
         save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:
-        from hfc_design.checkpoint import write_whole
+        from hfc_design.core.checkpoint import write_whole
 
         write_whole(csv_file, trajectory_csv(evaluation).encode())
     if csv_file is None and plot is None:

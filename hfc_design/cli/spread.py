@@ -10,10 +10,10 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from hfc_design.cli.terminal import progress_bar
-from hfc_design.console import terminal
-from hfc_design.monte_carlo import robustness
-from hfc_design.rulebase import Design
-from hfc_design.scenarios import Scenario
+from hfc_design.core.console import terminal
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import Scenario
+from hfc_design.simulation.monte_carlo import robustness
 
 
 def score_spread(
@@ -47,8 +47,8 @@ def score_spread(
     else:
         _show_spread(numbers)
     if plot is not None:
-        from hfc_design.pictures.plots import save
-        from hfc_design.pictures.spread_plots import distributions
+        from hfc_design.report.plots import save
+        from hfc_design.report.spread_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
 

@@ -4,9 +4,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hfc_design.console import column, terminal
-from hfc_design.evaluate import Evaluation
-from hfc_design.scenarios import Scenario
+from hfc_design.core.console import column, terminal
+from hfc_design.files.scenario import Scenario
+from hfc_design.simulation.evaluation import Evaluation
 
 #: What the fitness of a kind is called in a table.
 FITNESSES = {"lin-lee": "fitness, LL eq. 5", "contour": "fitness [1/BLU]"}

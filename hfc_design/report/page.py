@@ -5,20 +5,22 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hfc_design.checkpoint import write_whole
-from hfc_design.controller_settings import HierarchicalSettings
-from hfc_design.design import CONFIG, Result
-from hfc_design.evaluate import Evaluation, meanings
-from hfc_design.export import csv_tables
-from hfc_design.feed_records import FuzzyRecord
-from hfc_design.fitness_settings import ContourSettings, LinLeeSettings
-from hfc_design.pictures import contour_plots, plots
-from hfc_design.report import fuzzy, gains, hierarchical
-from hfc_design.report.section import Rows, Section, score
+from hfc_design.controllers.flc import section as fuzzy
+from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.controllers.gains import section as gains
+from hfc_design.controllers.hierarchical import section as hierarchical
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.files.controller import HierarchicalSettings
+from hfc_design.files.design import Design, HierarchicalDesign
+from hfc_design.files.scenario import Scenario
+from hfc_design.formats import csv_tables
+from hfc_design.objectives.settings import ContourSettings, LinLeeSettings
+from hfc_design.pictures.section import Rows, Section, score
+from hfc_design.report import contour_plots, plots
 from hfc_design.report.template import rendered
-from hfc_design.rulebase import Design, HierarchicalDesign
-from hfc_design.scenarios import Scenario
+from hfc_design.runs.run import CONFIG, Result
 from hfc_design.search.loop import Search
+from hfc_design.simulation.evaluation import Evaluation, meanings
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"

@@ -5,13 +5,13 @@ import base64
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from hfc_design.pictures import plots
+from hfc_design.report import plots
 
 
 def rendered(name: str, /, **values: object) -> bytes:
     """The page of a template; everything that stands in the values is escaped."""
     environment = Environment(
-        loader=PackageLoader("hfc_design"), autoescape=True, undefined=StrictUndefined
+        loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
     )
     environment.filters["picture"] = _picture
     return environment.get_template(name).render(**values).encode()

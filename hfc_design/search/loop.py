@@ -5,12 +5,12 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from hfc_design.search.genome import Floats, Genome, Integers, Population, joined
-from hfc_design.search.hierarchical_genome import HierarchicalGenome
-from hfc_design.search.lin_lee import LinLee
+from hfc_design.controllers.genome import Floats, Genome, Integers, Population, joined
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.search.newton import Newton
-from hfc_design.search.race import Race
 from hfc_design.search.settings import LinLeeSettings, RaceSettings
+from hfc_design.search.strategies.lin_lee import LinLee
+from hfc_design.search.strategies.race import Race
 
 #: Scores of a population, nan where an individual diverged.
 Evaluate = Callable[[Population], Floats]

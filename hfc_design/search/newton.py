@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hfc_design.search.genome import Floats, Mask
+from hfc_design.controllers.genome import Floats, Mask
 
 
 class Linear(NamedTuple):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from hfc_design.records import NotNegative, Positive, Record
+from hfc_design.core.records import NotNegative, Positive, Record
 
 Probability = Annotated[float, Field(ge=0, le=1)]
 Range = tuple[Positive, Positive]

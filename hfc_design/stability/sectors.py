@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hfc_design.records import UserError
+from hfc_design.core.records import UserError
 
 Floats = NDArray[np.float64]
 MIDDLE = 3  # the term around zero, of seven

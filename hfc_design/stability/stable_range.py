@@ -25,7 +25,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import hyp1f1
 
-from hfc_design.records import UserError
+from hfc_design.core.records import UserError
 
 #: Allowed T/tau: slower sampling sees no dynamics, faster sampling is continuous control.
 RATIO = (1e-3, 50.0)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfc_design.records import UserError
+from hfc_design.core.records import UserError
 from hfc_design.stability.sectors import LARGEST, Floats, Sectors, checked_centres, checked_table
 
 ROUNDING = 1e-12  # a level this much smaller than the others is a 0 that was rounded

@@ -4,7 +4,7 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.export import c_source
+from hfc_design.formats import c_source
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion"
 MAIN = """

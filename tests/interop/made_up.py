@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hfc_design.laws.rule_bases import LABELS, rule_labels
-from hfc_design.rulebase import Design
+from hfc_design.controllers.flc.rule_bases import LABELS, rule_labels
+from hfc_design.files.design import Design
 
 TERMS = 7
 SIGNALS = ("error", "deflection", "deflection_rate", "spindle_velocity")

@@ -15,7 +15,7 @@ import pytest
 from test_fll import in_tool
 from wiring import DESIGNS, controller_error, design, unit_error
 
-from hfc_design.export import fcl
+from hfc_design.formats import fcl
 
 pytestmark = pytest.mark.interop
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from wiring import DESIGNS, design, not_adapting, random_signals, unit_error
 
-from hfc_design.export import fis
-from hfc_design.feed_records import CompensationRecord
+from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.formats import fis
 from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop

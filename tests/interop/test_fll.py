@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from wiring import DESIGNS, controller_error, design, silent, unit_error
 
-from hfc_design.export import fll
+from hfc_design.formats import fll
 
 pytestmark = pytest.mark.interop
 HERE = Path(__file__).parent

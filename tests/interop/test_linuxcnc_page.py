@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.export import linuxcnc
-from hfc_design.rulebase import named_design
+from hfc_design.files.design import named_design
+from hfc_design.formats import linuxcnc
 
 pytestmark = pytest.mark.interop
 

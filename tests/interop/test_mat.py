@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from wiring import DESIGNS, design, units
 
-from hfc_design.export import mat
+from hfc_design.formats import mat
 
 pytestmark = pytest.mark.interop
 HIERARCHIES = [name for name in DESIGNS if not name.startswith("jee")]

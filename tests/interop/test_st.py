@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from wiring import design
 
-from hfc_design.export import structured_text
+from hfc_design.formats import structured_text
 
 pytestmark = pytest.mark.interop
 PYTHON = Path(__file__).parents[2] / ".venv-st" / "bin" / "python"

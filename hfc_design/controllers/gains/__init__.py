@@ -1,0 +1,1 @@
+"""What the kinds whose parameters are a few gains have in common."""

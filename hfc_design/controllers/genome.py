@@ -1,0 +1,78 @@
+"""What a search strategy needs to know of what it varies."""
+
+from typing import Any, Protocol, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfc_design.controllers.kinds import Controller
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+class Population(Protocol):
+    """n individuals: a NamedTuple of arrays that carry them in the leading axis."""
+
+    @property
+    def tree(self) -> Integers:
+        """(n,) structure of each individual, from 0 on."""
+
+    def take(self, chosen: Integers | Mask | slice) -> Self:
+        """The individuals that an index array, a mask or a slice chooses."""
+
+
+AnyPopulation = TypeVar("AnyPopulation", bound=Population)
+
+
+class Genome(Protocol):
+    """Individuals of one kind of controller: how they begin, vary and become a controller."""
+
+    @property
+    def controller(self) -> Controller:
+        """The controller whose gains are searched."""
+
+    @property
+    def structures(self) -> int:
+        """How many structures there are."""
+
+    def empty(self) -> Any:
+        """One individual of each structure that nobody has tried."""
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> Any:
+        """First individuals with the given structures."""
+
+    def mutated(self, population: Any, step: Floats, rng: np.random.Generator) -> Any:
+        """The individuals changed by relative steps (n,)."""
+
+    def blended(self, one: Any, other: Any, share: Floats) -> Any:
+        """``one`` moved by ``share`` (n,) of the way to ``other``."""
+
+    def nudged(self, population: Any, rng: np.random.Generator) -> Any:
+        """The individuals with a number a millionth off."""
+
+    def gains(self, population: Any) -> Any:
+        """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
+
+    def record(self, individual: Any) -> dict[str, Any]:
+        """A population of one as the controller of a design file."""
+
+
+def taken(population: Any, chosen: Integers | Mask | slice) -> Any:
+    """The chosen individuals of a NamedTuple of arrays."""
+    return type(population)(*(array[chosen] for array in population))
+
+
+def joined(*populations: AnyPopulation) -> AnyPopulation:
+    """Populations one after the other."""
+    arrays: Any = zip(*populations, strict=True)
+    return type(populations[0])(*(np.concatenate(parts) for parts in arrays))
+
+
+def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
+    """The population with other individuals at some places."""
+    changed = [array.copy() for array in population]  # type: ignore[attr-defined]
+    for array, values in zip(changed, by, strict=True):  # type: ignore[call-overload]
+        array[places] = values
+    return type(population)(*changed)

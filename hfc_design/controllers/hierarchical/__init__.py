@@ -1,0 +1,1 @@
+"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999)."""

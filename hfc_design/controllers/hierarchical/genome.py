@@ -1,0 +1,204 @@
+"""Genome of PD plus a fuzzy hierarchy: structure, consequents, input scales, PD gains."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.genome import Floats, Integers, Mask, taken
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.kinds import Controller, HierarchicalGains, Layout, hierarchical
+from hfc_design.search.newton import Linear, proposals
+from hfc_design.search.settings import LinLeeSettings, RaceSettings
+
+
+class Hierarchies(NamedTuple):
+    """n individuals; every array carries them in its leading axis."""
+
+    tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
+    gains: Floats  # (n, 2): kp [V/rad], kd [V s/rad]
+    scales: Floats  # (n, inputs): k_1, k_2, ..., per unit of the input
+    consequents: Floats  # (n, units, 7, 7), [unit][row term][column term]
+
+    def take(self, chosen: Integers | Mask | slice) -> "Hierarchies":
+        """The individuals that an index array, a mask or a slice chooses."""
+        return taken(self, chosen)
+
+
+class HierarchicalGenome(NamedTuple):
+    """What a search can do with ``Hierarchies``."""
+
+    settings: RaceSettings | LinLeeSettings
+    layout: Layout
+
+    @property
+    def controller(self) -> Controller:
+        """PD plus the hierarchy."""
+        return hierarchical(self.layout)
+
+    @property
+    def structures(self) -> int:
+        """Trees of the layout's inputs."""
+        return len(hierarchy.trees(len(self.layout.inputs)))
+
+    def empty(self) -> Hierarchies:
+        """Row t has tree t."""
+        inputs, trees = len(self.layout.inputs), self.structures
+        return Hierarchies(
+            np.arange(trees),
+            np.zeros((trees, 2)),
+            np.ones((trees, inputs)),
+            np.zeros((trees, inputs - 1, 7, 7)),
+        )
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> Hierarchies:
+        """Individuals whose tables are tilted planes: nearly linear, so rarely unstable."""
+        s = self._race
+        count, inputs = len(tree), len(self.layout.inputs)
+        limit = self._limit()
+        centres = self._centres()
+        level, column, row = rng.uniform(-1, 1, (3, count, inputs - 1, 1, 1))
+        plane = 0.5 * level + 0.7 * column * centres + 0.7 * row * centres[:, None]
+        noise = 0.05 * rng.standard_normal((count, inputs - 1, *(2 * centres.shape)))
+        low, high = np.log([s.kp_range, s.kd_range]).T
+        spread = np.log(s.scale_range) * rng.uniform(-1, 1, (count, inputs))
+        return Hierarchies(
+            tree,
+            np.exp(rng.uniform(low, high, (count, 2))),
+            np.array(self.layout.scales) * np.exp(spread),
+            np.clip(limit * plane + noise, -limit, limit),
+        )
+
+    def mutated(
+        self, population: Hierarchies, step: Floats, rng: np.random.Generator
+    ) -> Hierarchies:
+        """Move single consequents, tilt and shift whole tables, scale gains and inputs."""
+        count, units = population.consequents.shape[:2]
+        limit, centres = self._limit(), self._centres()
+        cells = population.consequents.shape[1:]
+        each = np.exp(rng.uniform(-np.log(np.prod(cells)), 0.0, (count, 1, 1, 1)))
+        moved = some(rng, (count, *cells), each)
+        table = np.sqrt(limit) * some(rng, (3, count, units, 1, 1), 0.1)
+        moved = moved + table[0] + table[1] * centres + table[2] * centres[:, None]
+        step = step[:, None]
+        scales = population.scales
+        if self._race.scale_range > 1.0:
+            scales = scales * np.exp(0.5 * step * some(rng, scales.shape, 0.2))
+        return population._replace(
+            gains=population.gains * np.exp(0.5 * step * some(rng, population.gains.shape, 0.5)),
+            scales=scales,
+            consequents=np.clip(
+                population.consequents + step[:, :, None, None] * moved, -limit, limit
+            ),
+        )
+
+    def blended(self, one: Hierarchies, other: Hierarchies, share: Floats) -> Hierarchies:
+        """Gains and scales by their logarithm, consequents on a straight line."""
+        line = share[:, None]
+        table = share[:, None, None, None]
+        return Hierarchies(
+            one.tree,
+            one.gains * (other.gains / one.gains) ** line,
+            one.scales * (other.scales / one.scales) ** line,
+            one.consequents + table * (other.consequents - one.consequents),
+        )
+
+    def nudged(self, population: Hierarchies, rng: np.random.Generator) -> Hierarchies:
+        """Other PD gains by a millionth."""
+        off = 1.0 + 1e-6 * rng.standard_normal(population.gains.shape)
+        return population._replace(gains=population.gains * off)
+
+    def gains(self, population: Hierarchies) -> HierarchicalGains:
+        """The population as ``simulate`` wants it."""
+        sources = hierarchy.all_sources(population.scales.shape[1])[population.tree]
+        return HierarchicalGains(
+            kp=population.gains[:, 0],
+            kd=population.gains[:, 1],
+            scales=population.scales.T,
+            sources=np.moveaxis(sources, 0, -1),
+            consequents=np.moveaxis(population.consequents, 0, -1),
+        )
+
+    def stepped(
+        self, linearised: Callable[[Hierarchies], Linear | None]
+    ) -> Callable[[Hierarchies, float, int], tuple[Hierarchies, Floats] | None]:
+        """Proposals of Gauss-Newton steps; None where the loop cannot be linearised."""
+
+        def steps(best: Hierarchies, damping: float, count: int) -> Any:
+            linear = linearised(best)
+            if linear is None:
+                return None
+            frozen = np.zeros(vectors(best).shape[1], bool)
+            if self._race.scale_range == 1.0:
+                frozen[2 : 2 + best.scales.shape[1]] = True
+            points, dampings = proposals(vectors(best)[0], linear, frozen, damping, count)
+            step, limit = from_vectors(points, best), self._limit()
+            return step._replace(
+                gains=np.maximum(step.gains, 1.0),
+                scales=np.maximum(step.scales, 1e-6),
+                consequents=np.clip(step.consequents, -limit, limit),
+            ), dampings
+
+        return steps
+
+    def record(self, individual: Hierarchies) -> dict[str, Any]:
+        """Kind ``pd+hierarchical-fuzzy``, without its sample time."""
+        names = list(self.layout.inputs)
+        tree = hierarchy.trees(len(names))[int(individual.tree[0])]
+        sources = names + [f"unit-{unit.heap_id}" for unit in tree]
+        kp, kd = individual.gains[0].tolist()
+        scales = individual.scales[0].tolist()
+        adaptation = self.layout.adaptation
+        return {
+            "kind": "pd+hierarchical-fuzzy",
+            "pd": {"kp": kp, "kd": kd},
+            "inputs": [
+                {"name": name, "scale": scale} for name, scale in zip(names, scales, strict=True)
+            ],
+            "output_scale": self.layout.output_scale,
+            "adaptation": adaptation._asdict() if adaptation else None,
+            "terms": [term._asdict() for term in self.layout.terms],
+            "units": [
+                {
+                    "id": unit.heap_id,
+                    "column_input": sources[unit.column],
+                    "row_input": sources[unit.row],
+                    "consequents": table.tolist(),
+                }
+                for unit, table in zip(tree, individual.consequents[0], strict=True)
+            ],
+        }
+
+    @property
+    def _race(self) -> RaceSettings:
+        assert isinstance(self.settings, RaceSettings)
+        return self.settings
+
+    def _centres(self) -> Floats:
+        return np.array([term.centre for term in self.layout.terms])
+
+    def _limit(self) -> Floats:
+        """(units, 1, 1) largest absolute consequent of each unit; the root comes last."""
+        limit = np.full((len(self.layout.inputs) - 1, 1, 1), self._race.inner_limit)
+        limit[-1] = self._race.root_limit
+        return limit
+
+
+def some(rng: np.random.Generator, shape: tuple[int, ...], share: Any) -> Floats:
+    """Normal numbers in a ``share`` of all places, 0 elsewhere."""
+    return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
+
+
+def vectors(population: Hierarchies) -> Floats:
+    """The parameters as (n, parameters): gains, scales, consequents, as ``simulate`` has them."""
+    count = len(population.tree)
+    return np.concatenate([array.reshape(count, -1) for array in population[1:]], axis=1)
+
+
+def from_vectors(parameters: Floats, like: Hierarchies) -> Hierarchies:
+    """The individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
+    count = len(parameters)
+    shapes = [array.shape[1:] for array in like[1:]]
+    parts = np.split(parameters, np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1], axis=1)
+    arrays = (part.reshape(count, *shape) for part, shape in zip(parts, shapes, strict=True))
+    return Hierarchies(np.repeat(like.tree[:1], count), *arrays)

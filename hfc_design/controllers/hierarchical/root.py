@@ -1,0 +1,114 @@
+"""A hierarchy's root unit whose consequents adapt on line, from the designed table onwards.
+
+The rule is that of the feed drives' adaptive controller (JK04 section 4.2 and Appendix B): at
+sample k the rules that fired at k - 1 are judged by what became of the error, and those to blame
+move. The terms of LL eq. 3 are flat tops with tails that never end; they have no edges to move,
+so that only consequents do. There is no stability theorem for the C-axis either: what bounds a
+move is ``largest_move``. Written for one axis in scalars; ``xp`` as in ``flc``. Never imports JAX.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from hfc_design.controllers.aflc.adaptation import (
+    ZR,
+    blamed_aflc,
+    clipped,
+    highest_term,
+    performance_indices,
+)
+from hfc_design.controllers.flc.law import total
+
+#: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
+FIRED = 1.0 / 49.0
+
+
+class Adaptation(NamedTuple):
+    """How the consequents of the root move."""
+
+    k_c: float  # step of a sample for a performance index of 1 or -1, in units of a consequent
+    largest_move: float  # of a consequent from where it started
+    error_scale: float | None = None  # [1/unit of error]; None: that of the input ``error``
+
+
+class RootMemory(NamedTuple):
+    """What the root remembers; all zero before the first sample."""
+
+    term: Any  # of e(k-1), -3 to 3
+    in_column: Any  # (7,) degrees of the column input at k - 1
+    in_row: Any  # (7,) degrees of the row input at k - 1
+    moves: Any  # (7, 7) of the consequents from where they started
+
+
+def initial_memory(zero: Any) -> RootMemory:
+    """Memory before the first sample: no error, nothing has moved."""
+    return RootMemory(zero, (zero,) * 7, (zero,) * 7, ((zero,) * 7,) * 7)
+
+
+def step(
+    xp: Any,
+    law: Adaptation,
+    consequents: Any,
+    memory: RootMemory,
+    in_error: Sequence[Any],
+    in_column: Sequence[Any],
+    in_row: Sequence[Any],
+) -> tuple[list[Any], RootMemory]:
+    """Consequents (7, 7) for this sample, and what to remember.
+
+    ``consequents`` are those to start from; ``in_error``, ``in_column`` and ``in_row`` (7) the
+    degrees of the scaled error and of the root's inputs at this sample.
+    """
+    term = highest_term(xp, in_error)
+    index = 0.0 * term
+    for k, value in enumerate(performance_indices(xp, term)):
+        index = xp.where(memory.term == k - ZR, value, index)
+    table = _table(consequents, memory.moves)
+    guilty = _guilty(xp, memory, table, xp.once(index))
+    size = law.k_c * abs(index)
+    # Down where a positive error fell too far or a negative one too slowly.
+    shift = xp.once(xp.where(memory.term * index > 0.0, -size, size))
+    moves = tuple(
+        tuple(
+            clipped(xp, move + xp.where(g, shift, 0.0), -law.largest_move, law.largest_move)
+            for move, g in zip(row, blamed, strict=True)
+        )
+        for row, blamed in zip(memory.moves, guilty, strict=True)
+    )
+    return _table(consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
+
+
+def _guilty(xp: Any, memory: RootMemory, table: Any, index: Any) -> list[list[Any]]:
+    """Which rules (7, 7) fired at k - 1 and pulled the wrong way.
+
+    They are compared with the mean of those that fired. The tails of all others belong to the
+    root's output too, but they stay where they are: against it, rules that have moved past them
+    would all be on the same side and nothing would move any more.
+    """
+    least = xp.once(FIRED * total(memory.in_row) * total(memory.in_column))
+    firing = [[r * c for c in memory.in_column] for r in memory.in_row]
+    fired = [[f > least for f in row] for row in firing]
+    weights = [
+        [xp.where(active, f, 0.0) for active, f in zip(*rows, strict=True)]
+        for rows in zip(fired, firing, strict=True)
+    ]
+    weighted = total(
+        total(w * u for w, u in zip(*rows, strict=True))
+        for rows in zip(weights, table, strict=True)
+    )
+    weight = total(total(row) for row in weights)
+    action = xp.once(weighted / xp.where(weight > 0.0, weight, 1.0))
+    return [
+        [
+            active & blamed_aflc(xp, memory.term, index, u - action)
+            for active, u in zip(*rows, strict=True)
+        ]
+        for rows in zip(fired, table, strict=True)
+    ]
+
+
+def _table(consequents: Any, moves: Any) -> list[list[Any]]:
+    return [
+        [u + move for u, move in zip(*rows, strict=True)]
+        for rows in zip(consequents, moves, strict=True)
+    ]

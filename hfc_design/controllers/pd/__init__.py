@@ -1,0 +1,1 @@
+"""The proportional-derivative controller."""

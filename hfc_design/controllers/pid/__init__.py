@@ -1,0 +1,1 @@
+"""The proportional-integral-derivative controller of a feed drive."""

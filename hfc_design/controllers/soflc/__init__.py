@@ -1,0 +1,1 @@
+"""The fuzzy controller that organises itself (Jee & Koren 1995)."""

@@ -1,0 +1,77 @@
+"""A search on disk: written whole or not at all, read back bit for bit, never unpickled."""
+
+import io
+import os
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from hfc_design.core.records import RunError
+
+FORMAT = "hfc-checkpoint-1"
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that a reader, or a machine that lost power, sees all of it or nothing.
+
+    Raises:
+        RunError: the disk is full or the folder cannot be written; what was there stays.
+    """
+    beside = path.with_name(path.name + ".new")
+    try:
+        with beside.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def save(path: Path, search: Any, config: str) -> None:
+    """Write ``search``, a record of records and arrays, for the run with this config.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    arrays = {"format": np.array(FORMAT), "config": np.array(config), **dict(_flat(search))}
+    buffer = io.BytesIO()
+    np.savez(buffer, allow_pickle=False, **arrays)
+    write_whole(path, buffer.getvalue())
+
+
+def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
+    """The search of type ``kind`` in ``path``; ``fields`` are the types of some fields in it.
+
+    Raises:
+        RunError: the file is damaged, is no checkpoint, or belongs to another run.
+    """
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        if str(arrays["format"]) != FORMAT:
+            raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
+        if str(arrays["config"]) != config:
+            raise RunError(f"{path}: belongs to a run with another config.toml")
+        return _built(kind, "", arrays, fields)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
+
+
+def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
+    if hasattr(record, "_fields"):
+        parts = zip(record._fields, record, strict=True)
+        return [item for name, part in parts for item in _flat(part, f"{prefix}{name}.")]
+    return [(prefix.rstrip("."), np.asarray(record))]
+
+
+def _built(kind: type, prefix: str, arrays: dict[str, np.ndarray], known: dict[str, type]) -> Any:
+    if hasattr(kind, "_fields"):
+        hints = get_type_hints(kind) | {k: v for k, v in known.items() if k in kind._fields}
+        parts = (_built(hints[name], f"{prefix}{name}.", arrays, known) for name in kind._fields)
+        return kind(*parts)
+    value = arrays[prefix.rstrip(".")]
+    return int(value) if kind is int else value

@@ -1,0 +1,140 @@
+"""What users add without changing the package: plants, fitnesses and control laws of their own.
+
+A file names one by a plain name. It is looked up among what is built in, what the program has
+added, and the entry points of installed packages. Modules are named on the command line and in
+scripts only, so that nothing a file says is ever imported. Never imports JAX.
+"""
+
+import importlib
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from hfc_design.core.records import UserError
+
+Thing = TypeVar("Thing")
+#: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
+References = list[tuple[str, str]]
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+@dataclass(frozen=True)
+class Group(Generic[Thing]):
+    """Plug-ins of one kind, by their names."""
+
+    what: str  # as in --plant
+    kind: type[Thing]  # has a ``name``
+    entry_points: str  # the group of them
+    known: dict[str, Thing]  # built in, or added since
+    built_in: frozenset[str]  # names that nobody may take
+    fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
+    given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
+
+    def add(self, thing: Thing) -> Thing:
+        """Make ``thing`` known; one of the same name that was added earlier is replaced.
+
+        Raises:
+            UserError: it is none of this kind, cannot work, or has a name that is taken.
+        """
+        if not isinstance(thing, self.kind):
+            raise UserError(f"is a {type(thing).__name__} and no {self.kind.__name__}")
+        name = str(getattr(thing, "name", ""))
+        if not NAME.fullmatch(name):
+            raise UserError(f"{self.what} {name!r}: a name has letters, digits, '.', '_' and '-'")
+        if name in self.built_in and self.known.get(name) is not thing:
+            raise UserError(f"{self.what} {name!r} is built in; give yours another name")
+        if fault := self.fault(thing):
+            raise UserError(f"{self.what} {name!r}: {fault}")
+        self.known[name] = thing
+        return thing
+
+    def get(self, name: str) -> Thing:
+        """The one with a name, of an installed package if need be.
+
+        Raises:
+            UserError: nothing here has that name, or the package's cannot be used.
+        """
+        if name in self.known:
+            return self.known[name]
+        found = tuple(metadata.entry_points(group=self.entry_points, name=name))
+        if not found:
+            known = ", ".join(repr(other) for other in self.names())
+            raise UserError(
+                f"{name!r} is no {self.what} known here; there is {known}; add an own one with "
+                f"--{self.what} module:OBJECT, or install the package that has it"
+            )
+        if len(found) > 1:
+            values = ", ".join(entry.value for entry in found)
+            raise UserError(f"{self.what} {name!r}: several packages have it: {values}")
+        thing = self._imported(found[0].value, f"entry point {name} = {found[0].value}")
+        if (own := getattr(thing, "name", None)) != name:
+            raise UserError(f"entry point {name} = {found[0].value}: its name is {own!r}")
+        return thing
+
+    def checked(self, name: str) -> str:
+        """``name``, for a record that is being validated.
+
+        Raises:
+            ValueError: ``get`` refuses it.
+        """
+        try:
+            self.get(name)
+        except UserError as error:
+            raise ValueError(str(error).removeprefix(f"{name!r} ")) from None
+        return name
+
+    def resolve(self, text: str) -> Thing:
+        """What the command line means: a name, or ``module:OBJECT``.
+
+        A module may lie in the current folder; installed ones come first.
+
+        Raises:
+            UserError: there is no such thing, or it cannot be used.
+        """
+        if ":" not in text:
+            return self.get(text)
+        here = str(Path.cwd())
+        if here not in sys.path:
+            sys.path.append(here)
+        thing = self._imported(text, f"--{self.what} {text}")
+        self.given[str(getattr(thing, "name", ""))] = text
+        return thing
+
+    def forget(self) -> None:
+        """What ``resolve`` has imported is known no longer."""
+        for name in self.given:
+            self.known.pop(name, None)
+        self.given.clear()
+
+    def names(self) -> list[str]:
+        """Every name that ``get`` knows, built-in ones first."""
+        installed = metadata.entry_points(group=self.entry_points).names
+        reserved = sorted(self.built_in - self.known.keys())
+        return list(dict.fromkeys([*self.known, *reserved, *sorted(installed)]))
+
+    def _imported(self, reference: str, source: str) -> Thing:
+        try:
+            return self.add(_object(reference))
+        except UserError as error:
+            raise UserError(f"{source}: {error}") from error
+
+
+def _object(reference: str) -> Any:
+    """What ``module:OBJECT`` names."""
+    module, _, name = reference.partition(":")
+    if not module or not name:
+        raise UserError("has to look like module:OBJECT")
+    try:
+        found = importlib.import_module(module)
+    except Exception as error:  # whatever the user's code raises
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise UserError(f"{module} cannot be imported: {reason}") from error
+    for part in name.split("."):
+        if not hasattr(found, part):
+            raise UserError(f"{module} has no {name}")
+        found = getattr(found, part)
+    return found

@@ -1,0 +1,1 @@
+"""What users write and keep: scenarios and designs."""

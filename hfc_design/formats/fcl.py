@@ -1,0 +1,128 @@
+"""Fuzzy Control Language: that of IEC 61131-7, and the dialect of jFuzzyLogic.
+
+The standard knows terms of straight lines and singletons only, so that a Gaussian becomes a
+polygon; jFuzzyLogic knows it as GAUSS2. Triangles are exact in both.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from hfc_design.files.design import Design
+from hfc_design.formats.fuzzy_files import Input
+from hfc_design.formats.fuzzy_files import write as write_files
+from hfc_design.formats.units import FlatGaussian, Term
+
+#: Straight lines on either side of a Gaussian.
+LINES = 64
+
+RESERVED = {
+    *("function_block", "end_function_block", "var_input", "var_output", "end_var", "real"),
+    *("fuzzify", "end_fuzzify", "defuzzify", "end_defuzzify", "term", "method", "default"),
+    *("range", "nc", "ruleblock", "end_ruleblock", "rule", "if", "is", "then", "with", "not"),
+    *("and", "or", "act", "accu", "min", "max", "prod", "bdif", "bsum", "nsum", "asum"),
+    *("cog", "cogs", "coa", "lm", "rm", "var", "options", "end_options", "constant", "point"),
+}
+JFUZZYLOGIC = {
+    *("abs", "cosine", "cogf", "cos", "dmax", "dmin", "dsigm", "einstein", "exp", "hamacher"),
+    *("function", "gauss", "gauss2", "gbell", "ln", "log", "nipmin", "nipmax", "mm", "probor"),
+    *("sigm", "sin", "singletons", "sum", "tan", "trape", "trian", "fcl", "value_real", "value_id"),
+}
+
+
+def write(design: Design, path: Path) -> None:
+    """Write a folder with one function block of IEC 61131-7 a unit.
+
+    Raises:
+        UserError: the design has no rule tables, or a name is a word of the language.
+        RunError: the folder cannot be written.
+    """
+    # ACCU matters only to a reader that unites singletons of one value.
+    about = [
+        "Fuzzy Control Language, standard dialect (IEC 61131-7:2000).",
+        "Terms are straight lines between points, constant beyond the first and the last.",
+        f"A Gaussian has {LINES} lines a side: a unit is right to 1e-3 of its largest output.",
+    ]
+    write_files(
+        design,
+        path,
+        "fcl",
+        "fcl",
+        RESERVED,
+        dialect="standard",
+        about=about,
+        real=real,
+        shape=polygon,
+    )
+
+
+def write_jfuzzylogic(design: Design, path: Path) -> None:
+    """Write the same in the dialect of jFuzzyLogic, with exact Gaussians.
+
+    Raises:
+        UserError, RunError: as ``write``.
+    """
+    # ACCU is SUM because jFuzzyLogic unites singletons of one value.
+    about = [
+        "Fuzzy Control Language, dialect of jFuzzyLogic: GAUSS2, ACCU : SUM and its place are not",
+        "those of IEC 61131-7:2000.",
+    ]
+    write_files(
+        design,
+        path,
+        "fcl-jfuzzylogic",
+        "fcl",
+        RESERVED | JFUZZYLOGIC,
+        dialect="jfuzzylogic",
+        about=about,
+        real=real,
+        shape=lambda term, _input: gauss2(term) or polygon(term, _input),
+    )
+
+
+def real(value: float) -> str:
+    """A REAL literal that reads back bit for bit: IEC 61131-3 wants a point in each."""
+    mantissa, _, exponent = repr(float(value)).partition("e")
+    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{mantissa}E{int(exponent)}" if exponent else mantissa
+
+
+def gauss2(term: Term) -> str | None:
+    """Two means, each with its width; None for a triangle."""
+    if not isinstance(term, FlatGaussian):
+        return None
+    return "GAUSS2 " + " ".join(map(real, (term.low, term.sigma, term.high, term.sigma)))
+
+
+def polygon(term: Term, place: Input) -> str:
+    """The points of a term on the universe of its input."""
+    if isinstance(term, FlatGaussian):
+        left = _tail(term.sigma, term.low, place.lowest, -1.0)
+        right = _tail(term.sigma, term.high, place.highest, 1.0)
+        flat = [(term.low, 1.0), (term.high, 1.0)] if term.low < term.high else [(term.low, 1.0)]
+        points = [*reversed(left), *flat, *right]
+    else:
+        corners = [(term.left, 0.0), (term.centre, 1.0), (term.right, 0.0)]
+        points = [point for point in corners if math.isfinite(point[0])]
+    return " ".join(f"({real(x)}, {real(y)})" for x, y in points)
+
+
+def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[float, float]]:
+    """Points (x, degree) from a ``shoulder``, where the degree begins to fall, to ``end``.
+
+    They lie on its ``side``, -1 or 1. An output is a quotient of degrees, so that small ones have
+    to be right in proportion where no term is near: the lines are denser where the degree bends,
+    counted between its bend itself, degree^(1/2), and its bend in proportion, degree^0.
+    """
+    reach = min(side * (end - shoulder), 39.0 * sigma)  # the degree is 0 from there
+    if reach <= 0.0:
+        return []
+    d = np.linspace(0.0, reach, 4001)
+    degree = np.exp(-0.5 * (d / sigma) ** 2)
+    density = np.sqrt(1.0 + (d / sigma) ** 2) * degree**0.35
+    share = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
+    places = np.interp(np.linspace(0.0, share[-1], LINES + 1), share, d)[1:]
+    points = {shoulder + side * float(x): math.exp(-0.5 * (float(x) / sigma) ** 2) for x in places}
+    points.pop(shoulder, None)  # a term can be narrower than its centre is written
+    return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]

@@ -1,0 +1,42 @@
+"""Fuzzy Markup Language of IEEE 1855-2016, with the structure that JFML reads."""
+
+import xml.etree.ElementTree as ET
+from collections import Counter
+from pathlib import Path
+
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.formats.fuzzy_files import Input, texts
+from hfc_design.formats.units import Triangle
+from hfc_design.formats.writing import write_folder
+
+
+def write(design: Design, path: Path) -> None:
+    """Write a folder with one system a unit.
+
+    Raises:
+        UserError: the design has no rule tables, or two names of a system are alike.
+        RunError: the folder cannot be written.
+    """
+    files = texts(design, "fml", "fml", (), domain=domain)
+    for name, text in files.items():
+        if name.endswith(".fml"):
+            _check_names(text)
+    write_folder(path, files)
+
+
+def domain(place: Input) -> tuple[float, float]:
+    """Domain of a variable, wide where a value is not clamped: JFML does not take one beyond."""
+    if place.clamped:
+        return place.lowest, place.highest
+    room = 1e6 if isinstance(place.terms[0], Triangle) else 1.0
+    return place.lowest - room, place.highest + room
+
+
+def _check_names(text: str) -> None:
+    """Names are XML IDs: all variables, terms and rules of a file share one space of them."""
+    names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
+    del names[None]
+    for name, count in names.items():
+        if count > 1:
+            raise UserError(f"--to fml: two things are called {name} there; rename one of them")

@@ -1,0 +1,95 @@
+"""A MAT file (version 5) with everything that a design file holds, for MATLAB, Octave and SciPy.
+
+Variables: ``design`` (name, plant, facts), ``controller`` (as in the design file; a missing edge of
+a term is infinite), and of a rule base ``units`` (name, column_input, row_input, table) in
+evaluation order with ``wiring``.
+"""
+
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import savemat
+
+from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, HierarchicalDesign
+from hfc_design.formats.units import RuleUnit, facts, rule_units
+
+#: Characters of a field's name.
+LONGEST = 63
+EDGES = {"left": -math.inf, "right": math.inf}
+
+
+def write(design: Design, path: Path) -> None:
+    """Write ``design`` to the MAT file ``path``.
+
+    Raises:
+        UserError: a name is none of a field in MATLAB.
+        RunError: the file cannot be written.
+    """
+    controller = design.controller
+    data: dict[str, Any] = {
+        "design": {
+            "name": design.name,
+            "plant": design.plant.model_dump(mode="json"),
+            "facts": np.array(facts(design), dtype=object),
+        },
+        "controller": controller.model_dump(mode="json"),
+    }
+    if isinstance(controller, HierarchicalDesign | FuzzyRecord):
+        units = rule_units(design)
+        data["units"] = [
+            {
+                "name": unit.name,
+                "column_input": unit.column,
+                "row_input": unit.row,
+                "table": [list(row) for row in unit.table],
+            }
+            for unit in units
+        ]
+        names = ["error_change", "error"]
+        if isinstance(controller, HierarchicalDesign):
+            names = [item.name for item in controller.inputs]
+        data["wiring"] = _wiring(units, names)
+    buffer: Any = io.BytesIO()  # the stubs know paths only
+    savemat(buffer, {key: _matlab(value) for key, value in data.items()}, long_field_names=True)
+    head = f"MATLAB 5.0 MAT-file, {facts(design)[0]}".encode("ascii")
+    write_whole(path, head.ljust(116)[:116] + buffer.getvalue()[116:])  # SciPy puts the date there
+
+
+def _wiring(units: list[RuleUnit], inputs: list[str]) -> np.ndarray:
+    """(units, 2) column and row source: 1, 2, ... the inputs, then the units in their order."""
+    names = [*inputs, *(unit.name for unit in units)]
+    return np.array([[names.index(u.column) + 1.0, names.index(u.row) + 1.0] for u in units])
+
+
+def _matlab(value: Any) -> Any:
+    """Records as structs, lists of them as struct arrays, numbers as arrays, labels as cells."""
+    if value is None:
+        return np.zeros((0, 0))
+    if isinstance(value, dict):
+        return {_field(key): _matlab(_edge(key, part)) for key, part in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        fields = [_field(key) for key in value[0]]
+        array = np.empty((1, len(value)), dtype=[(field, object) for field in fields])
+        for k, record in enumerate(value):
+            array[0, k] = tuple(_matlab(record).values())
+        return array
+    if isinstance(value, list):
+        numbers = np.array(value)
+        return np.atleast_2d(numbers.astype(float if numbers.dtype.kind in "fi" else object))
+    return value if isinstance(value, str | np.ndarray) else float(value)
+
+
+def _edge(key: str, value: Any) -> Any:
+    return EDGES.get(key) if value is None else value
+
+
+def _field(name: str) -> str:
+    if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST):
+        raise UserError(f"--to mat: {name} is no name of a field in MATLAB; rename it")
+    return name

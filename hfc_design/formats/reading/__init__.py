@@ -1,0 +1,57 @@
+"""Readers of other programs' fuzzy controllers: a design that a search can start from.
+
+Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
+them, where programs differ, its outermost terms stay 1. Nothing is approximated: what a design
+cannot hold is refused.
+"""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.formats.reading import csv_tables, fis, fll
+from hfc_design.formats.reading.design_of import Wish, design_of
+from hfc_design.formats.reading.system import System
+
+__all__ = ["READERS", "Wish", "imported"]
+
+#: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
+READERS: dict[str, Callable[[str], System]] = {".fll": fll.read, ".fis": fis.read}
+
+
+def imported(path: Path, wish: Wish) -> Design:
+    """The design in the file or folder ``path``, with what ``wish`` adds to it.
+
+    Raises:
+        UserError: the file cannot be read, or holds more or less than a design can.
+    """
+    tables = path.is_dir() or path.suffix.lower() == ".csv"
+    if not tables and path.suffix.lower() not in READERS:
+        known = ", ".join(READERS)
+        raise UserError(f"{path}: is neither {known} nor a folder of .csv tables")
+    try:
+        texts = {file.name: _text(file) for file in (csv_tables.files(path) if tables else [path])}
+        if tables:
+            system = csv_tables.read(texts)
+        else:
+            system = READERS[path.suffix.lower()](texts[path.name])
+        digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+        return design_of(system, wish, path, digests)
+    except ValueError as error:
+        raise UserError(f"{path}: {error}") from None
+
+
+def _text(file: Path) -> str:
+    """What stands in ``file``, its line ends as they are.
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    try:
+        return file.read_bytes().decode("utf-8")
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise ValueError("is not a text in UTF-8") from None

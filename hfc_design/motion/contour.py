@@ -1,0 +1,153 @@
+"""Contour error: how far the machine is off the path, wherever it is along it.
+
+The error is positive to the left of the motion, except that of a whole circle, which is the
+distance from the centre less the radius: positive outside (JK04 section 5). All lengths are in
+the unit of the positions [mm].
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfc_design.motion.shapes import Floats, Path
+from hfc_design.motion.trajectories import Circle, Line, PathSamples, Trajectory
+
+#: The nearest point is looked for this many tracking errors before and after the commanded place:
+#: far enough for a machine halfway around a corner of 30 deg, and not yet on another branch.
+REACH = 4.0
+#: From a sign change of an axis' velocity on, its quadrant glitch is looked for so long [s].
+GLITCH_TIME = 1.0
+
+
+def local_error(dx: Any, dy: Any, tx: Any, ty: Any, curvature: Any) -> Any:
+    """Distance to the left of the line or circle that touches the path at the commanded place.
+
+    Exact for lines and circles; for floats, arrays and traced scalars alike.
+
+    Args:
+        dx, dy: actual less commanded position.
+        tx, ty: unit tangent of the path there.
+        curvature: of the path there, positive to the left.
+    """
+    f = (tx * dy - ty * dx) - 0.5 * curvature * (dx * dx + dy * dy)
+    # The root is the distance from the centre over the radius; at the centre it may round below 0.
+    return 2.0 * f / (1.0 + abs(1.0 - 2.0 * curvature * f) ** 0.5)
+
+
+class Nearest(NamedTuple):
+    """The points of the contour that the machine is nearest to."""
+
+    point: Floats  # (2, steps) [mm]
+    error: Floats  # (steps,) contour error [mm]
+
+
+def contour_error(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Floats:
+    """(steps,) contour error of the actual positions (2, steps) [mm]; see ``nearest``."""
+    return nearest(trajectory, samples, actual).error
+
+
+@np.errstate(invalid="ignore")  # a diverged motion, or one at the centre
+def nearest(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Nearest:
+    """Nearest points and contour error of the actual positions (2, steps) [mm].
+
+    Circle: distance from the centre less the radius. Line: distance to the left of the line
+    without its ends. Otherwise ``nearest_on_path``.
+    """
+    if isinstance(trajectory, Circle):
+        distance = np.hypot(actual[0], actual[1])
+        return Nearest(
+            trajectory.radius_mm * actual / np.where(distance > 0, distance, np.nan),
+            distance - trajectory.radius_mm,
+        )
+    if isinstance(trajectory, Line):
+        dx, dy = actual - samples.position
+        tx, ty = samples.tangent
+        error = np.asarray(local_error(dx, dy, tx, ty, samples.curvature))
+        return Nearest(actual - error * np.stack([-ty, tx]), error)
+    return nearest_on_path(trajectory.path, samples, actual)
+
+
+@np.errstate(invalid="ignore")  # a diverged motion
+def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest:
+    """Nearest point of the path and the distance to it, positive to the left.
+
+    Only the path within ``REACH`` tracking errors of the commanded place counts, so that another
+    branch that passes by is not taken for the one being cut. At a corner the left side is that
+    of both of its segments together.
+    """
+    off = actual - samples.position
+    reach = REACH * np.hypot(off[0], off[1])
+    begin = np.clip(samples.distance - reach, 0.0, path.knots[-1])
+    end = np.clip(samples.distance + reach, 0.0, path.knots[-1])
+    last = len(path.length) - 1
+    first = np.clip(np.searchsorted(path.knots, begin, side="right") - 1, 0, last)
+    final = np.clip(np.searchsorted(path.knots, end, side="right") - 1, 0, last)
+    best = np.full(len(begin), np.inf)
+    side = np.zeros(len(begin))
+    point = np.empty_like(actual)
+    for turn in range(int((final - first).max(initial=0)) + 1):
+        now = np.flatnonzero(first + turn <= final)
+        k = first[now] + turn
+        lowest = np.maximum(begin[now] - path.knots[k], 0.0)
+        highest = np.minimum(end[now] - path.knots[k], path.length[k])
+        s = _nearest_on(path, k, actual[:, now], lowest, highest)
+        place = path.on(k, s)
+        away = actual[:, now] - place.position
+        gap = np.hypot(away[0], away[1])
+        left = place.tangent[0] * away[1] - place.tangent[1] * away[0]
+        same = np.abs(gap - best[now]) <= 1e-9 * gap
+        nearer = ~same & ~(gap > best[now])  # nan stays nan
+        side[now] = np.where(same, side[now] + left, np.where(nearer, left, side[now]))
+        best[now] = np.where(nearer, gap, best[now])
+        point[:, now] = np.where(nearer, place.position, point[:, now])
+    return Nearest(point, np.where(side < 0, -best, best))
+
+
+def _nearest_on(
+    path: Path, k: NDArray[np.intp], actual: Floats, lowest: Floats, highest: Floats
+) -> Floats:
+    """Length of segment ``k`` up to its point between two lengths that is nearest to ``actual``."""
+    off = actual - path.start[:, k]
+    tangent, curvature = path.tangent[:, k], path.curvature[k]
+    ahead = tangent[0] * off[0] + tangent[1] * off[1]
+    left = tangent[0] * off[1] - tangent[1] * off[0]
+    bent = curvature != 0
+    safe = np.where(bent, curvature, 1.0)
+    around = np.abs(2 * np.pi / safe)
+    # On an arc the angle about the centre decides, counted on from the lowest length.
+    turned = np.arctan2(curvature * ahead, 1.0 - curvature * left) / safe
+    turned = np.mod(turned - lowest, around)
+    beyond = turned - (highest - lowest)
+    back = around - turned < beyond  # nearer to the lowest than to the highest length
+    on_arc = np.where(back, lowest, lowest + np.minimum(turned, highest - lowest))
+    return np.where(bent, on_arc, np.clip(ahead, lowest, highest))
+
+
+class Glitch(NamedTuple):
+    """What follows when an axis reverses."""
+
+    time_s: float  # of the first sample with the new direction
+    axis: str  # that reverses, X or Y
+    error: float  # the contour error that is largest in magnitude soon after
+    worst_s: float  # when that is
+
+
+def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
+    """The sign changes of the commanded velocities with what they do to the contour error.
+
+    Args:
+        time: (steps,) [s].
+        samples: the trajectory at these times.
+        error: (steps,) contour error.
+    """
+    found = []
+    for axis, velocity in zip("XY", samples.velocity, strict=True):
+        # The component that a tangent keeps by rounding is no motion.
+        moving = np.flatnonzero(np.abs(velocity) > 1e-9 * np.abs(samples.velocity).max())
+        reversed_ = np.diff(np.sign(velocity[moving])) != 0
+        for index in moving[1:][reversed_]:
+            window = error[index : np.searchsorted(time, time[index] + GLITCH_TIME)]
+            worst = index + int(np.abs(window).argmax())
+            found.append(Glitch(float(time[index]), axis, float(error[worst]), float(time[worst])))
+    return sorted(found)

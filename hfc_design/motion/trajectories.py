@@ -1,0 +1,171 @@
+"""References in the X-Y plane, as a user writes them, and their samples.
+
+The machine starts at rest where the path starts: a circle at (R, 0) about the origin, a line at
+the origin, a polyline at its first point, a G-code program at X0 Y0.
+"""
+
+from abc import abstractmethod
+from itertools import pairwise
+from math import pi, radians
+from pathlib import Path as FilePath
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from pydantic import AfterValidator, Field, ValidationInfo
+
+from hfc_design.core.records import Finite, Positive, Record, UserError
+from hfc_design.motion import gcode
+from hfc_design.motion.motion import Motion, motion
+from hfc_design.motion.shapes import SAME_PLACE, Floats, Path, circle, distance, polyline, ray
+
+BLU = 0.01  # [mm]
+LARGEST_COMMAND = 127  # [unit], JK04: an 8-bit command
+
+
+class PathSamples(NamedTuple):
+    """A trajectory at each control sample."""
+
+    position: Floats  # (2, steps) [mm]
+    velocity: Floats  # (2, steps) [mm/s]
+    tangent: Floats  # (2, steps) unit vector in the direction of motion
+    curvature: Floats  # (steps,) [1/mm], positive to the left
+    distance: Floats  # (steps,) length of the path so far [mm]
+
+
+class Trajectory(Record):
+    """A path and a limit of acceleration; each kind has its own path."""
+
+    #: None: full feed at once, corners included, as in the papers' simulations.
+    acceleration_mm_s2: Positive | None = None
+
+    @property
+    @abstractmethod
+    def path(self) -> Path:
+        """Where it goes."""
+
+    @property
+    def motion(self) -> Motion:
+        """When it is where."""
+        return motion(self.path, self.acceleration_mm_s2)
+
+    @property
+    def duration_s(self) -> float:
+        """When the end is reached [s]; from then on it holds."""
+        return self.motion.duration
+
+    def samples(self, time: Floats) -> PathSamples:
+        """The trajectory at ``time`` (steps,) [s]."""
+        path = self.path
+        way, speed = motion(path, self.acceleration_mm_s2).at(time)
+        position, tangent, curvature = path.at(way)
+        return PathSamples(position, speed * tangent, tangent, curvature, way)
+
+
+class Circle(Trajectory):
+    """About the origin from (radius, 0), any number of cycles or part of one."""
+
+    kind: Literal["circle"] = "circle"
+    radius_mm: Positive
+    feed_mm_min: Positive
+    direction: Literal["ccw", "cw"] = "ccw"
+    cycles: Positive = 1.0
+
+    @property
+    def path(self) -> Path:
+        """Where it goes."""
+        turns = self.cycles if self.direction == "ccw" else -self.cycles
+        return circle(self.radius_mm, self.feed_mm_min, 2 * pi * turns)
+
+
+class Line(Trajectory):
+    """From the origin straight on, at an angle to the X axis."""
+
+    kind: Literal["line"] = "line"
+    length_mm: Positive
+    angle_deg: Finite
+    feed_mm_min: Positive
+
+    @property
+    def path(self) -> Path:
+        """Where it goes."""
+        return ray(self.length_mm, radians(self.angle_deg), self.feed_mm_min)
+
+
+Vertex = tuple[Finite, Finite]
+
+
+def _distinct(points: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+    for k, (a, b) in enumerate(pairwise(points)):
+        if distance(a, b) < SAME_PLACE:
+            raise ValueError(f"points {k + 1} and {k + 2} are the same")
+    return points
+
+
+class Polyline(Trajectory):
+    """Straight from point to point, with a stop at each corner."""
+
+    kind: Literal["polyline"] = "polyline"
+    points_mm: Annotated[tuple[Vertex, ...], Field(min_length=2), AfterValidator(_distinct)]
+    feed_mm_min: Positive
+    acceleration_mm_s2: Positive = 100.0
+
+    @property
+    def path(self) -> Path:
+        """Where it goes."""
+        return polyline(self.points_mm, self.feed_mm_min)
+
+
+def _readable(file: FilePath, info: ValidationInfo) -> FilePath:
+    """A relative path starts at the folder of the file that names it."""
+    path = FilePath((info.context or {}).get("folder", "")) / file
+    gcode.segments(gcode.text_of(path), rapid=1500.0)
+    return path
+
+
+class GCode(Trajectory):
+    """The X-Y motion of a G-code program (``hfc_design.gcode``)."""
+
+    kind: Literal["gcode"] = "gcode"
+    file: Annotated[FilePath, AfterValidator(_readable)]
+    rapid_mm_min: Positive = 1500.0  # of G0
+    acceleration_mm_s2: Positive = 100.0
+
+    @property
+    def path(self) -> Path:
+        """Where it goes."""
+        return Path.of(gcode.read(self.file, self.rapid_mm_min))
+
+
+PathReference = Annotated[Circle | Line | Polyline | GCode, Field(discriminator="kind")]
+
+
+def largest_drive_speed(gain: float, friction: float) -> float:
+    """Speed [mm/s] that a feed drive reaches with its largest command.
+
+    Args:
+        gain: K of JK04 eq. 18 [(BLU/s)/unit].
+        friction: level of the friction at that speed [unit].
+    """
+    return BLU * gain * max(LARGEST_COMMAND - friction, 0.0)
+
+
+def check_speed(trajectory: Trajectory, drive_speed: float, name: str) -> None:
+    """Refuse a trajectory that asks an axis for more than ``drive_speed`` [mm/s].
+
+    On a segment that is too short for its feed, the speed that it does reach counts.
+
+    Raises:
+        UserError: the line names the trajectory (``name``), the feed and the one allowed.
+    """
+    path = trajectory.path
+    share = path.largest_components()  # (2, segments)
+    wanted = share * trajectory.motion.peak
+    if wanted.max() <= drive_speed:
+        return
+    axis, k = np.unravel_index(int(wanted.argmax()), wanted.shape)
+    allowed = np.floor(60.0 * drive_speed / share[axis, k])
+    raise UserError(
+        f"{name}: a feed of {path.feed[k]:g} mm/min asks the {'XY'[axis]} axis for "
+        f"{wanted[axis, k]:.4g} mm/s, but its drive reaches {drive_speed:.4g} mm/s; "
+        f"the largest feed here is {allowed:g} mm/min"
+    )

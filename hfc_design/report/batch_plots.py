@@ -1,0 +1,164 @@
+"""How groups of runs converge, and where they end."""
+
+from collections.abc import Sequence
+from math import ceil
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, NullLocator
+from numpy.typing import NDArray
+
+from hfc_design.report.plots import WIDTH, Floats, finish, framed, logarithmic
+
+#: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STYLES = ("-", "--", "-.", ":")
+#: A band is drawn with at most this many points.
+POINTS = 150
+#: A label is cut off here; the table has all of it.
+LABEL = 52
+#: Width of a picture with long labels [in].
+WIDE = 8.4
+#: Ratios of less than this, either way, count as close.
+CLOSE = 1.1
+#: Height of a line of the legend [in].
+LINE = 0.16
+
+
+def convergence(
+    labels: Sequence[str], searches: Sequence[Sequence[Floats]], order: Sequence[int]
+) -> Figure:
+    """Best score so far against generation: the median of each group over a band of quartiles.
+
+    Args:
+        labels: of each group.
+        searches: of each group the scores of its runs, (generations,) each; at least one run.
+        order: of each group the number that chooses its colour and line style.
+    """
+    top = 0.15 + LINE * len(labels)
+    figure = framed(3.6 + top, top=top)
+    figure.subplots_adjust(right=1 - 0.25 / WIDTH)  # half of the last number stands outside
+    axes = figure.subplots()
+    bands = [_band(runs) for runs in searches]
+    for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
+        axes.plot(generation, median, color=_colour(k), ls=_style(k), lw=1.6, label=plain(label))
+    finish(axes, "best score so far")
+    logarithmic(axes)
+    floor = _smallest(axes)
+    for (generation, low, _, high), k in zip(bands, order, strict=True):
+        axes.fill_between(
+            generation, np.maximum(low, floor), np.maximum(high, floor),
+            color=_colour(k), alpha=0.2 if len(labels) < 5 else 0.1, lw=0,
+        )  # fmt: skip
+    axes.margins(x=0)
+    axes.set_xlabel("generation")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    legend = figure.legend(
+        fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(0.9 / WIDTH, 1),
+        borderaxespad=0.2, borderpad=0, labelspacing=0.2,
+    )  # fmt: skip
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+    return figure
+
+
+def outcomes(numbers: Sequence[int], fitness: Sequence[Floats], order: Sequence[int]) -> Figure:
+    """The final fitness of every run, a column each group, with median and quartiles.
+
+    Args:
+        numbers: of the groups.
+        fitness: of each group (runs,), at least one.
+        order: as for ``convergence``.
+    """
+    figure = framed(3.2, top=0.15)
+    axes = figure.subplots()
+    for place, (values, k) in enumerate(zip(fitness, order, strict=True)):
+        share = (np.arange(len(values)) + 0.5) / len(values) - 0.5
+        dots = np.unique(np.round(np.linspace(0, len(values) - 1, 400)).astype(int))
+        axes.plot(
+            place + 0.5 * share[dots],
+            np.sort(values)[dots],
+            "o", ms=4.5, mew=0, color=_colour(k), alpha=0.6,
+        )  # fmt: skip
+        low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
+        axes.plot([place] * 2, [low, high], color="0.25", lw=1)
+        axes.plot([place - 0.3, place + 0.3], [median] * 2, color="0.1", lw=2)
+    finish(axes, "final fitness")
+    logarithmic(axes)
+    axes.set_xlim(-0.6, len(numbers) - 0.4)
+    axes.set_xticks(range(len(numbers)), [str(number) for number in numbers])
+    axes.set_xlabel("group")
+    return figure
+
+
+def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
+    """Simulated over published figures, each more than 0, a line each, from the top down."""
+    place = np.arange(len(values))
+    height = 0.75 + 0.2 * len(values)
+    figure = Figure(figsize=(WIDE, height))
+    figure.subplots_adjust(left=0.58, right=0.98, bottom=0.5 / height, top=1 - 0.1 / height)
+    axes = figure.subplots()
+    axes.axvspan(1 / CLOSE, CLOSE, color=COLOURS[2], alpha=0.2, lw=0)
+    axes.axvline(1.0, color="0.25", lw=1)
+    axes.hlines(place, 1.0, values, color="0.6", lw=1)
+    axes.plot(values, place, "o", ms=5, mew=0, color=COLOURS[0])
+    most = max(2.0, 1.3 * max(*values, *(1 / value for value in values), 1.0))
+    axes.set_xscale("log")
+    axes.set_xlim(1 / most, most)
+    logarithmic_ticks(axes.xaxis, most)
+    told = [plain(label, 2 * LABEL) for label in labels]
+    axes.set_yticks(place, told, fontsize=6.5, parse_math=False)
+    axes.set_ylim(len(values) - 0.5, -0.5)
+    axes.grid(color="0.9", axis="x")
+    axes.set_axisbelow(True)
+    axes.set_xlabel("simulated / published")
+    return figure
+
+
+def logarithmic_ticks(axis: Axis, most: float) -> None:
+    """Plain numbers, few enough to stand side by side, from 1 / ``most`` to ``most``."""
+    steps = (1.0, 2.0, 5.0) if most < 12 else (1.0,)
+    decades = range(-ceil(np.log10(most)), ceil(np.log10(most)) + 1)
+    every = ceil(len(decades) / 9)
+    kept = [decade for decade in decades if most < 12 or decade % every == 0]
+    found = [step * 10.0**decade for decade in kept for step in steps]
+    ticks = [tick for tick in found if 1 / most <= tick <= most]
+    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_minor_locator(NullLocator())
+
+
+def plain(label: str, longest: int = LABEL) -> str:
+    """A label that every font has the letters for."""
+    known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
+    known = "".join(letter if letter.isprintable() else "?" for letter in known)
+    return known if len(known) <= longest else known[: longest - 3] + "..."
+
+
+def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
+    """Generations, and lower quartile, median and upper quartile of the runs that got there."""
+    longest = max(len(run) for run in runs)
+    drawn = np.unique(np.round(np.linspace(0, longest - 1, POINTS)).astype(int))
+    scores = np.full((len(runs), len(drawn)), np.nan)
+    for row, run in zip(scores, runs, strict=True):
+        there = drawn < len(run)
+        row[there] = run[drawn[there]]
+    low, median, high = np.nanquantile(scores, (0.25, 0.5, 0.75), axis=0)
+    return drawn + 1, low, median, high
+
+
+def _smallest(axes: Axes) -> float:
+    """What a band may reach down to: everything, or the smallest number that has a logarithm."""
+    if axes.get_yscale() != "log":
+        return -np.inf
+    values = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
+    return float(values[values > 0].min())
+
+
+def _colour(k: int) -> str:
+    return COLOURS[k % len(COLOURS)]
+
+
+def _style(k: int) -> str:
+    return STYLES[k % len(STYLES)]

@@ -1,0 +1,103 @@
+"""The picture of a contour: the path with its error enlarged, and the error against time."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from hfc_design.motion.contour import glitches, nearest
+from hfc_design.motion.shapes import Floats
+from hfc_design.motion.trajectories import BLU, PathSamples, Trajectory
+from hfc_design.report.plots import OTHER, OWN, framed, response
+from hfc_design.simulation.evaluation import Evaluation
+
+#: Share of the path's size that a division of the error takes.
+SHARE = 0.08
+#: The smallest division [mm]; rounding is not worth a picture.
+SMALLEST = 0.1 * BLU
+#: Points that an outline of the path is drawn with, at least.
+POINTS = 2000
+
+
+def motion(evaluation: Evaluation, title: str) -> Figure:
+    """What a design did: ``contour`` of an X-Y machine, else ``plots.response``."""
+    path = evaluation.contour
+    if path is None:
+        return response(evaluation, title)
+    if evaluation.diverged:
+        title += " (diverged)"
+    return contour(path.trajectory, evaluation.time, path.actual, title)
+
+
+def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) -> Figure:
+    """The path with the contour error enlarged across it, and the error against time.
+
+    As on the chart of a ballbar test: grey lines run one division on both sides of the path.
+    Dots mark what follows where an axis reverses. A diverged motion ends where it is no number.
+
+    Args:
+        trajectory: what was commanded.
+        time: (steps,) [s].
+        actual: (2, steps) positions of the machine [mm].
+        title: stands above.
+    """
+    drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
+    time, actual = time[:drawn], actual[:, :drawn]
+    samples = trajectory.samples(time)
+    base, error = nearest(trajectory, samples, actual)
+    marks = glitches(time, samples, error)
+    figure = framed(8.0, top=0.85)
+    upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
+    worst = np.searchsorted(time, [mark.worst_s for mark in marks])
+    _draw_path(upper, trajectory, base, actual - base, worst)
+    _draw_error(lower, time, error / BLU, worst)
+    upper.set_title(title, fontsize=11, pad=38)
+    return figure
+
+
+def _draw_path(
+    axes: Axes, trajectory: Trajectory, base: Floats, away: Floats, worst: NDArray[np.intp]
+) -> None:
+    outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
+    size = np.ptp(outline.position, axis=1).max()
+    division = round_above(max(np.hypot(*away).max() / 2, SMALLEST))
+    enlarged = SHARE * size / division
+    axes.plot(*outline.position, color="black", lw=0.8, label="path")
+    drawn = base + enlarged * away
+    axes.plot(*drawn, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
+    for offset, label in ((-division, f"{division / BLU:g} BLU off"), (division, None)):
+        beside = _beside(outline, enlarged * offset)
+        axes.plot(*beside, color="0.75", lw=0.8, zorder=1, label=label)
+    if len(worst):
+        axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(color="0.95")
+    axes.set_axisbelow(True)
+    axes.set_xlabel("X [mm]")
+    axes.set_ylabel("Y [mm]")
+    axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
+
+
+def _draw_error(axes: Axes, time: Floats, error: Floats, worst: NDArray[np.intp]) -> None:
+    axes.plot(time, error, color=OWN, lw=1)
+    axes.plot(time[worst], error[worst], "o", color=OTHER, ms=4)
+    axes.grid(color="0.9")
+    axes.set_axisbelow(True)
+    axes.margins(x=0)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("contour error [BLU]")
+
+
+def _beside(samples: PathSamples, left: float) -> Floats:
+    """(2, steps) the positions moved to the left of the motion [mm], torn at corners."""
+    tangent = samples.tangent
+    moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
+    ahead = (tangent[:, :-1] * tangent[:, 1:]).sum(axis=0)
+    moved[:, :-1][:, ahead < 0.9] = np.nan
+    return moved
+
+
+def round_above(value: float) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))

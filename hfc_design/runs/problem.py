@@ -1,0 +1,146 @@
+"""What a search needs of a scenario, and what becomes of its individuals: designs."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hfc_design import __version__
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.files.controller import HierarchicalSettings, LawSettings
+from hfc_design.simulation.evaluation import Evaluation, evaluate
+from hfc_design.objectives.fitness import without_sticking
+from hfc_design.files.machine import PlantSettings
+from hfc_design.core.records import checked
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.controllers.flc.genome import FuzzyGenome
+from hfc_design.controllers.gains.genome import GainsGenome
+from hfc_design.controllers.genome import Floats, Genome, Population
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
+from hfc_design.search.loop import Search
+from hfc_design.search.newton import Linear, Newton
+from hfc_design.stability.stable_range import stable_range
+
+#: This many of the archive's best are simulated again in float64 before one is chosen.
+FINALISTS = 16
+
+
+class Problem:
+    """A scenario as what a search needs of it."""
+
+    def __init__(self, scenario: Scenario):
+        self.genome = genome_of(scenario)
+        loop = closed_loop(scenario, self.genome.controller)
+        penalty = scenario.search.stick_penalty
+        if penalty:
+            loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))
+        self._loop = loop
+        self._plants = scenario.plant.values()
+        self._samples = scenario.samples()
+        self._dtype = np.dtype(scenario.run.precision)
+
+    def scores(self, population: Population) -> Floats:
+        """Score of every individual; nan where it diverged."""
+        gains = self.genome.gains(population)
+        return simulate.scores(self._loop, self._plants, self._samples, gains, self._dtype)
+
+    @property
+    def newton(self) -> Newton | None:
+        """Gauss-Newton steps; only where the score is one of tracking errors of one axis."""
+        if not isinstance(self.genome, HierarchicalGenome) or len(self._plants) > 1:
+            return None
+        return self.genome.stepped(self._linear)
+
+    def _linear(self, individual: Population) -> Linear | None:
+        """The tracking error about one individual; None where it cannot be differentiated."""
+        gains = self.genome.gains(individual)
+        error, jacobian = simulate.error_jacobian(
+            self._loop, self._plants, self._samples, gains, self._dtype
+        )
+        finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
+        return Linear(error, jacobian) if finite else None
+
+
+def genome_of(scenario: Scenario) -> Genome:
+    """What the search of ``scenario`` varies."""
+    settings = scenario.controller
+    if isinstance(settings, HierarchicalSettings):
+        return HierarchicalGenome(scenario.search, settings.layout())
+    every = scenario.simulation.sample_time_s
+    if isinstance(settings, LawSettings):
+        return GainsGenome(settings.law, every)
+    axes = scenario.plant.values()
+    ranges = (stable_range(axis.gain, axis.time_constant, every) for axis in axes)
+    return FuzzyGenome(
+        settings.start,
+        min(ranges, key=lambda found: found.k1),
+        min(min(-axis.lowest_command, axis.highest_command) for axis in axes),
+        settings.largest_integral_gain,
+        settings.symmetric,
+    )
+
+
+def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
+    """The best of the archive and of the last generation in float64.
+
+    float32 and a single try flatter loops that are nearly chaotic.
+    """
+    found = []
+    for source in (search.archive, search.state):
+        order = np.argsort(-source.score, kind="stable")[:FINALISTS]
+        for k in order[np.isfinite(source.score[order])]:  # a tree never tried has no score
+            design = design_of(source.population.take(np.array([k])), scenario)
+            found.append((design, evaluate(design, scenario)))
+    penalty = scenario.search.stick_penalty
+
+    def merit(item: tuple[Design, Evaluation]) -> float:
+        return item[1].fitness / (1.0 + penalty * (item[1].metrics.get("stick_share") or 0.0))
+
+    design, evaluation = max(found, key=merit)
+    return with_score(design, evaluation, scenario), evaluation
+
+
+def design_of(individual: Population, scenario: Scenario) -> Design:
+    """A population of one as a design file."""
+    return design_with(genome_of(scenario).record(individual), scenario)
+
+
+def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
+    """A controller as a design file spells it, its sample time left out, for ``scenario``.
+
+    Raises:
+        UserError: it is no controller that can run.
+    """
+    return checked(
+        Design,
+        {
+            "name": scenario.name,
+            "plant": _plant(scenario.plant),
+            "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
+            "provenance": {
+                "program": f"hfc-design {__version__}",
+                "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(
+                    mode="json", exclude_none=True
+                ),
+            },
+        },
+        scenario.name,
+        Path(),
+    )
+
+
+def _plant(settings: PlantSettings) -> dict[str, Any]:
+    """The machine in full, so that the design does not depend on a program's defaults."""
+    found = [record._asdict() for record in settings.values()]
+    if not settings.axes:
+        return {"name": settings.name, "parameters": found[0]}
+    axes = dict(zip(settings.axes, found, strict=True))
+    return {"name": settings.name, "parameters": {}, "axes": axes}
+
+
+def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
+    """The design with its fitness and metrics on a scenario."""
+    score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}
+    return design.model_copy(update={"score": score})

@@ -1,0 +1,256 @@
+"""One design on many machines: every physical parameter of every axis varies on its own.
+
+A parameter is uniform within +-spread of its nominal value, independent of all others and of the
+other axis; one that is 0 stays 0, and what ``Plant.exact`` names does not vary. A machine that
+cannot exist (``Plant.fault``) is drawn again.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from hfc_design.controllers import kinds as controllers
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.evaluation import Evaluation, evaluation, individual, machine
+
+Floats = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+#: Machines that are simulated together, at most; more of them are no faster.
+CHUNK = 64
+#: Samples of an axis that are kept at once, all machines together: about 80 MB.
+KEPT = 1_000_000
+MAX_SAMPLES = 1_000_000
+#: Steps are shorter by this factor where a motion has diverged.
+FINER = 8
+#: The share of the motion, at its end, that shows whether a loop is stable.
+LATE = 0.25
+#: A drive that stands at a limit for a larger share of that time no longer controls.
+LARGEST_LIMITED = 0.1
+#: A spread is refused if it needs more than this many draws a sample.
+MAX_DRAWS = 100
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+class Machines(NamedTuple):
+    """Machines whose parameters are spread."""
+
+    plants: tuple[Any, ...]  # record of each axis; leaves (1 + samples,), the nominal one first
+    refused: int  # draws that gave no possible machine
+
+
+class Robustness(NamedTuple):
+    """What one design does on ``Machines``."""
+
+    spread: float
+    seed: int
+    machines: Machines
+    refined: int  # machines that were simulated again with shorter steps
+    stable: NDArray[np.bool_]  # (samples,)
+    nominal_stable: bool
+    nominal: dict[str, float]  # fitness and metrics; nan where there is none
+    values: dict[str, Floats]  # the same of every sample, (samples,)
+
+    def spread_of(self, key: str) -> Floats:
+        """A metric of all the stable samples that have it, in the order of the samples."""
+        found = self.values[key][self.stable]
+        return found[np.isfinite(found)]
+
+    def quantiles(self, key: str) -> list[float]:
+        """``QUANTILES`` of ``spread_of(key)``, interpolated linearly; nan without any."""
+        found = self.spread_of(key)
+        return np.quantile(found, QUANTILES).tolist() if len(found) else [np.nan] * len(QUANTILES)
+
+    def numbers(self) -> dict[str, Any]:
+        """Everything but the samples themselves, as plain data; None where there is no number."""
+        metrics = {}
+        for key, nominal in self.nominal.items():
+            quantiles = zip(QUANTILES, self.quantiles(key), strict=True)
+            found = {"nominal": nominal, **{f"q{100 * q:02.0f}": value for q, value in quantiles}}
+            plain = {name: value if np.isfinite(value) else None for name, value in found.items()}
+            metrics[key] = {**plain, "count": len(self.spread_of(key))}
+        return {
+            "spread": self.spread,
+            "samples": len(self.stable),
+            "seed": self.seed,
+            "stable_share": float(self.stable.mean()),
+            "nominal_stable": self.nominal_stable,
+            "refused_draws": self.machines.refused,
+            "refined": self.refined,
+            "metrics": metrics,
+        }
+
+
+def robustness(
+    design: Design,
+    scenario: Scenario,
+    spread: float,
+    samples: int,
+    seed: int = 0,
+    progress: Progress = lambda done, total: None,
+) -> Robustness:
+    """Simulate ``design`` on the nominal machine and ``samples`` others.
+
+    A motion that diverges is simulated again with steps of an eighth, so that it is the loop that
+    is judged and not the step. ``progress(done, total)`` hears of every chunk of machines.
+
+    Raises:
+        UserError: spread or samples are not allowed, or design and scenario do not fit.
+    """
+    _check(spread, samples, seed)
+    settings = machine(design, scenario)
+    machines = drawn(settings, spread, samples, seed)
+    _check_steps(scenario, machines.plants)
+    found = list(_motions(design, scenario, machines.plants, progress))
+    again = np.flatnonzero([one.diverged for one, _ in found])
+    if len(again):
+        # A motion may diverge because the step is too long for it: ask again with shorter ones.
+        finer = scenario.simulation.model_copy(
+            update={"substeps": FINER * scenario.simulation.substeps}
+        )
+        total = len(found) + len(again)
+        motions = _motions(
+            design,
+            scenario.model_copy(update={"simulation": finer}),
+            _picked(machines.plants, again),
+            lambda done, _: progress(len(found) + done, total),
+        )
+        for k, one in zip(again, motions, strict=True):
+            found[k] = one
+    evaluations, stable = zip(*found, strict=True)
+    columns = {
+        "fitness": np.array([np.nan if one.diverged else one.fitness for one in evaluations]),
+        **{
+            key: np.array([one.metrics[key] for one in evaluations], float)
+            for key in evaluations[0].metrics
+        },
+    }
+    return Robustness(
+        spread,
+        seed,
+        machines,
+        len(again),
+        np.array(stable[1:]),
+        stable[0],
+        {key: float(column[0]) for key, column in columns.items()},
+        {key: column[1:] for key, column in columns.items()},
+    )
+
+
+def _motions(
+    design: Design, scenario: Scenario, plants: tuple[Any, ...], progress: Progress
+) -> Iterator[tuple[Evaluation, bool]]:
+    """Of every machine in turn its evaluation, without the motion, and whether it is stable."""
+    controller, gains = controllers.from_design(design.controller)
+    loop = closed_loop(scenario, controller)
+    samples = scenario.samples()
+    count = len(plants[0][0])
+    room = KEPT // (scenario.simulation.steps * len(plants))
+    size = max(min(CHUNK, room, count), 1)
+    gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
+    for start in range(0, count, size):
+        # The last chunk is filled up with its last machine: one shape, one compilation.
+        some = _picked(plants, np.minimum(np.arange(start, start + size), count - 1))
+        scores, motions = simulate.trajectory(loop, some, samples, gains)
+        for k in range(min(size, count - start)):
+            own = _picked(some, k)
+            found = evaluation(scenario, own, samples, scores[k], individual(motions, k))
+            stable = is_stable(loop, own, found)
+            yield found._replace(time=np.empty(0), axes=(), contour=None), stable
+        progress(min(start + size, count), count)
+
+
+def _picked(plants: tuple[Any, ...], which: Any) -> Any:
+    return jax.tree.map(lambda leaf: leaf[which], plants)
+
+
+def is_stable(loop: Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bool:
+    """Whether a loop keeps the machine in hand.
+
+    The motion is finite, and in the last quarter of it no tracking error is larger than the
+    reference ever is (one that runs away), and no drive stands at a limit of its command for more
+    than a tenth of the time (one that swings between the limits, which bound it, or has nothing
+    left to control with). A reference of 0 bounds no error.
+    """
+    if evaluation.diverged:
+        return False
+    late = slice(-int(np.ceil(LATE * len(evaluation.time))), None)
+    largest = max(np.abs(axis.reference).max() for axis in evaluation.axes) or np.inf
+    for parameters, axis in zip(plants, evaluation.axes, strict=True):
+        low, high = limits(loop, parameters)
+        command = axis.motion.command[late]
+        limited = np.mean((command <= low) | (command >= high))
+        if np.abs(axis.motion.error[late]).max() > largest or limited > LARGEST_LIMITED:
+            return False
+    return True
+
+
+def limits(loop: Loop, parameters: Any) -> tuple[float, float]:
+    """The lowest and the highest command that can reach the drive; infinite without a limit."""
+    largest = np.inf if loop.command_limit is None else loop.command_limit
+    fixed = loop.plant.coefficients(parameters)
+    low, high = (float(loop.plant.accepted(fixed, command)) for command in (-largest, largest))
+    return low, high
+
+
+def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Machines:
+    """The nominal machine and ``samples`` others.
+
+    The first machines of a seed are the same for every number of samples.
+
+    Raises:
+        UserError: nearly no draw gives a possible machine.
+    """
+    plant, nominal = settings.plant, np.array(settings.values())  # (axes, parameters)
+    names = plant.parameters._fields
+    varied = np.array([name not in plant.exact for name in names])
+    generator = np.random.default_rng(seed)
+    kept, refused = [nominal], 0
+    while len(kept) <= samples:
+        factors = np.ones_like(nominal)
+        factors[:, varied] = generator.uniform(1 - spread, 1 + spread, (len(nominal), varied.sum()))
+        one = nominal * factors
+        if any(plant.fault(dict(zip(names, axis.tolist(), strict=True))) for axis in one):
+            refused += 1
+            if refused > MAX_DRAWS * samples:
+                raise UserError(
+                    f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
+                    f"gave a possible {plant.name}; a smaller spread is needed"
+                )
+        else:
+            kept.append(one)
+    leaves = np.moveaxis(np.array(kept), 0, -1)  # (axes, parameters, machines)
+    return Machines(tuple(plant.parameters(*axis) for axis in leaves), refused)
+
+
+def _check(spread: float, samples: int, seed: int) -> None:
+    if not 0 < spread < 1:
+        raise UserError(f"--spread {spread}: has to lie between 0 and 1, as in 0.2 for +-20 %")
+    if not 1 <= samples <= MAX_SAMPLES:
+        raise UserError(f"--samples {samples}: has to lie between 1 and {MAX_SAMPLES}")
+    if seed < 0:
+        raise UserError(f"--seed {seed}: has to be 0 or more")
+
+
+def _check_steps(scenario: Scenario, plants: tuple[Any, ...]) -> None:
+    """Every machine has to be simulated with steps that are short enough, not only the nominal."""
+    step = scenario.simulation.sample_time_s / scenario.simulation.substeps
+    fastest = scenario.plant.plant.fastest
+    limit = min(
+        fastest(type(axis)(*row), step) for axis in plants for row in zip(*axis, strict=True)
+    )
+    speed = max(np.abs(axis.reference_rate).max() for axis in scenario.samples().axes)
+    if speed > limit:
+        needed = int(np.ceil(scenario.simulation.substeps * speed / limit))
+        raise UserError(
+            f"scenario {scenario.name}: simulation.substeps = {scenario.simulation.substeps}: "
+            f"some of these machines need at least {needed}"
+        )
