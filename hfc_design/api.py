@@ -10,9 +10,10 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from hfc_design import formats as _export
-from hfc_design.controllers.gains.law import LAWS, Law
+from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
-from hfc_design.core.records import RunError, UserError, checked
+from hfc_design.core.records import RunError, UserError
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
 from hfc_design.files.machine import ALL_PLANTS
@@ -26,20 +27,26 @@ from hfc_design.search.loop import Search
 from hfc_design.simulation import evaluation as _evaluate
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
-from plants import Plant, only_positive, rk4
+from plants import Drive, only_positive, rk4
 
-Registered = TypeVar("Registered", Plant, Fitness, Law)
+#: The name that a drive had before machines had several of them.
+Plant = Drive
+Registered = TypeVar("Registered")
 
 
 def register(thing: Registered) -> Registered:
-    """Let scenarios and designs of this program name an own plant, fitness or control law.
+    """Let scenarios and designs of this program name an own part.
+
+    A drive or machine, a fitness, a control law or a kind of controller.
 
     Raises:
-        UserError: it is none of these, cannot work, or its name is that of a built-in one.
+        UserError: it is none of these, lacks something, or its name is that of a built-in one.
     """
-    if isinstance(thing, Plant):
-        return ALL_PLANTS.add(thing)
-    return OWN_FITNESSES.add(thing) if isinstance(thing, Fitness) else LAWS.add(thing)
+    for group in (ALL_PLANTS, OWN_FITNESSES, KINDS):
+        if group.takes(thing):
+            group.add(thing)
+            return thing
+    raise UserError(f"{thing!r} is nothing that can be registered")
 
 
 def load_scenario(
@@ -53,7 +60,7 @@ def load_scenario(
     if not isinstance(source, Mapping):
         return _scenarios.load_scenario(str(source), changes or {})
     data = changed({"name": "scenario"} | dict(source), changes or {})
-    return checked(Scenario, data, "scenario", Path())
+    return _scenarios.scenario_of(data, "scenario", Path())
 
 
 def load_design(source: str | Path, changes: Mapping[str, Any] | None = None) -> Design:
@@ -108,8 +115,10 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
     Raises:
         UserError: no such kind, or it has other gains.
     """
-    own = {"kind": kind, kind if kind in ("pd", "pid") else "gains": dict(gains)}
-    return _problem.design_with(own, scenario)
+    found = KINDS.get(kind)
+    if found.of_gains is None:
+        raise UserError(f"a controller of kind {kind} is no list of gains")
+    return _problem.design_with({"kind": kind, **found.of_gains(dict(gains))}, scenario)
 
 
 def export(found: Design, to: str, path: str | Path) -> Path:
@@ -131,8 +140,8 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     Raises:
         RunError: ``path`` cannot be written.
     """
+    from hfc_design.pictures.figure import save
     from hfc_design.report.contour_plots import motion
-    from hfc_design.report.plots import save
 
     save(motion(evaluation, title), Path(path))
     return Path(path)

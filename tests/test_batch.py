@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hfc_design.batch import folder
+from hfc_design.batch.plan import read_batch
+from hfc_design.batch.work import run_cells
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
-from hfc_design.runs.batch import folder
-from hfc_design.runs.batch.plan import read_batch
-from hfc_design.runs.batch.work import run_cells
 
 TINY = """
 [set]

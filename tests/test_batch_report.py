@@ -16,9 +16,9 @@ import pytest
 import scipy.stats
 from click.testing import CliRunner
 
+from hfc_design.batch.runs import runs_below
+from hfc_design.batch.summary import compared, grouped, holm, runs_needed, smallest_p
 from hfc_design.cli import main
-from hfc_design.runs.batch.runs import runs_below
-from hfc_design.runs.batch.summary import compared, grouped, holm, runs_needed, smallest_p
 
 HOSTILE = '<script>alert("1")</script> & $x^$ \x01 Ω 漢'
 TINY = """

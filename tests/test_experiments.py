@@ -9,12 +9,12 @@ from experiments import shared
 from experiments.designed_tables import page as designed_tables
 from experiments.jee_koren_1995 import page as jk95
 from experiments.jee_koren_2004 import page as jk04
+from hfc_design.batch import folder
+from hfc_design.batch.plan import read_batch
+from hfc_design.batch.work import run_cells
 from hfc_design.cli import main
 from hfc_design.controllers.flc.rule_bases import rule_labels, rule_singletons
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runs.batch import folder
-from hfc_design.runs.batch.plan import read_batch
-from hfc_design.runs.batch.work import run_cells
 from hfc_design.simulation.evaluation import load_design
 
 ROOT = Path(__file__).parents[1]

@@ -7,8 +7,8 @@ import numpy as np
 import phone
 import pytest
 from feed_oracle import verdict_jk04
-
 from hfc_design.controllers.aflc.adapted import at_the_end
+
 from hfc_design.controllers.flc import pictures as fuzzy_plots
 from hfc_design.controllers.flc import section as fuzzy
 from hfc_design.controllers.flc.record import FlcDesign

@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 from test_batch import batch, files, written
 
+from hfc_design.batch.plan import read_batch
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import run as design
-from hfc_design.runs.batch.plan import read_batch
 
 SHORT = "[set]\nsimulation.duration_s = 0.2\n"
 CELLS = """

@@ -5,7 +5,7 @@ from typing import Any, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.controllers.kinds import Controller
+from hfc_design.controllers.controller import Controller
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -55,8 +55,16 @@ class Genome(Protocol):
     def gains(self, population: Any) -> Any:
         """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
 
+    def notation(self, structure: int) -> str:
+        """A structure as people read it."""
+
     def record(self, individual: Any) -> dict[str, Any]:
         """A population of one as the controller of a design file."""
+
+
+def some(rng: np.random.Generator, shape: tuple[int, ...], share: Any) -> Floats:
+    """Normal numbers in a ``share`` of all places, 0 elsewhere."""
+    return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
 
 
 def taken(population: Any, chosen: Integers | Mask | slice) -> Any:

@@ -2,13 +2,13 @@
 
 from typing import Any
 
-from hfc_design.controllers.gains.law import LAWS
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import Group, References
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.objectives.fitness import OWN_FITNESSES
 
 #: By the option that names one, without its dashes.
-GROUPS: dict[str, Group[Any]] = {group.what: group for group in (ALL_PLANTS, OWN_FITNESSES, LAWS)}
+GROUPS: dict[str, Group[Any]] = {group.what: group for group in (ALL_PLANTS, OWN_FITNESSES, KINDS)}
 
 
 def given() -> References:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.files.design import Design
 from hfc_design.formats.fuzzy_files import Input
 from hfc_design.formats.fuzzy_files import write as write_files
-from hfc_design.formats.units import FlatGaussian, Term
 
 #: Straight lines on either side of a Gaussian.
 LINES = 64

@@ -4,10 +4,10 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
 
+from hfc_design.controllers.rules import Triangle
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.fuzzy_files import Input, texts
-from hfc_design.formats.units import Triangle
 from hfc_design.formats.writing import write_folder
 
 

@@ -1,23 +1,26 @@
 """Files from templates; the same design gives the same bytes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
 from hfc_design.files.design import Design
 from hfc_design.formats.units import facts
 
+TEMPLATES = Path(__file__).parent / "templates"
 
-def rendered(template: str, design: Design, **values: Any) -> str:
-    """A template of ``formats/templates`` with ``values``, ``design`` and its ``facts``.
+
+def rendered(template: str, design: Design, folders: Sequence[Path] = (), **values: Any) -> str:
+    """A template of ``folders`` or of ``formats/templates``, with ``design`` and its ``facts``.
 
     ``x | number`` writes a float so that it reads back bit for bit.
     """
     environment = Environment(
-        loader=PackageLoader("hfc_design.formats"),
+        loader=FileSystemLoader([*folders, TEMPLATES]),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

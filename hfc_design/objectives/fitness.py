@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hfc_design.core.plugins import Group
 from hfc_design.motion.contour import local_error
-from plants import Plant, in_a_name
+from plants import Drive, in_a_name
 
 Floats = NDArray[np.float64]
 
@@ -131,10 +131,10 @@ def is_stuck(speed: Any, commanded: Any) -> Any:
 SETTLED = 0.1
 
 
-def meanings(plant: Plant) -> dict[str, str]:
+def meanings(drive: Drive) -> dict[str, str]:
     """Name -> meaning and unit of each metric of one axis, in the order of every table."""
-    error, rate, command = (plant.units[name] for name in ("error", "error_rate", "command"))
-    called, squared = plant.command_name, f"{in_a_name(command)}2s"
+    error, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
+    called, squared = drive.command_name, f"{in_a_name(command)}2s"
     return {
         f"rms_error_{in_a_name(error)}": f"root mean square of the tracking error [{error}]",
         f"max_error_{in_a_name(error)}": f"largest tracking error [{error}]",
@@ -155,7 +155,7 @@ def settled_samples(time: Floats, settled_after: float) -> NDArray[np.bool_]:
 
 
 def metrics(
-    plant: Plant,
+    drive: Drive,
     motion: Any,
     speed: Floats,
     commanded: Floats,
@@ -170,7 +170,7 @@ def metrics(
     looked at as a whole. A loop that never settles has no settling time.
     """
     if not all(np.isfinite(part).all() for part in (motion.error, speed, motion.command)):
-        return dict.fromkeys(meanings(plant))
+        return dict.fromkeys(meanings(drive))
     error = np.abs(motion.error)
     late = settled_samples(time, settled_after)
     stuck = is_stuck(speed, commanded)[late]
@@ -190,4 +190,4 @@ def metrics(
         np.sum(motion.command**2) * sample_time,
     )
     values = (None if value is None else float(value) for value in found)
-    return dict(zip(meanings(plant), values, strict=True))
+    return dict(zip(meanings(drive), values, strict=True))

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, Tag, model_validator
 
 from hfc_design.core.records import BUILT_IN, OWN, Name, NotNegative, Positive, Record, by_kind
-from hfc_design.motion.signals import Simulation
+from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.fitness import OWN_FITNESSES, Fitness, contour, lin_lee
 
 
