@@ -17,7 +17,7 @@ from hfc_design.runs.batch.plan import read_batch
 from hfc_design.runs.batch.work import run_cells
 from hfc_design.simulation.evaluation import load_design
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXPERIMENTS = ROOT / "experiments"
 PAGES = {
     module: (Path(module.__file__).parent / "README.md").read_text(encoding="utf-8")

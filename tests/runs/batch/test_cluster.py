@@ -11,8 +11,8 @@ import uuid
 from pathlib import Path
 
 import pytest
+from batches import batch, files, left_behind, written
 from sledge import MODULE, SCENARIO, package
-from test_batch import batch, files, left_behind, written
 
 import hfc_design
 from hfc_design.core.records import UserError
