@@ -138,19 +138,17 @@ class Scenario(Record):
         key, axes = f"reference.kind = {path.kind!r}", self._axes()
         if len(axes) != 2:
             raise ValueError(f"{key}: a machine of {len(axes)} axes follows {ONE_AXIS}")
-        lengths = self.lengths
-        for (drive, _, _), length in zip(axes, lengths, strict=True):
+        lengths: list[float] = []
+        for (drive, _, _), length in zip(axes, self.lengths, strict=True):
             if length is None:
-                raise ValueError(
-                    f"{key}: is for drives that move a length, not for the {drive.name}"
-                )
+                raise ValueError(f"{key}: is for feed drives, not for the {drive.name}")
+            lengths.append(length)
         if lengths[0] != lengths[1]:
             raise ValueError(
                 f"{key}: the axes of a path have to count in the same length, not in "
                 f"{lengths[0]:g} and {lengths[1]:g} mm"
             )
-        length = lengths[0]
-        speeds = [drive.top_speed(own) * length for drive, _, own in axes]
+        speeds = [drive.top_speed(own) * lengths[0] for drive, _, own in axes]
         fault = speed_fault(path, speeds)
         if fault:
             raise ValueError(f"reference: {fault}")

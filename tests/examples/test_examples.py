@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 #: What each of them prints at least.
 PRINTS = {

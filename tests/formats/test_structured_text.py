@@ -1,4 +1,4 @@
-"""The Structured Text export, executed by tests/structured_text.py.
+"""The Structured Text export, executed by tests/helpers/structured_text.py.
 
 No compiler of IEC 61131-3 is on a registry that is reachable here; tests/interop/test_st.py has two
 parsers of others read the files. Measured: 2e-16 of the largest command.

@@ -36,7 +36,7 @@ def test_help_does_not_import_jax():
 
 
 def test_help_lists_the_commands_as_the_readme_introduces_them():
-    readme = (Path(__file__).parent.parent / "README.md").read_text()
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
     using = readme.split("## Using it")[1]
     introduced = dict.fromkeys(re.findall(r"^hfc (\w+)", using, re.MULTILINE))
     listed = hfc("--help").stdout.split("Commands:")[1]

@@ -1,10 +1,11 @@
 """FLL, FCL and FML without the programs that they are for.
 
 JFML and jFuzzyLogic are on none of PyPI, Debian and npm, where make interop installs from. So FML
-is read by tests/fml_oracle.py and FCL by tests/fcl_oracle.py: readers of their own, written from
-the standards and from what those two programs accept. Measured, worst of all designs and relative
-to the largest output: FML 7e-16 in double precision, 7e-7 in the single precision that JFML reckons
-in; FCL of jFuzzyLogic 8e-16; FCL of IEC 61131-7 4e-4 with polygons, 3e-16 with triangles.
+is read by fml_oracle.py and FCL by fcl_oracle.py of tests/helpers: readers of their own, written
+from the standards and from what those two programs accept. Measured, worst of all designs and
+relative to the largest output: FML 7e-16 in double precision, 7e-7 in the single precision that
+JFML reckons in; FCL of jFuzzyLogic 8e-16; FCL of IEC 61131-7 4e-4 with polygons, 3e-16 with
+triangles.
 """
 
 import csv

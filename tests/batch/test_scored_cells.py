@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from test_batch import batch, files, written
+from batches import batch, files, written
 
 from hfc_design.batch.plan import read_batch
 from hfc_design.cli import main
@@ -227,7 +227,7 @@ def test_published_figures_that_cannot_be(entry, told, tmp_path):
 
 
 def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[3]
     texts = []
     for page in ("README.md", "docs/batch.md"):
         text = (root / page).read_text(encoding="utf-8")

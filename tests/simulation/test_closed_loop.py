@@ -12,7 +12,7 @@ from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 
-RECORDED = Path(__file__).parent / "data" / "c_axis_published_controllers.json"
+RECORDED = Path(__file__).parents[1] / "data" / "c_axis_published_controllers.json"
 SECONDS = 1.001  # so that the sample at 1 s is there
 LOADS = {"c-axis-ramp": None, "c-axis-ramp-cutting": oracle.cutting_load}
 

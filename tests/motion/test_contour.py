@@ -4,9 +4,9 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from drawn_paths import chained, segments
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_paths import chained, segments
 
 from hfc_design.motion.contour import (
     REACH,

@@ -4,7 +4,7 @@ import random
 from itertools import pairwise
 from pathlib import Path
 
-SAMPLES = Path(__file__).parent / "data" / "imported"
+SAMPLES = Path(__file__).parents[1] / "data" / "imported"
 PYFUZZYLITE = SAMPLES / "pyfuzzylite-8.0.6.fll"  # its FllExporter, nine decimals
 OCTAVE = SAMPLES / "octave-fuzzy-logic-toolkit-0.4.6.fis"  # its writefis
 GAUSSIAN = SAMPLES / "pyfuzzylite-8.0.6-gaussian.fll"  # 17 decimals; singletons i - j / 2
