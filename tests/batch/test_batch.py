@@ -9,12 +9,10 @@ from pathlib import Path
 
 import pytest
 from batches import batch, files, left_behind, written
-from click.testing import CliRunner
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
 from hfc_design.batch.work import run_cells
-from hfc_design.cli import main
 from hfc_design.core.records import UserError
 
 TINY = """

@@ -5,7 +5,10 @@ from math import cos, pi, sin
 import numpy as np
 import oracle
 import pytest
-from hfc_design.motion.signals import (
+
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import load_scenario
+from hfc_design.motion.samples import (
     Load,
     LoadSine,
     Ramp,
@@ -15,9 +18,6 @@ from hfc_design.motion.signals import (
     Table,
     Trapezoidal,
 )
-
-from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
 
 
 def at(signal, *times):

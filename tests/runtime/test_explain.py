@@ -9,9 +9,10 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.controllers.hierarchical.record import AdaptationRecord
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.core.records import UserError
-from hfc_design.files.design import AdaptationRecord, Design, builtin_designs
+from hfc_design.files.design import Design, builtin_designs
 from hfc_design.runtime import Controller
 from hfc_design.runtime.explain import explanation, read_signals
 from hfc_design.simulation.evaluation import load_design

@@ -7,9 +7,10 @@ from math import exp
 import numpy as np
 import pytest
 
+from hfc_design.controllers.hierarchical.record import AdaptationRecord
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.controllers.kinds import from_design
-from hfc_design.files.design import AdaptationRecord, Design
+from hfc_design.files.design import Design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
 from hfc_design.simulation import population as simulate

@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import Layout
+from hfc_design.controllers.hierarchical.law import Layout
 from hfc_design.search.settings import LinLeeSettings
 from hfc_design.search.strategies.lin_lee import LinLee, two_point
 

@@ -11,7 +11,7 @@ from hfc_design.controllers.hierarchical.genome import (
     from_vectors,
     vectors,
 )
-from hfc_design.controllers.kinds import Layout
+from hfc_design.controllers.hierarchical.law import Layout
 from hfc_design.search.loop import Search, generations, strategy
 from hfc_design.search.settings import LinLeeSettings, RaceSettings
 from hfc_design.search.strategies.race import Race, heats

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from hfc_design.motion.signals import Ramp, Simulation
 
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.motion.samples import Ramp, Simulation
 from hfc_design.report import plots
 from hfc_design.simulation.evaluation import evaluate, load_design, trajectory_csv
 

@@ -8,7 +8,6 @@ from hfc_design.controllers.aflc import law as aflc
 from hfc_design.controllers.aflc.adaptation import (
     PERFORMANCE,
     ZR,
-    Sectors,
     blamed_aflc,
     blamed_soflc,
     performance,
@@ -16,6 +15,7 @@ from hfc_design.controllers.aflc.adaptation import (
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.flc.law import SCALARS, FlcGains, infer, memberships
 from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from hfc_design.controllers.flc.sectors import Sectors
 
 PS, PM, PL = 4, 5, 6
 WIDE = Sectors(1e6, 1e6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.controllers.flc.record import AflcDesign
+from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
