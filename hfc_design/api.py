@@ -130,7 +130,7 @@ def export(found: Design, to: str, path: str | Path) -> Path:
     """
     if to not in _export.FORMATS:
         raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
-    _export.FORMATS[to][1](found, Path(path))
+    _export.FORMATS[to].write(found, Path(path))
     return Path(path)
 
 

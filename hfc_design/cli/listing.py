@@ -37,7 +37,7 @@ def list_(what: str) -> None:
     elif what == "controllers":
         lines = {name: KINDS.get(name).summary for name in KINDS.names()}
     else:
-        lines = {name: text for name, (text, _) in FORMATS.items()}
+        lines = {name: found.text for name, found in FORMATS.items()}
     table = Table(box=None, show_header=False)
     for name, text in lines.items():
         table.add_row(name, text)

@@ -14,6 +14,9 @@ from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.records import Positive, Record, UserError
 
+#: Largest command of each axis by its name, in the machine's order; None: no limit.
+Limits = dict[str, float | None]
+
 
 class ControllerRecord(Record):
     """A controller in a design file; each kind adds keys of its own."""
@@ -38,8 +41,15 @@ class Target(NamedTuple):
     machine: Any  # plants.Machine
     parameters: tuple[Any, ...]  # the record of each axis
     sample_time: float  # [s]
-    limits: tuple[float | None, ...]  # largest command of each axis
+    limits: Limits
     bounds: Any = None  # settings of the search, which may bound what it varies
+
+    def of(self, k: int) -> "Target":
+        """The same for axis ``k`` alone."""
+        name, drive = self.machine.axes[k], self.machine.drives[k]
+        only = type(self.machine)(self.machine.name, (name,), (drive,))
+        limits = {name: self.limits[name]}
+        return self._replace(machine=only, parameters=(self.parameters[k],), limits=limits)
 
 
 class Template(NamedTuple):
@@ -60,6 +70,13 @@ class Shown(NamedTuple):
     parameters: tuple[Any, ...]  # the record of each axis
     #: What each axis told the control, signal -> (steps,); None where that is not known.
     signals: dict[str, dict[str, Any]] | None
+
+    def of(self, axis: str) -> "Shown":
+        """The same of one axis."""
+        k = self.machine.axes.index(axis)
+        machine = type(self.machine)(axis, (axis,), (self.machine.drives[k],))
+        own = None if self.signals is None else {axis: self.signals[axis]}
+        return Shown(machine, (self.parameters[k],), own)
 
     @property
     def units(self) -> dict[str, str]:
@@ -96,7 +113,9 @@ class Kind:
     #: The law of one axis: of (record, limit of the command).
     law: Callable[[Any, float | None], AxisLaw] | None = None
     #: The controller of a whole machine, of (record, limits), where it is no law for each axis.
-    controller: Callable[[Any, tuple[float | None, ...]], Controller] | None = None
+    controller: Callable[[Any, Limits], Controller] | None = None
+    #: The record of each axis by its name, where they differ; formats write them one by one.
+    axes: Callable[[Any], dict[str, Any]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.
     genome: Callable[[Any, Target], Any] | None = None
     #: Signals that it reads at a sample.
@@ -116,17 +135,17 @@ class Kind:
     #: What a report shows: (record, Shown) -> sections; None: the record's numbers.
     sections: Callable[[Any, Shown], list[Any]] | None = None
 
-    def controller_of(self, record: Any, limits: tuple[float | None, ...]) -> Controller:
+    def controller_of(self, record: Any, limits: Limits) -> Controller:
         """The controller of a machine whose axes have these limits of their commands."""
         if self.controller is not None:
             return self.controller(record, limits)
         assert self.law is not None  # see fault
-        return PerAxis(self.name, tuple(self.law(record, limit) for limit in limits))
+        return PerAxis(self.name, tuple(self.law(record, limit) for limit in limits.values()))
 
 
 def per_axis(kind: str, law: Callable[[float | None], AxisLaw], target: Target) -> PerAxis:
     """The controller of a machine with the same law on every axis."""
-    return PerAxis(kind, tuple(law(limit) for limit in target.limits))
+    return PerAxis(kind, tuple(law(limit) for limit in target.limits.values()))
 
 
 def later(module: str, name: str) -> Callable[..., Any]:

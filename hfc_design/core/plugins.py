@@ -141,7 +141,12 @@ class Group(Generic[Thing]):
             raise UserError(f"{source}: {error}") from error
 
 
-def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -> WrapValidator:
+def chosen(
+    group: Group[Any] | Callable[[], Group[Any]],
+    part: str,
+    key: str = "kind",
+    default: str = "",
+) -> WrapValidator:
     """Validates a table of a file by the record that is ``part`` of what its ``key`` names.
 
     ``default`` is the name where the key is left out.
@@ -153,7 +158,8 @@ def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -
         if not isinstance(data, dict) or not isinstance(data.get(key), str):
             return base(data)  # a record already, or refused
         try:
-            record = getattr(group.get(data[key]), part)
+            known = group if isinstance(group, Group) else group()
+            record = getattr(known.get(data[key]), part)
             if record is None:
                 raise UserError(f"{data[key]!r} has none: nothing searches it")
         except UserError as error:
@@ -161,7 +167,7 @@ def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -
             found = InitErrorDetails(
                 type="value_error", loc=(key,), input=data[key], ctx={"error": why}
             )
-            raise ValidationError.from_exception_data(group.what, [found]) from None
+            raise ValidationError.from_exception_data(key, [found]) from None
         return record.model_validate(data, context=info.context)
 
     return WrapValidator(validated)

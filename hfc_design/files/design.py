@@ -6,7 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import JsonValue, SerializeAsAny, SerializerFunctionWrapHandler, model_serializer
+from pydantic import (
+    JsonValue,
+    PrivateAttr,
+    SerializeAsAny,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+)
 
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
@@ -38,6 +44,7 @@ class Design(Record):
     limits: Limits = Limits()  # the controller itself asks for no more than this
     score: dict[str, JsonValue] = {}
     provenance: dict[str, JsonValue] = {}
+    _axis: str = PrivateAttr("")
 
     @model_serializer(mode="wrap")
     def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -51,9 +58,29 @@ class Design(Record):
         """The kind of the controller."""
         return KINDS.get(self.controller.kind)
 
-    def axis_limits(self, axes: tuple[str, ...] = ("",)) -> tuple[float | None, ...]:
+    def axis_limits(self, axes: tuple[str, ...]) -> dict[str, float | None]:
         """Largest command of each of these axes."""
-        return tuple(self.limits.of(axis).command for axis in axes)
+        return {axis: self.limits.of(axis).command for axis in axes}
+
+    @property
+    def axis(self) -> str:
+        """The axis that this is the part of; "" for the whole."""
+        return self._axis
+
+    def by_axis(self) -> dict[str, "Design"]:
+        """The designs of single axes by name, or only itself where all axes have the same."""
+        records = self.kind.axes(self.controller) if self.kind.axes else {}
+        names = list(records) or (list(self.plant.axes) if self.limits.axes else [])
+        found = {}
+        for axis in names:
+            changes = {
+                "name": f"{self.name}-{axis}",
+                "controller": records.get(axis, self.controller),
+                "limits": self.limits.of(axis),
+            }
+            found[axis] = self.model_copy(update=changes)
+            found[axis]._axis = axis
+        return found or {"": self}
 
 
 def builtin_designs() -> list[str]:

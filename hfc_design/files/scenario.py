@@ -91,7 +91,7 @@ class Scenario(Record):
     def target(self) -> Target:
         """What a controller is designed for."""
         machine = self.plant.machine
-        limits = tuple(self.limits.of(axis).command for axis in machine.axes)
+        limits = {axis: self.limits.of(axis).command for axis in machine.axes}
         every = self.simulation.sample_time_s
         return Target(machine, self.plant.values(), every, limits, self.search)
 

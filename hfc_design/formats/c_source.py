@@ -7,6 +7,7 @@ from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.units import comment, facts, signal_units
 from hfc_design.formats.writing import rendered, write_folder
 
@@ -95,3 +96,6 @@ def _write(design: Design, path: Path, others: dict[str, Any]) -> None:
         for end, file in files.items()
     }
     write_folder(path, texts)
+
+
+FORMATS = (Format("c", "a folder with the controller in C99, adaptation and all", write),)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from hfc_design.controllers.rules import Rows
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.units import rule_base
 from hfc_design.formats.writing import write_folder
 
@@ -26,3 +27,6 @@ def csv_text(rows: Rows) -> str:
     buffer = io.StringIO()
     csv.writer(buffer, lineterminator="\n").writerows(rows)
     return buffer.getvalue()
+
+
+FORMATS = (Format("csv", "a folder with one labelled rule table a unit, and manifest.csv", write),)

@@ -10,6 +10,7 @@ from typing import Any
 from hfc_design.controllers.rules import FlatGaussian, RuleUnit
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import Input, head, inputs, texts
 from hfc_design.formats.units import rule_units, signal_units
 from hfc_design.formats.writing import rendered, write_folder
@@ -110,3 +111,8 @@ def _wires(units: list[RuleUnit]) -> list[tuple[str, str]]:
         for source in (unit.row, unit.column)
         if source in names
     ]
+
+
+FORMATS = (
+    Format("fis", "a folder for MATLAB and Octave, one .fis a unit, and controller.m", write),
+)

@@ -12,6 +12,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.formats import c_source
+from hfc_design.formats.format import Format
 from hfc_design.formats.linuxcnc_loop import Loop, plant_component, simulated_loop
 from hfc_design.formats.units import comment, facts
 from hfc_design.formats.writing import rendered, write_folder
@@ -124,3 +125,6 @@ def _signals(design: Design, plant: Drive) -> dict[str, Any]:
             plant.velocity: "how fast it is",
         },
     }
+
+
+FORMATS = (Format("linuxcnc", "a folder with a HAL component and a simulated machine", write),)

@@ -17,6 +17,7 @@ from hfc_design.controllers.rules import RuleUnit
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.units import facts
 
 #: Characters of a field's name.
@@ -90,3 +91,6 @@ def _field(name: str) -> str:
     if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST):
         raise UserError(f"--to mat: {name} is no name of a field in MATLAB; rename it")
     return name
+
+
+FORMATS = (Format("mat", "a MAT file with tables, terms, gains and wiring", write, ".mat"),)

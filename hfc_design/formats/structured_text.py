@@ -13,6 +13,7 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
+from hfc_design.formats.format import Format
 from hfc_design.formats.units import comment, facts, signal_units
 from hfc_design.formats.writing import rendered
 
@@ -96,3 +97,6 @@ def _check_names(names: list[str]) -> None:
             raise UserError(
                 f"--to st: IEC 61131-3 takes {name} for {other}; rename it in the design file"
             )
+
+
+FORMATS = (Format("st", "Structured Text of IEC 61131-3, one function block", write, ".st"),)

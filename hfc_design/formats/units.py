@@ -33,9 +33,10 @@ def signal_units(design: Design) -> dict[str, str]:
     """Unit of each signal of the design's plant, of "error" and "command" too; {} if unknown."""
     if design.plant.name not in ALL_PLANTS.known:
         return {}
-    first, *others = PlantSettings(**design.plant.model_dump()).machine.drives
-    alike = all(other is first for other in others)
-    return first.units if alike else {}
+    machine = PlantSettings(**design.plant.model_dump()).machine
+    if design.axis:
+        return machine.drives[machine.axes.index(design.axis)].units
+    return machine.drives[0].units if len(set(machine.drives)) == 1 else {}
 
 
 def facts(design: Design) -> list[str]:

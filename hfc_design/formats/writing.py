@@ -32,15 +32,24 @@ def rendered(template: str, design: Design, folders: Sequence[Path] = (), **valu
     return environment.get_template(template).render(design=design, facts=facts(design), **values)
 
 
+def make_folder(path: Path) -> None:
+    """Make the folder ``path``, if need be.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
 def write_folder(path: Path, texts: dict[str, str]) -> None:
     """Write ``texts`` by file name into the folder ``path``.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+    make_folder(path)
     for name, text in texts.items():
         write_whole(path / name, text.encode())

@@ -11,7 +11,7 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
-from hfc_design.formats import csv_tables
+from hfc_design.formats import FORMATS
 from hfc_design.objectives.settings import ContourSettings, LinLeeSettings
 from hfc_design.pictures.section import Listing, Rows, Section, score
 from hfc_design.report import contour_plots, plots
@@ -47,9 +47,9 @@ def write_report(
         RunError: the folder cannot be written.
     """
     design, own, search = result
-    tables = design.kind.rules is not None
+    tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
-        csv_tables.write(design, folder / TABLES)
+        FORMATS["csv"].write(design, folder / TABLES)
     evaluations = {OWN: own, **rivals}
     page = rendered(
         "report.html.j2",

@@ -18,11 +18,14 @@ class Controller:
     """The controller of one axis, which remembers what it has to from one sample to the next."""
 
     def __init__(self, design: Design, axis: str = ""):
+        design = design.by_axis().get(axis, design)
         kind = design.kind
         self._whole = design
         self.design = design.controller
-        law = needed(kind.law, design, "it commands a whole machine; take runtime.Machine")
-        self._law = law(self.design, design.axis_limits((axis,))[0])
+        law = needed(
+            kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
+        )
+        self._law = law(self.design, design.limits.of(axis or design.axis).command)
         self._gains = kind.gains(self.design)
         self._memory = self._law.initial_memory(0.0)
 

@@ -48,7 +48,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
         else Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
         for wanted in own
     )
-    limits = scenario.target.limits
+    limits = tuple(scenario.target.limits.values())
     return Loop(
         machine,
         controller,

@@ -227,7 +227,7 @@ def genome_of(
     linear = (drive.linear(own) for drive, own in drives if drive.linear)
     ranges = (stable_range(k, tau, target.sample_time) for k, tau in linear)
     commands = (abs(end) for drive, own in drives for end in drive.largest_commands(own))
-    limits = (limit for limit in target.limits if limit is not None)
+    limits = (limit for limit in target.limits.values() if limit is not None)
     return genome(
         start.on(*drives[0]),
         min(ranges, key=lambda found: found.k1),
