@@ -6,21 +6,21 @@ from typing import Any
 import numpy as np
 
 from hfc_design import __version__
-from hfc_design.simulation import population as simulate
-from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.files.controller import HierarchicalSettings, LawSettings
-from hfc_design.simulation.evaluation import Evaluation, evaluate
-from hfc_design.objectives.fitness import without_sticking
-from hfc_design.files.machine import PlantSettings
-from hfc_design.core.records import checked
-from hfc_design.files.design import Design
-from hfc_design.files.scenario import Scenario, renamed
 from hfc_design.controllers.flc.genome import FuzzyGenome
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.genome import Floats, Genome, Population
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
+from hfc_design.core.records import checked
+from hfc_design.files.controller import HierarchicalSettings, LawSettings
+from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.objectives.fitness import without_sticking
 from hfc_design.search.loop import Search
 from hfc_design.search.newton import Linear, Newton
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import Evaluation, evaluate
 from hfc_design.stability.stable_range import stable_range
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.

@@ -11,11 +11,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import Record, RunError, UserError, checked
 from hfc_design.runs.batch.file import Published
 from hfc_design.runs.batch.plan import Plan
-from hfc_design.core.checkpoint import write_whole
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
-from hfc_design.core.records import Record, RunError, UserError, checked
 
 PLAN, NOTES = "batch.json", ".batch"
 State = Literal["finished", "failed", "running", "broken off", "waiting"]

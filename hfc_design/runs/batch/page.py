@@ -8,15 +8,14 @@ from urllib.parse import quote
 import numpy as np
 from matplotlib.figure import Figure
 
+from hfc_design.pictures.section import Rows, score
+from hfc_design.report import REPORT, batch_plots
+from hfc_design.report.template import rendered
 from hfc_design.runs.batch.file import LABEL, OWN_KEYS
 from hfc_design.runs.batch.published import HEAD, Reproduced, row
 from hfc_design.runs.batch.runs import SEED, Run, text
 from hfc_design.runs.batch.summary import ALPHA, COMPARED, Comparison, Group, runs_needed
 from hfc_design.runs.batch.tables import medians
-from hfc_design.report import batch_plots
-from hfc_design.report import REPORT
-from hfc_design.pictures.section import Rows, score
-from hfc_design.report.template import rendered
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10

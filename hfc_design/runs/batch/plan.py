@@ -7,12 +7,24 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.runs.batch.file import CHANGE, DESIGN, LABEL, LONGEST, MAX_CELLS, OWN_KEYS, SCENARIO, BatchFile, Published, matches, read_file
 from hfc_design.core.dotted import flat, set_keys
-from hfc_design.simulation.evaluation import load_design, machine, meanings, own_scenario
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
+from hfc_design.runs.batch.file import (
+    CHANGE,
+    DESIGN,
+    LABEL,
+    LONGEST,
+    MAX_CELLS,
+    OWN_KEYS,
+    SCENARIO,
+    BatchFile,
+    Published,
+    matches,
+    read_file,
+)
+from hfc_design.simulation.evaluation import load_design, machine, meanings, own_scenario
 
 
 class Cell(NamedTuple):

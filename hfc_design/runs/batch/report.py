@@ -4,17 +4,16 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-from hfc_design.runs.batch import folder
-from hfc_design.runs.batch import tables
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import RunError, UserError
+from hfc_design.report import REPORT
+from hfc_design.report.rivals import write_page
+from hfc_design.runs.batch import folder, tables
 from hfc_design.runs.batch.page import page
 from hfc_design.runs.batch.published import reproduced
 from hfc_design.runs.batch.runs import Run, batches_below, is_run, runs_below
 from hfc_design.runs.batch.summary import compared, grouped
-from hfc_design.core.checkpoint import write_whole
 from hfc_design.runs.run import finished_run
-from hfc_design.core.records import RunError, UserError
-from hfc_design.report import REPORT
-from hfc_design.report.rivals import write_page
 
 
 def report(path: Path, each: bool = False, parquet: bool = False) -> None:

@@ -10,13 +10,12 @@ from typing import NamedTuple
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 from rich.table import Table
 
-from hfc_design.runs.batch import folder
-from hfc_design.runs.batch import report
+from hfc_design.core.console import column, terminal
+from hfc_design.core.records import RunError
+from hfc_design.runs.batch import folder, report
 from hfc_design.runs.batch.file import LABEL
 from hfc_design.runs.batch.plan import Cell, read_batch
 from hfc_design.runs.batch.work import Outcome, run_cells
-from hfc_design.core.console import column, terminal
-from hfc_design.core.records import RunError
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import UserError
 from hfc_design.runs.batch.published import HEAD, Reproduced
 from hfc_design.runs.batch.runs import Run, text
 from hfc_design.runs.batch.summary import Comparison, Group, quartiles
-from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import UserError
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
 PUBLISHED = "published.csv"

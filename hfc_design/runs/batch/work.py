@@ -6,11 +6,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from hfc_design.core.records import RunError
+from hfc_design.files.scenario import Scenario
 from hfc_design.runs import run as design
 from hfc_design.runs.batch import folder
 from hfc_design.runs.batch.plan import Cell
-from hfc_design.core.records import RunError
-from hfc_design.files.scenario import Scenario
 from hfc_design.search.loop import Search
 
 #: Seconds between looks at a cell that another batch is at.

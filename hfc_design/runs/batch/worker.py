@@ -63,8 +63,8 @@ def run_cell(version: str, name: str, shared: str, files: Files, plugins: Refere
         return "failed", reason, 0.0, {}
     with _alone:
         take_share(worker.state.nthreads)
-        from hfc_design.runs.batch.work import told
         from hfc_design.files.plugin_groups import know
+        from hfc_design.runs.batch.work import told
 
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):
