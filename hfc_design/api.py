@@ -10,14 +10,14 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from hfc_design import formats as _export
-from hfc_design.controllers.gains.law import LAWS, Law
+from hfc_design.controllers.gains.law import Law
 from hfc_design.core.dotted import changed
+from hfc_design.core.plugins import GROUPS
 from hfc_design.core.records import RunError, UserError, checked
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
-from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.fitness import OWN_FITNESSES, Fitness, Moment
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.runs import problem as _problem
 from hfc_design.runs import run as _design
 from hfc_design.runs.run import Result
@@ -28,7 +28,9 @@ from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_cs
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from plants import Plant, only_positive, rk4
 
-Registered = TypeVar("Registered", Plant, Fitness, Law)
+#: What objectives are called where a scenario names one.
+Fitness = Objective
+Registered = TypeVar("Registered")
 
 
 def register(thing: Registered) -> Registered:
@@ -37,9 +39,11 @@ def register(thing: Registered) -> Registered:
     Raises:
         UserError: it is none of these, cannot work, or its name is that of a built-in one.
     """
-    if isinstance(thing, Plant):
-        return ALL_PLANTS.add(thing)
-    return OWN_FITNESSES.add(thing) if isinstance(thing, Fitness) else LAWS.add(thing)
+    for group in GROUPS.values():
+        if isinstance(group.adopt(thing), group.kind):
+            group.add(thing)
+            return thing
+    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
 
 
 def load_scenario(
@@ -145,6 +149,8 @@ __all__ = [
     "Fitness",
     "Law",
     "Moment",
+    "Objective",
+    "ObjectiveSettings",
     "Plant",
     "Result",
     "Robustness",

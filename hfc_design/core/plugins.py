@@ -1,4 +1,4 @@
-"""What users add without changing the package: plants, fitnesses and control laws of their own.
+"""What users add without changing the package: plants, fitnesses, strategies, laws of their own.
 
 A file names one by a plain name. It is looked up among what is built in, what the program has
 added, and the entry points of installed packages. Modules are named on the command line and in
@@ -6,13 +6,18 @@ scripts only, so that nothing a file says is ever imported. Never imports JAX.
 """
 
 import importlib
+import pkgutil
 import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Generic, TypeVar
+
+from pydantic import ValidationError, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic_core import InitErrorDetails
 
 from hfc_design.core.records import UserError
 
@@ -20,6 +25,8 @@ Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
 References = list[tuple[str, str]]
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+#: Every group, by the option that names one of it, without its dashes.
+GROUPS: "dict[str, Group[Any]]" = {}
 
 
 @dataclass(frozen=True)
@@ -27,21 +34,31 @@ class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
     what: str  # as in --plant
-    kind: type[Thing]  # has a ``name``
+    kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
-    built_in: frozenset[str]  # names that nobody may take
+    built_in: frozenset[str] = (
+        frozenset()
+    )  # names that nobody may take; all that are known at first
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
+    adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
 
-    def add(self, thing: Thing) -> Thing:
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "built_in", self.built_in or frozenset(self.known))
+        GROUPS[self.what] = self
+
+    def add(self, thing: Any) -> Thing:
         """Make ``thing`` known; one of the same name that was added earlier is replaced.
 
         Raises:
             UserError: it is none of this kind, cannot work, or has a name that is taken.
         """
+        thing = self.adopt(thing)
         if not isinstance(thing, self.kind):
-            raise UserError(f"is a {type(thing).__name__} and no {self.kind.__name__}")
+            kinds = self.kind if isinstance(self.kind, tuple) else (self.kind,)
+            wanted = " or ".join(kind.__name__ for kind in kinds)
+            raise UserError(f"is a {type(thing).__name__} and no {wanted}")
         name = str(getattr(thing, "name", ""))
         if not NAME.fullmatch(name):
             raise UserError(f"{self.what} {name!r}: a name has letters, digits, '.', '_' and '-'")
@@ -121,6 +138,57 @@ class Group(Generic[Thing]):
             return self.add(_object(reference))
         except UserError as error:
             raise UserError(f"{source}: {error}") from error
+
+
+def given() -> References:
+    """What this process was told on its command line; never what a file or a package says."""
+    return [(what, text) for what, group in GROUPS.items() for text in group.given.values()]
+
+
+def know(references: References) -> None:
+    """Make these known, and no longer those that an earlier call made known.
+
+    Raises:
+        UserError: one cannot be imported or used here.
+    """
+    for group in GROUPS.values():
+        group.forget()
+    for what, text in references:
+        GROUPS[what].resolve(text)
+
+
+def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -> WrapValidator:
+    """Validates a table of a file by the record that is ``part`` of what its ``key`` names.
+
+    ``default`` is the name where the key is left out.
+    """
+
+    def validated(data: Any, base: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+        if isinstance(data, dict) and default:
+            data = {key: default} | data
+        if not isinstance(data, dict) or not isinstance(data.get(key), str):
+            return base(data)  # a record already, or refused
+        try:
+            record = getattr(group.get(data[key]), part)
+            if record is None:
+                raise UserError(f"{data[key]!r} has none: nothing searches it")
+        except UserError as error:
+            why = ValueError(str(error).removeprefix(f"{data[key]!r} "))
+            found = InitErrorDetails(
+                type="value_error", loc=(key,), input=data[key], ctx={"error": why}
+            )
+            raise ValidationError.from_exception_data(group.what, [found]) from None
+        return record.model_validate(data, context=info.context)
+
+    return WrapValidator(validated)
+
+
+def found_in(package: ModuleType, attribute: str) -> dict[str, Any]:
+    """What the modules and folders of a package hold under one name, by the names of these."""
+    modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    parts = (importlib.import_module(f"{package.__name__}.{name}") for name in modules)
+    things = (getattr(part, attribute) for part in parts if hasattr(part, attribute))
+    return {thing.name: thing for thing in things}
 
 
 def _object(reference: str) -> Any:

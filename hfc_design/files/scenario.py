@@ -38,8 +38,9 @@ from hfc_design.motion.trajectories import (
     check_speed,
     largest_drive_speed,
 )
-from hfc_design.objectives.fitness import settled_samples
-from hfc_design.objectives.settings import ContourSettings, FitnessSettings, LinLeeSettings, Window
+from hfc_design.objectives.judge import Judge, judge
+from hfc_design.objectives.metrics import Window, settled_samples
+from hfc_design.objectives.registry import FitnessSettings, objective_of
 from hfc_design.search.settings import LinLeeSettings as SearchLinLee
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from plants import Plant
@@ -55,10 +56,6 @@ class RunSettings(Record):
 
     seed: int = Field(0, ge=0)
     precision: Literal["float32", "float64"] = "float32"
-
-
-def _with_kind(fitness: Any) -> Any:
-    return {"kind": "lin-lee"} | fitness if isinstance(fitness, dict) else fitness
 
 
 def _with_controller(controller: Any) -> Any:
@@ -82,7 +79,7 @@ class Scenario(Record):
     load: Load = Load()
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
-    fitness: Annotated[FitnessSettings, BeforeValidator(_with_kind)] = LinLeeSettings()
+    fitness: FitnessSettings = Field({}, validate_default=True)
     controller: Annotated[ControllerSettings, BeforeValidator(_with_controller)] = (
         HierarchicalSettings()
     )
@@ -157,8 +154,8 @@ class Scenario(Record):
                 f"reference.kind = {self.reference.kind!r}: a machine of {len(axes)} axes follows "
                 f"{'a path in X-Y' if len(axes) == 2 else 'a reference for one axis'}"
             )
-        if isinstance(self.fitness, ContourSettings) and len(axes) != 2:
-            raise ValueError("fitness.kind = 'contour': a machine of one axis has no contour")
+        if fault := objective_of(self.fitness).fault(len(axes)):
+            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
         if isinstance(self.reference, Trajectory):
             if not isinstance(axes[0], FeedDriveParameters):
                 raise ValueError(
@@ -181,6 +178,10 @@ class Scenario(Record):
                 f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
                 f"{speed:.3g} {unit} needs at least {needed} with this friction and sample time"
             )
+
+    def judge(self) -> Judge:
+        """How its closed loops are judged, by a search and by everybody else."""
+        return judge(objective_of(self.fitness), getattr(self.search, "stick_penalty", 0.0))
 
     def samples(self) -> Samples:
         """What happens to the loop, sampled, in float64."""

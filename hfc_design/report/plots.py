@@ -129,9 +129,9 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     return figure
 
 
-def history(history: History) -> Figure:
-    """Best and median score against generation, and how many individuals diverged."""
-    figure = framed(3.9, top=0.15)
+def history(history: History, title: str) -> Figure:
+    """Best and median merit, by its ``title``, and how many individuals diverged."""
+    figure = framed(4.15, top=0.4)
     ratios = {"height_ratios": (3, 1), "hspace": 0.12}
     scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
     count = len(history.best)
@@ -140,7 +140,8 @@ def history(history: History) -> Figure:
     scores.plot(*_thinned(generation, history.best), color=OWN, label="best so far", **style)
     scores.plot(*_thinned(generation, history.median), color=OTHER, label="median", **style)
     scores.legend(fontsize=9, frameon=False)
-    finish(scores, "fitness")
+    scores.set_title(title, fontsize=11, parse_math=False)
+    finish(scores, "merit")
     logarithmic(scores)
     place, bars = _thinned(generation, history.diverged)
     place = np.concatenate([[0.5], place, [count + 0.5]])
@@ -174,9 +175,10 @@ def finish(axes: Axes, label: str) -> None:
 def logarithmic(axes: Axes) -> None:
     """A logarithmic y axis with plain numbers, unless the data lie close together."""
     values = np.concatenate([line.get_ydata() for line in axes.lines])
-    values = values[values > 0]
-    if len(values) == 0 or values.max() < 5 * values.min():
+    positive = values[values > 0]
+    if (values < 0).any() or len(positive) == 0 or positive.max() < 5 * positive.min():
         return
+    values = positive
     many = values.max() > 500 * values.min()
     axes.set_yscale("log", nonpositive="mask")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))

@@ -1,10 +1,10 @@
 """What the closed loop of one machine does in a control sample, in scalars.
 
-Sensors, controller, plant, fitness. ``simulate`` runs it over the samples, for a population::
+Sensors, controller, plant, objectives. ``simulate`` runs it over the samples, for a population::
 
     carry = start(loop, axes, zero)
     carry, recorded = sample(loop, fixed, sample_time, gains, carry, row)  # once a sample
-    score = loop.fitness.score(carry.sums)
+    judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
 
 from typing import Any, NamedTuple
@@ -15,7 +15,8 @@ from jax import lax
 from hfc_design.controllers.kinds import Controller
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.signals import AxisSamples, Samples
-from hfc_design.objectives.fitness import Fitness, Moment
+from hfc_design.objectives.judge import Judge
+from hfc_design.objectives.objective import Moment
 from plants import Plant
 
 
@@ -31,7 +32,7 @@ class Loop(NamedTuple):
 
     plant: Plant
     controller: Controller
-    fitness: Fitness
+    judge: Judge
     substeps: int = 1
     command_limit: float | None = None
     sensors: Sensors | None = None
@@ -45,7 +46,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     return Loop(
         plant=scenario.plant.plant,
         controller=controller,
-        fitness=scenario.fitness.fitness(),
+        judge=scenario.judge(),
         substeps=scenario.simulation.substeps,
         command_limit=scenario.limits.command,
         sensors=None if ideal else sensors,
@@ -64,7 +65,7 @@ class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
     axes: tuple[AxisCarry, ...]
-    sums: Any  # of the fitness
+    sums: Any  # of the objectives
 
 
 class Recorded(NamedTuple):
@@ -83,13 +84,18 @@ def start(loop: Loop, axes: int, zero: Any) -> Carry:
         loop.controller.initial_memory(zero),
         dict.fromkeys(loop.plant.encoders, zero),
     )
-    return Carry((axis,) * axes, loop.fitness.initial(zero))
+    return Carry((axis,) * axes, loop.judge.initial(zero))
+
+
+def positions(loop: Loop, carry: Carry) -> list[Any]:
+    """Where each axis is."""
+    return [getattr(axis.state, loop.plant.position) for axis in carry.axes]
 
 
 def sample(
     loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: Carry, row: Samples
 ) -> tuple[Carry, tuple[Recorded, ...]]:
-    """One control sample of one machine: every axis on its own, then the score of all.
+    """One control sample of one machine: every axis on its own, then the objectives of all.
 
     ``fixed`` is what ``Plant.coefficients`` gives for each axis, ``row`` one column of the
     samples, with loads and noise as tuples of scalars and ``sample_time`` [s] apart from it.
@@ -102,7 +108,7 @@ def sample(
         axes.append(moved)
         moments.append(moment)
         outputs.append(output)
-    sums = loop.fitness.update(carry.sums, tuple(moments), row.path)
+    sums = loop.judge.update(carry.sums, tuple(moments), row.path)
     return Carry(tuple(axes), sums), tuple(outputs)
 
 

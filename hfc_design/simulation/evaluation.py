@@ -1,4 +1,4 @@
-"""One design on one scenario, in float64: its score, its metrics, its whole motion."""
+"""One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +15,8 @@ from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.motion.metrics import CONTOUR_METRICS, Contour, contour, contour_metrics, during
 from hfc_design.motion.signals import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
-from hfc_design.objectives import fitness
+from hfc_design.objectives import metrics
+from hfc_design.objectives.judge import Judge, Judged
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Recorded, closed_loop
 from plants import Plant, in_a_name
@@ -33,13 +34,19 @@ class AxisMotion(NamedTuple):
 class Evaluation(NamedTuple):
     """What a design does on a scenario."""
 
-    fitness: float  # 0 where it diverged
+    fitness: float  # -inf where it diverged
+    merit: float  # what it is ranked by, see ``Scenario.judge``; -inf where it diverged
     diverged: bool
     plant: Plant
     metrics: dict[str, float | None]
     time: np.ndarray  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
     contour: Contour | None  # of an X-Y machine
+
+    def score(self, judge: Judge) -> dict[str, Any]:
+        """Fitness, merit and metrics as a file has them: None where there is no number."""
+        fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
+        return {"fitness": fitness, "merit": merit, "judged_by": judge.title, **self.metrics}
 
 
 def evaluate(design: Design, scenario: Scenario) -> Evaluation:
@@ -54,18 +61,18 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     controller, gains = controllers.from_design(design.controller)
     loop = closed_loop(scenario, controller)
     samples = scenario.samples()
-    scores, motions = simulate.trajectory(loop, plants, samples, gains)
-    return evaluation(scenario, plants, samples, scores[0], individual(motions, 0))
+    judged, motions = simulate.trajectory(loop, plants, samples, gains)
+    return evaluation(scenario, plants, samples, picked(judged, 0), individual(motions, 0))
 
 
 def evaluation(
     scenario: Scenario,
     plants: tuple[Any, ...],
     samples: Samples,
-    score: float,
+    judged: Judged,
     motions: tuple[Recorded, ...],
 ) -> Evaluation:
-    """What is read off one motion: ``score``, and of each axis its parameters and trajectory."""
+    """What is read off one motion, of one individual: of each axis parameters and trajectory."""
     plant = scenario.plant.plant
     axes = tuple(
         _axis(plant, parameters, happens, found)
@@ -83,21 +90,22 @@ def evaluation(
         speed, commanded = axis.readings[plant.velocity], samples.axes[0].reference_rate
         motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
         settled = scenario.fitness.settled_after_s
-        return fitness.metrics(plant, motion, speed[part], commanded[part], time[part], settled)
+        return metrics.metrics(plant, motion, speed[part], commanded[part], time[part], settled)
 
     found = over(slice(None))
-    diverged = next(iter(found.values())) is None
+    diverged = bool(judged.failed) or next(iter(found.values())) is None
     for window in scenario.windows:
         part = window.part(scenario.simulation)
         found |= {f"{window.name}_{key}": value for key, value in over(part).items()}
-    merit = 0.0 if diverged else float(score)
-    return Evaluation(merit, diverged, plant, found, time, axes, path)
+    numbers = (float(judged.values[0]), float(judged.merit))
+    fitness, merit = (-np.inf, -np.inf) if diverged else numbers
+    return Evaluation(fitness, merit, diverged, plant, found, time, axes, path)
 
 
 def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
     path = isinstance(scenario.reference, Trajectory)
-    own = CONTOUR_METRICS if path else fitness.meanings(scenario.plant.plant)
+    own = CONTOUR_METRICS if path else metrics.meanings(scenario.plant.plant)
     parts = {f"{window.name}_": f"{window.name}: " for window in scenario.windows}
     every = {"": "", **parts}
     return {head + key: told + own[key] for head, told in every.items() for key in own}
@@ -123,6 +131,11 @@ def _axis(plant: Plant, parameters: Any, happens: AxisSamples, motion: Recorded)
         motion,
         {name: np.asarray(value) for name, value in readings.items()},
     )
+
+
+def picked(judged: Any, which: Any) -> Any:
+    """Some of a population's records, its individuals in the leading axis."""
+    return jax.tree.map(lambda leaf: leaf[which], judged)
 
 
 def individual(motions: tuple[Recorded, ...], k: int) -> Any:

@@ -19,7 +19,7 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import Evaluation, evaluation, individual, machine
+from hfc_design.simulation.evaluation import Evaluation, evaluation, individual, machine, picked
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -56,7 +56,7 @@ class Robustness(NamedTuple):
     refined: int  # machines that were simulated again with shorter steps
     stable: NDArray[np.bool_]  # (samples,)
     nominal_stable: bool
-    nominal: dict[str, float]  # fitness and metrics; nan where there is none
+    nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
 
     def spread_of(self, key: str) -> Floats:
@@ -120,18 +120,17 @@ def robustness(
         motions = _motions(
             design,
             scenario.model_copy(update={"simulation": finer}),
-            _picked(machines.plants, again),
+            picked(machines.plants, again),
             lambda done, _: progress(len(found) + done, total),
         )
         for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
+    judge = scenario.judge()
+    scores = [one.score(judge) for one in evaluations]
     columns = {
-        "fitness": np.array([np.nan if one.diverged else one.fitness for one in evaluations]),
-        **{
-            key: np.array([one.metrics[key] for one in evaluations], float)
-            for key in evaluations[0].metrics
-        },
+        key: np.array([score[key] for score in scores], float)
+        for key in (*judge.titles, *evaluations[0].metrics)
     }
     return Robustness(
         spread,
@@ -158,18 +157,14 @@ def _motions(
     gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
-        some = _picked(plants, np.minimum(np.arange(start, start + size), count - 1))
-        scores, motions = simulate.trajectory(loop, some, samples, gains)
+        some = picked(plants, np.minimum(np.arange(start, start + size), count - 1))
+        judged, motions = simulate.trajectory(loop, some, samples, gains)
         for k in range(min(size, count - start)):
-            own = _picked(some, k)
-            found = evaluation(scenario, own, samples, scores[k], individual(motions, k))
+            own = picked(some, k)
+            found = evaluation(scenario, own, samples, picked(judged, k), individual(motions, k))
             stable = is_stable(loop, own, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)
-
-
-def _picked(plants: tuple[Any, ...], which: Any) -> Any:
-    return jax.tree.map(lambda leaf: leaf[which], plants)
 
 
 def is_stable(loop: Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bool:

@@ -1,4 +1,4 @@
-"""A population of closed loops -> scores or trajectories, for one or for a hundred thousand.
+"""A population of closed loops, one or a hundred thousand -> what a judge says, trajectories.
 
 ``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
 population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
@@ -25,7 +25,9 @@ from hfc_design.core import devices
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.motion.signals import AxisSamples, Samples
-from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, sample, start
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.registry import OBJECTIVES
+from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
 devices.configure()
 
@@ -36,8 +38,8 @@ LANES = 16
 
 def scores(
     loop: Loop, plants: Any, samples: Samples, gains: Any, dtype: Any = np.float32
-) -> np.ndarray:
-    """Score of every individual, (individuals,) float64; a diverged one scores nan.
+) -> Judged:
+    """Merit, objectives and failures of every individual, in float64 as numpy.
 
     ``plants`` is the parameter record of each axis, ``gains`` the controller's record with the
     individuals in the trailing axis of every leaf. The work is spread over all devices.
@@ -50,14 +52,13 @@ def scores(
     )
     with _own_code(loop):
         result = _scores(loop, _cast(plants, dtype), _cast(samples, dtype), _cast(padded, dtype))
-    found = np.asarray(result, np.float64)[:count]
-    return np.where(np.isfinite(found), found, np.nan)
+    return _without_padding(result, count)
 
 
 def trajectory(
     loop: Loop, plants: Any, samples: Samples, gains: Any
-) -> tuple[np.ndarray, tuple[Recorded, ...]]:
-    """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy.
+) -> tuple[Judged, tuple[Recorded, ...]]:
+    """What the judge says, and the motion of every axis and individual, in float64 as numpy.
 
     The parameters in ``plants`` are numbers, or (individuals,) where each has its own machine.
     """
@@ -83,7 +84,7 @@ def error_jacobian(
 
 @contextmanager
 def _own_code(loop: Loop) -> Iterator[None]:
-    """What goes wrong in a user's own plant, controller or fitness becomes a line."""
+    """What goes wrong in a user's own plant, controller or objective becomes a line."""
     try:
         yield
     except jax.errors.JaxRuntimeError:
@@ -93,7 +94,8 @@ def _own_code(loop: Loop) -> Iterator[None]:
         own += [f"controller {loop.controller.kind!r}"] * (
             loop.controller.kind not in LAWS.built_in
         )
-        own += [f"fitness {loop.fitness.name!r}"] * bool(loop.fitness.name)
+        names = {objective.name for objective in loop.judge.objectives}
+        own += [f"fitness {name!r}" for name in names - OBJECTIVES.built_in]
         if not own:
             raise
         reason = (str(error).splitlines() or [""])[0]
@@ -109,6 +111,11 @@ def _chunk(count: int) -> int:
     return min(CHUNK, share)
 
 
+def _without_padding(judged: Judged, count: int) -> Judged:
+    merit, values, failed = (np.asarray(leaf)[:count] for leaf in judged)
+    return Judged(merit.astype(np.float64), values.astype(np.float64), failed)
+
+
 def _cast(tree: Any, dtype: Any) -> Any:
     def cast(leaf: Any) -> np.ndarray:
         array = np.asarray(leaf)
@@ -118,19 +125,19 @@ def _cast(tree: Any, dtype: Any) -> Any:
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
-def _scores(loop: Loop, plants: Any, samples: Samples, gains: Any) -> jax.Array:
-    def on_device(plants: Any, samples: Samples, gains: Any) -> jax.Array:
+def _scores(loop: Loop, plants: Any, samples: Samples, gains: Any) -> Judged:
+    def on_device(plants: Any, samples: Samples, gains: Any) -> Judged:
         count = jax.tree.leaves(gains)[0].shape[-1]
         chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
 
         def chunked(leaf: jax.Array) -> jax.Array:
             return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
 
-        def one_chunk(gains: Any) -> jax.Array:
-            sums, _ = _run(loop, plants, samples, gains, record=False)
-            return loop.fitness.score(sums)
+        def one_chunk(gains: Any) -> Judged:
+            return _run(loop, plants, samples, gains, record=False)[0]
 
-        return lax.map(one_chunk, jax.tree.map(chunked, gains)).reshape(-1)
+        judged = lax.map(one_chunk, jax.tree.map(chunked, gains))
+        return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), judged)
 
     split = jax.tree.map(lambda leaf: PartitionSpec(*[None] * (leaf.ndim - 1), "population"), gains)
     spread = jax.shard_map(
@@ -146,9 +153,8 @@ def _scores(loop: Loop, plants: Any, samples: Samples, gains: Any) -> jax.Array:
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
 def _trajectory(
     loop: Loop, plants: Any, samples: Samples, gains: Any
-) -> tuple[jax.Array, tuple[Recorded, ...]]:
-    sums, motion = _run(loop, plants, samples, gains, record=True)
-    return loop.fitness.score(sums), motion
+) -> tuple[Judged, tuple[Recorded, ...]]:
+    return _run(loop, plants, samples, gains, record=True)
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
@@ -192,8 +198,8 @@ def _error_jacobian(
     return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
 
 
-def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) -> tuple[Any, Any]:
-    """Scan over the samples; returns the fitness sums and, if asked for, the trajectories."""
+def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) -> tuple[Judged, Any]:
+    """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
     fixed = tuple(loop.plant.coefficients(plant) for plant in plants)
     own_machine = 0 if jnp.ndim(jax.tree.leaves(plants)[0]) else None
@@ -206,7 +212,7 @@ def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) ->
 
     rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
     carry, outputs = lax.scan(body, start(loop, len(fixed), zeros), rows)
-    return carry.sums, outputs
+    return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
 
 
 def _by_row(axis: AxisSamples) -> AxisSamples:

@@ -1,5 +1,7 @@
 """What the page shows of a hierarchical design and of the search for it."""
 
+import numpy as np
+
 from hfc_design.controllers.hierarchical import pictures as diagrams
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.files.controller import HierarchicalSettings
@@ -62,12 +64,13 @@ def structures(archive: Archive, scenario: Scenario) -> Listing:
     assert isinstance(scenario.controller, HierarchicalSettings)
     names = [diagrams.readable(item.name) for item in scenario.controller.inputs]
     trees = hierarchy.trees(len(names))
-    order = [k for k in (-archive.score).argsort(kind="stable")[:BEST] if archive.score[k] > 0]
+    best = (-archive.score).argsort(kind="stable")[:BEST]
+    order = best[np.isfinite(archive.score[best])]
     return Listing(
-        "The best structures, each with the best fitness that the search "
+        "The best structures, each with the best that the search "
         f"(in {scenario.run.precision}) found for it; the controller above is the best of them in "
         "float64. A unit is written (column input, row input).",
-        ["structure", "fitness"],
+        ["structure", scenario.judge().title],
         [
             [_notation(trees[archive.population.tree[k]], names), score(archive.score[k])]
             for k in order

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 from hfc_design import __version__
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.plugins import given
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files.plugin_groups import given
 from hfc_design.runs import run as design
 from hfc_design.runs.batch import folder, work
 from hfc_design.runs.batch.plan import Cell
