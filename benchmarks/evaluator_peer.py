@@ -26,7 +26,7 @@ def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
 
     def run() -> np.ndarray:
-        return simulate.scores(loop, plants, samples, gains, dtype)
+        return simulate.scores(loop, plants, samples, gains, dtype).merit
 
     run()  # compiles
     return run
@@ -66,7 +66,9 @@ def pick(work: Work, individuals: np.ndarray) -> Work:
 
 
 def _scenario(samples: int) -> Scenario:
-    return load_scenario("c-axis-ramp", [f"simulation.duration_s={samples / 1000}"])
+    return load_scenario(
+        "c-axis-ramp", [f"simulation.duration_s={samples / 1000}", "search.stick_penalty=0"]
+    )
 
 
 def _float32(values: Any) -> np.ndarray:

@@ -24,13 +24,13 @@ from hfc_design.controllers.kind import (
 )
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
+from hfc_design.core.plugins import GROUPS
 from hfc_design.core.records import RunError, UserError
 from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
-from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.fitness import OWN_FITNESSES, Fitness, Moment
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.section import Listing, Section
 from hfc_design.runs import problem as _problem
 from hfc_design.runs import run as _design
@@ -44,6 +44,8 @@ from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
 #: The name that a drive had before machines had several of them.
 Plant = Drive
+#: What objectives are called where a scenario names one.
+Fitness = Objective
 Registered = TypeVar("Registered")
 
 
@@ -55,11 +57,11 @@ def register(thing: Registered) -> Registered:
     Raises:
         UserError: it is none of these, lacks something, or its name is that of a built-in one.
     """
-    for group in (ALL_PLANTS, OWN_FITNESSES, KINDS):
+    for group in GROUPS.values():
         if group.takes(thing):
             group.add(thing)
             return thing
-    raise UserError(f"{thing!r} is nothing that can be registered")
+    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
 
 
 def load_scenario(
@@ -175,6 +177,8 @@ __all__ = [
     "Listing",
     "Machine",
     "Moment",
+    "Objective",
+    "ObjectiveSettings",
     "Plant",
     "Result",
     "Robustness",

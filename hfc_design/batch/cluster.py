@@ -19,8 +19,8 @@ from hfc_design.batch import folder, work
 from hfc_design.batch.plan import Cell
 from hfc_design.batch.work import PATIENCE, Outcome
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.plugins import given
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files.plugin_groups import given
 from hfc_design.runs import run as design
 
 try:

@@ -37,7 +37,7 @@ class Published(Record):
     figure: str = ""  # of the paper
     quantity: str  # with its unit
     value: Finite | None = None  # None: the paper has words only
-    metric: str  # or "fitness"
+    metric: str  # or "fitness", or "merit"
     of: Settings
     over: Settings = {}
     over_metric: str = ""  # left out: the same metric

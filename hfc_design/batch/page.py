@@ -11,7 +11,15 @@ from matplotlib.figure import Figure
 from hfc_design.batch.file import LABEL, OWN_KEYS
 from hfc_design.batch.published import HEAD, Reproduced, row
 from hfc_design.batch.runs import SEED, Run, text
-from hfc_design.batch.summary import ALPHA, COMPARED, Comparison, Group, runs_needed
+from hfc_design.batch.summary import (
+    ALPHA,
+    COMPARED,
+    FITNESS,
+    MERIT,
+    Comparison,
+    Group,
+    runs_needed,
+)
 from hfc_design.batch.tables import medians
 from hfc_design.pictures.section import Rows, score
 from hfc_design.report import REPORT, batch_plots
@@ -32,6 +40,7 @@ class Task(NamedTuple):
 
     name: str
     sentence: str
+    measure: str
     groups: int
     drawn: int
     convergence: Figure | None
@@ -56,6 +65,7 @@ def page(
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
     troubles = [run for run in runs if run.reason or run.state != "finished"]
     few = _too_few(comparisons)
+    scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     return rendered(
         "batch.html.j2",
         name=name,
@@ -70,6 +80,7 @@ def page(
         random=any(run.searched for run in runs),
         repeated=sum(run.state == "finished" for group in groups for run in group.runs)
         - sum(len(group.finished) for group in groups),
+        merits=any(group.measure != FITNESS for group in groups),
         few=_few(groups),
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
         group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
@@ -83,8 +94,8 @@ def page(
         left_out=any(task.groups > COMPARED for task in tasks),
         trouble_rows=[[run.path, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
-        run_head=["run", "group", *keys, "seed", "state", "fitness", "generations"],
-        run_rows=_run_rows(runs[:RUNS], groups, keys),
+        run_head=["run", "group", *keys, "seed", "state", *scores, "generations"],
+        run_rows=_run_rows(runs[:RUNS], groups, keys, scores),
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
@@ -112,7 +123,7 @@ def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], dra
     finished = [group for group in groups if group.finished][: DRAWN if draw else 0]
     order = range(len(finished))
     searched = [
-        (group.label, [run.best for run in group.finished if run.best.any()], k)
+        (group.label, [run.best for run in group.finished if np.isfinite(run.best).any()], k)
         for group, k in zip(finished, order, strict=True)
     ]
     searched = [item for item in searched if item[1]]
@@ -122,10 +133,14 @@ def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], dra
         convergence = batch_plots.convergence(labels, searches, chosen)
     if finished:
         outcomes = batch_plots.outcomes(
-            [group.number for group in finished], [group.fitness for group in finished], order
+            [group.number for group in finished],
+            [group.scores for group in finished],
+            order,
+            groups[0].key,
         )
     sentence = _sentence(groups, comparisons)
-    return Task(name, sentence, len(groups), len(finished), convergence, outcomes)
+    measure = groups[0].measure
+    return Task(name, sentence, measure, len(groups), len(finished), convergence, outcomes)
 
 
 def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
@@ -134,7 +149,8 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     if not best.finished:
         return "No run has finished."
     count = len(best.finished)
-    told = f"The highest median fitness is {score(best.median)}, of group {best.label}"
+    median = "fitness" if best.measure == FITNESS else f"of {best.measure}"
+    told = f"The highest median {median} is {score(best.median)}, of group {best.label}"
     told += f" ({count} run{'s' if count > 1 else ''})"
     against = [item for item in comparisons if item.first is best]
     if not against:
@@ -165,7 +181,7 @@ def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
     if not group.finished:
         return [*row, "–", "–", "–"]
     low, median, high = group.quartiles
-    return [*row, score(median), f"{score(low)} to {score(high)}", score(group.fitness.max())]
+    return [*row, score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
 
 
 def _of(count: int, total: int) -> str:
@@ -175,7 +191,8 @@ def _of(count: int, total: int) -> str:
 def _metrics(groups: Sequence[Group]) -> tuple[list[str], Rows]:
     """Head and rows of the medians of all metrics."""
     found = [medians(group) for group in groups]
-    names = list(dict.fromkeys(key for item in found for key in item if key != "fitness"))
+    shown = {group.key for group in groups}  # of which the page has a table already
+    names = list(dict.fromkeys(key for item in found for key in item if {key} != shown))
     rows = [
         [str(group.number), *(f"{item[key][1]:.4g}" if key in item else "–" for key in names)]
         for group, item in zip(groups, found, strict=True)
@@ -189,7 +206,7 @@ def _comparison_row(item: Comparison) -> list[str]:
     else:
         verdict = f"{item.first.number} is higher" if item.holm <= ALPHA else "not shown"
     pair = f"{item.first.number} and {item.second.number}"
-    counts = f"{len(item.first.fitness)}, {len(item.second.fitness)}"
+    counts = f"{len(item.first.scores)}, {len(item.second.scores)}"
     return [pair, counts, f"{item.a12:.2f}", _p(item.p), _p(item.holm), verdict]
 
 
@@ -200,20 +217,24 @@ def _p(value: float) -> str:
 def _too_few(comparisons: Sequence[Comparison]) -> int:
     """Runs in each group that were needed; 0 where there are enough to show something."""
     needed = runs_needed(len(comparisons))
-    sizes = (min(len(item.first.fitness), len(item.second.fitness)) for item in comparisons)
+    sizes = (min(len(item.first.scores), len(item.second.scores)) for item in comparisons)
     return needed if comparisons and max(sizes) < needed else 0
 
 
+def _told(value: float | None) -> str:
+    return score(-np.inf if value is None else value)
+
+
 def _run_rows(
-    runs: Sequence[Run], groups: Sequence[Group], keys: Sequence[str]
+    runs: Sequence[Run], groups: Sequence[Group], keys: Sequence[str], scores: Sequence[str]
 ) -> list[tuple[str, list[str]]]:
     """Of each run the address of its own page, if it has one, and what the table says."""
     number = {run.path: group.number for group in groups for run in group.runs}
     rows = []
     for run in runs:
-        fitness = run.score.get("fitness")
         own = [text(run.settings[key]) if key in run.settings else "–" for key in (*keys, SEED)]
         told = [run.path, str(number.get(run.path, "–")), *own, run.state]
-        told += ["–" if fitness is None else score(fitness), str(len(run.best))]
+        told += [_told(run.score[key]) if key in run.score else "–" for key in scores]
+        told.append(str(len(run.best)))
         rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
     return rows

@@ -77,7 +77,8 @@ def _check_figure(wanted: dict[str, Any], metric: str, cells: Iterable[Cell]) ->
     if not own:
         told = ", ".join(f"{key} = {value!r}" for key, value in flat(wanted).items())
         raise UserError(f"no cell has {told}")
-    known = list(dict.fromkeys(["fitness", *(key for c in own for key in meanings(c.scenario))]))
+    found = (key for cell in own for key in meanings(cell.scenario))
+    known = list(dict.fromkeys(["fitness", "merit", *found]))
     if metric not in known:
         near = get_close_matches(metric, known) or known
         raise UserError(f"{metric!r} is no metric of these cells; there is {', '.join(near)}")

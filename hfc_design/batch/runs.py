@@ -21,7 +21,7 @@ from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
 Floats = NDArray[np.float64]
 State = folder.State | Literal["unreadable"]
-SCENARIO, SEED = "scenario", "run.seed"
+SCENARIO, SEED, JUDGED_BY = "scenario", "run.seed", "judged_by"
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
 
@@ -33,10 +33,11 @@ class Run(NamedTuple):
     settings: dict[str, Any]  # dotted key -> value; also scenario and run.seed
     state: State
     reason: str  # why it is not finished or not all of it could be read; "" if it is
-    score: dict[str, float | None]  # fitness and metrics of a finished run, else empty
-    best: Floats  # (generations,) best score of the search so far; empty if not known
+    score: dict[str, float | None]  # fitness, merit and metrics of a finished run, else empty
+    best: Floats  # (generations,) best merit so far, nan while all failed; empty if not known
     page: bool  # has a report of its own
     searched: bool = True  # else its design was given, and nothing is random
+    judged_by: str = ""  # title of the merit; "" where an earlier version made the run
 
 
 def is_run(path: Path) -> bool:
@@ -123,9 +124,10 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
 
 def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason: str) -> Run:
     score: dict[str, float | None] = {}
+    judged_by = ""
     if state == "finished":
         try:
-            score = _score(path)
+            score, judged_by = _score(path)
         except (OSError, ValueError) as error:
             state, reason = "unreadable", _told(DESIGN, error)
     best, searched = _NONE, not (path / GIVEN).exists()
@@ -137,11 +139,11 @@ def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason:
     if state in ("running", "broken off") and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
     page = (path / REPORT).exists()
-    return Run(_below(path, top), settings, state, reason, score, best, page, searched)
+    return Run(_below(path, top), settings, state, reason, score, best, page, searched, judged_by)
 
 
-def _score(path: Path) -> dict[str, float | None]:
-    """Fitness and metrics in a run's design.
+def _score(path: Path) -> tuple[dict[str, float | None], str]:
+    """Fitness, merit and metrics in a run's design, and what the merit is.
 
     Raises:
         ValueError: the file is no design with a score.
@@ -150,19 +152,20 @@ def _score(path: Path) -> dict[str, float | None]:
     score = design.get("score") if isinstance(design, dict) else None
     if not isinstance(score, dict):
         raise ValueError("has no score")
+    judged_by = score.pop(JUDGED_BY, "")
     found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
     fitness = found.pop("fitness", None)
-    if fitness is None or not np.isfinite(fitness):
+    if fitness is None and score.get("fitness", "") is not None:  # null: the design diverged
         raise ValueError("has no fitness that is a number")
-    return {"fitness": fitness, **found}
+    return {"fitness": fitness, **found}, text(judged_by)
 
 
 def _number(value: object) -> float | None:
-    return float(value) if isinstance(value, (int, float)) else None
+    return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else None
 
 
 def _best(path: Path) -> Floats:
-    """Best score so far, (generations,).
+    """Best merit so far, (generations,), nan while everything failed.
 
     Raises:
         ValueError: a row is damaged or missing.
@@ -178,7 +181,7 @@ def _best(path: Path) -> Floats:
         if len(cells) != width + 1 or cells[0] != str(k):
             raise ValueError(f"row {k + 2} is damaged")
         numbers[k] = float(cells[column])
-    if not np.isfinite(numbers).all():
+    if np.isinf(numbers).any():
         raise ValueError("a score is no number")
     return numbers
 

@@ -14,6 +14,8 @@ from hfc_design.batch.runs import SCENARIO, SEED, Floats, Run, text
 
 #: A difference counts as shown where the corrected p is not above this.
 ALPHA = 0.05
+#: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
+MERIT, FITNESS = "merit", "fitness"
 #: So many groups of a task are compared with each other: those with the highest medians.
 COMPARED = 20
 #: Up to this many runs in the smaller group, and without ties, p is exact.
@@ -25,15 +27,21 @@ class Group(NamedTuple):
 
     number: int  # from 1; what tables and pictures call it
     task: str  # what the score is of; scores of different tasks do not compare
+    measure: str  # what is compared: title of the merit of all runs of the task, or fitness
     settings: dict[str, str]  # those that differ somewhere among all groups
     runs: list[Run]
     finished: list[Run]  # one a seed: run again, it would give the same and tell nothing more
-    fitness: Floats  # (finished,) in float64
-    quartiles: tuple[float, float, float]  # of the fitness; nan without a finished run
+    scores: Floats  # (finished,) in float64; -inf where a design diverged
+    quartiles: tuple[float, float, float]  # of the scores; nan without a finished run
+
+    @property
+    def key(self) -> str:
+        """Which of the numbers of a run is compared."""
+        return FITNESS if self.measure == FITNESS else MERIT
 
     @property
     def median(self) -> float:
-        """Median of the final fitness."""
+        """Median of the final score."""
         return self.quartiles[1]
 
     @property
@@ -58,7 +66,7 @@ class Comparison(NamedTuple):
     @property
     def testable(self) -> bool:
         """Whether so few runs could show any difference, however large it is."""
-        return smallest_p(len(self.first.fitness), len(self.second.fitness)) <= ALPHA
+        return smallest_p(len(self.first.scores), len(self.second.scores)) <= ALPHA
 
 
 def grouped(runs: Sequence[Run]) -> list[Group]:
@@ -71,14 +79,15 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
     members: dict[tuple[str, ...], list[Run]] = defaultdict(list)
     for run in known:
         members[_task(run, differing), *(_value(run, key) for key in differing)].append(run)
+    judges: dict[str, set[str]] = defaultdict(set)
+    for (task, *_), inside in members.items():
+        judges[task] |= {run.judged_by for run in inside if run.state == "finished"}
     found = [
-        _group(task, dict(zip(differing, own, strict=True)), inside)
+        _group(task, _measure(judges[task]), dict(zip(differing, own, strict=True)), inside)
         for (task, *own), inside in members.items()
     ]
-    tasks = list(dict.fromkeys(group.task for group in found))
-    found.sort(
-        key=lambda group: (tasks.index(group.task), -np.nan_to_num(group.median, nan=-1e300))
-    )
+    tasks = list(judges)
+    found.sort(key=lambda x: (tasks.index(x.task), np.isnan(x.median), -x.median))
     return [group._replace(number=k) for k, group in enumerate(found, 1)]
 
 
@@ -88,12 +97,12 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
     a12, p = np.empty(len(pairs)), np.empty(len(pairs))
     alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(pairs):
-        both = np.concatenate([first.fitness, second.fitness])
+        both = np.concatenate([first.scores, second.scores])
         ties = len(np.unique(both)) < len(both)
-        alike[len(first.fitness), len(second.fitness), ties].append(k)
+        alike[len(first.scores), len(second.scores), ties].append(k)
     for (own, other, ties), places in alike.items():  # one call for thousands of pairs
-        x = np.stack([pairs[k][0].fitness for k in places])
-        y = np.stack([pairs[k][1].fitness for k in places])
+        x = np.stack([pairs[k][0].scores for k in places])
+        y = np.stack([pairs[k][1].scores for k in places])
         exact = min(own, other) <= EXACT and not ties
         found = mannwhitneyu(x, y, axis=1, method="exact" if exact else "asymptotic")
         a12[places], p[places] = found.statistic / (own * other), found.pvalue
@@ -124,7 +133,7 @@ def runs_needed(comparisons: int) -> int:
 
 def _pairs(groups: Sequence[Group]) -> Iterator[tuple[Group, Group]]:
     for task in dict.fromkeys(group.task for group in groups):
-        inside = [group for group in groups if group.task == task and len(group.fitness) >= 2]
+        inside = [group for group in groups if group.task == task and len(group.scores) >= 2]
         yield from combinations(inside[:COMPARED], 2)
 
 
@@ -142,18 +151,27 @@ def _value(run: Run, key: str) -> str:
     return text(run.settings[key]) if key in run.settings else "–"
 
 
-def _group(task: str, settings: dict[str, str], runs: list[Run]) -> Group:
+def _measure(judges: set[str]) -> str:
+    """The one judge of all; runs of an earlier version do not name theirs."""
+    return next(iter(judges)) or FITNESS if len(judges) == 1 else FITNESS
+
+
+def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -> Group:
     once: dict[str, Run] = {}
     for run in runs:
         if run.state == "finished":
             once.setdefault(text(run.settings[SEED]), run)
-    fitness = np.array([run.score["fitness"] for run in once.values()], float)
-    return Group(0, task, settings, runs, list(once.values()), fitness, quartiles(fitness))
+    group = Group(0, task, measure, settings, runs, list(once.values()), np.empty(0), (np.nan,) * 3)
+    found = [run.score.get(group.key) for run in group.finished]
+    scores = np.array([-np.inf if value is None else value for value in found], float)
+    return group._replace(scores=scores, quartiles=quartiles(scores))
 
 
 def quartiles(values: Floats) -> tuple[float, float, float]:
-    """Lower quartile, median and upper quartile; nan of nothing."""
+    """Lower quartile, median and upper quartile, which may be -inf; nan of nothing."""
     if not len(values):
         return np.nan, np.nan, np.nan
-    low, median, high = np.quantile(values, (0.25, 0.5, 0.75)).tolist()
+    with np.errstate(invalid="ignore"):  # between -inf and what is finite
+        found = np.quantile(values, (0.25, 0.5, 0.75))
+    low, median, high = np.nan_to_num(found, nan=-np.inf, neginf=-np.inf).tolist()
     return low, median, high

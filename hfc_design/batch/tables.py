@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hfc_design.batch.published import HEAD, Reproduced
-from hfc_design.batch.runs import Run, text
+from hfc_design.batch.runs import JUDGED_BY, Run, text
 from hfc_design.batch.summary import Comparison, Group, quartiles
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
@@ -60,6 +60,7 @@ def run_columns(runs: Sequence[Run], groups: Sequence[Group]) -> dict[str, Colum
         found[key] = _of_one_type([run.settings.get(key) for run in runs])
     for key in scores:
         found[key] = [run.score.get(key) for run in runs]
+    found[JUDGED_BY] = [run.judged_by or None for run in runs]
     found["reason"] = [run.reason or None for run in runs]
     return found
 
@@ -85,20 +86,21 @@ def _group_rows(groups: Sequence[Group]) -> Iterable[Sequence[object]]:
     found = [medians(group) for group in groups]
     metrics = list(dict.fromkeys(key for item in found for key in item))
     keys = list(groups[0].settings) if groups else []
-    head = ["group", "task", *keys, "runs", "finished"]
+    head = ["group", "task", "measure", *keys, "runs", "finished"]
     yield [*head, *(f"{key}_{part}" for key in metrics for part in QUARTILES)]
     for group, item in zip(groups, found, strict=True):
-        own = [group.number, group.task, *group.settings.values(), len(group.runs)]
+        own = [group.number, group.task, group.measure, *group.settings.values(), len(group.runs)]
         told = [value for key in metrics for value in item.get(key, (None, None, None))]
-        yield [*own, len(group.fitness), *told]
+        yield [*own, len(group.scores), *told]
 
 
 def _comparison_rows(comparisons: Sequence[Comparison]) -> Iterable[Sequence[object]]:
-    yield ["task", "group", "other_group", "runs", "other_runs", "a12", "p", "p_holm"]
+    head = ["task", "measure", "group", "other_group", "runs", "other_runs", "a12", "p", "p_holm"]
+    yield head
     for item in comparisons:
         first, second = item.first, item.second
-        counts = (len(first.fitness), len(second.fitness))
-        yield [first.task, first.number, second.number, *counts, item.a12, item.p, item.holm]
+        which = (first.task, first.measure, first.number, second.number)
+        yield [*which, len(first.scores), len(second.scores), item.a12, item.p, item.holm]
 
 
 def _figure_row(item: Reproduced) -> Sequence[object]:

@@ -20,7 +20,7 @@ from typing import Literal
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
-from hfc_design.core.plugins import References
+from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError
 
 #: Contents of the files of a run folder, by their names.
@@ -63,8 +63,7 @@ def run_cell(version: str, name: str, shared: str, files: Files, plugins: Refere
         return "failed", reason, 0.0, {}
     with _alone:
         take_share(worker.state.nthreads)
-        from hfc_design.batch.work import told
-        from hfc_design.files.plugin_groups import know
+        from hfc_design.batch.work import told  # with it comes every group of plug-ins
 
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):

@@ -58,7 +58,8 @@ def chosen(texts: dict[str, str]) -> dict[str, str]:
     """
     if not texts:
         return {}
-    from hfc_design.files.plugin_groups import GROUPS
+    import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
+    from hfc_design.core.plugins import GROUPS
 
     changes = {}
     for key, text in texts.items():

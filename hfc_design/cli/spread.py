@@ -41,7 +41,8 @@ def score_spread(
     with bar:
         found = robustness(design, scenario, spread, samples, seed, progress)
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    numbers = {"design": design.name, "scenario": scenario.name, **found.numbers()}
+    own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
+    numbers = own | found.numbers()
     if as_json:
         print(json.dumps(numbers))
     else:
@@ -61,7 +62,7 @@ def _show_spread(numbers: dict[str, Any]) -> None:
         title_style="",
         caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
-        "quantiles of the stable ones that have the metric\n"
+        f"quantiles of the stable ones that have the metric; merit is {numbers['judged_by']}\n"
         f"impossible machines drawn again: {numbers['refused_draws']}\n"
         f"simulated again with shorter steps: {numbers['refined']}",
         caption_justify="left",

@@ -11,7 +11,9 @@ import numpy as np
 
 from hfc_design.core.records import RunError
 
-FORMAT = "hfc-checkpoint-1"
+FORMAT = "hfc-checkpoint-2"
+#: In which what had failed scored 0, and everything else more.
+FIRST_FORMAT = "hfc-checkpoint-1"
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -54,7 +56,10 @@ def load(path: Path, kind: type, fields: dict[str, Any], config: str) -> Any:
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
-        if str(arrays["format"]) != FORMAT:
+        if str(arrays["format"]) == FIRST_FORMAT:
+            scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
+            arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
+        elif str(arrays["format"]) != FORMAT:
             raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
         if str(arrays["config"]) != config:
             raise RunError(f"{path}: belongs to a run with another config.toml")

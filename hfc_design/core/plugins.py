@@ -1,4 +1,4 @@
-"""What users add without changing the package: plants, fitnesses and control laws of their own.
+"""What users add without changing the package: plants, fitnesses, strategies, laws of their own.
 
 A file names one by a plain name. It is looked up among what is built in, what the program has
 added, and the entry points of installed packages. Modules are named on the command line and in
@@ -25,6 +25,8 @@ Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
 References = list[tuple[str, str]]
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+#: Every group, by the option that names one of it, without its dashes.
+GROUPS: "dict[str, Group[Any]]" = {}
 
 
 @dataclass(frozen=True)
@@ -35,15 +37,15 @@ class Group(Generic[Thing]):
     kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
-    built_in: frozenset[str] = (
-        frozenset()
-    )  # names that nobody may take; all that are known at first
+    #: Names that nobody may take: those known at first.
+    built_in: frozenset[str] = frozenset()
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "built_in", self.built_in or frozenset(self.known))
+        GROUPS[self.what] = self
 
     def takes(self, thing: Any) -> bool:
         """Whether ``thing`` is one of this kind."""
@@ -139,6 +141,23 @@ class Group(Generic[Thing]):
             return self.add(_object(reference))
         except UserError as error:
             raise UserError(f"{source}: {error}") from error
+
+
+def given() -> References:
+    """What this process was told on its command line; never what a file or a package says."""
+    return [(what, text) for what, group in GROUPS.items() for text in group.given.values()]
+
+
+def know(references: References) -> None:
+    """Make these known, and no longer those that an earlier call made known.
+
+    Raises:
+        UserError: one cannot be imported or used here.
+    """
+    for group in GROUPS.values():
+        group.forget()
+    for what, text in references:
+        GROUPS[what].resolve(text)
 
 
 def chosen(

@@ -24,8 +24,9 @@ from hfc_design.files.sampled import axis_samples, path_samples
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import AxisSamples, Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
-from hfc_design.objectives.fitness import settled_samples
-from hfc_design.objectives.settings import ContourSettings, FitnessSettings, LinLeeSettings, Window
+from hfc_design.objectives.judge import Judge, judge
+from hfc_design.objectives.metrics import Window, settled_samples
+from hfc_design.objectives.registry import FitnessSettings, objective_of
 from hfc_design.search.settings import LinLeeSettings as SearchLinLee
 from hfc_design.search.settings import RaceSettings, SearchSettings
 from plants import Drive
@@ -44,10 +45,6 @@ class RunSettings(Record):
     precision: Literal["float32", "float64"] = "float32"
 
 
-def _with_kind(fitness: Any) -> Any:
-    return {"kind": "lin-lee"} | fitness if isinstance(fitness, dict) else fitness
-
-
 def _with_preset(search: Any) -> Any:
     return {"preset": "race"} | search if isinstance(search, dict) else search
 
@@ -63,7 +60,7 @@ class Scenario(Record):
     load: Load = Load()
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
-    fitness: Annotated[FitnessSettings, BeforeValidator(_with_kind)] = LinLeeSettings()
+    fitness: FitnessSettings = Field({}, validate_default=True)
     controller: Annotated[
         SerializeAsAny[ControllerSettings], chosen(KINDS, "settings", default=DEFAULT_KIND)
     ] = Field(default={}, validate_default=True)
@@ -112,12 +109,8 @@ class Scenario(Record):
         check_axes("limits.axes", self.limits.axes, axes)
         check_axes("sensors.axes", self.sensors.axes, axes)
         check_axes("load.axes", self.load.axes, axes)
-        if isinstance(self.fitness, ContourSettings) and not self.follows_path:
-            raise ValueError(
-                "fitness.kind = 'contour': a machine that follows no path has no contour"
-                if len(axes) > 1
-                else "fitness.kind = 'contour': a machine of one axis has no contour"
-            )
+        if fault := objective_of(self.fitness).fault(len(axes), self.follows_path):
+            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
         reference = self.reference
         if isinstance(reference, Trajectory):
             self._can_follow_path(reference)
@@ -187,6 +180,10 @@ class Scenario(Record):
     def reference_of(self, axis: str) -> Any:
         """The reference of one axis of a machine that follows no path."""
         return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
+
+    def judge(self) -> Judge:
+        """How its closed loops are judged, by a search and by everybody else."""
+        return judge(objective_of(self.fitness), getattr(self.search, "stick_penalty", 0.0))
 
     def samples(self) -> Samples:
         """What happens to the loop, sampled, in float64."""

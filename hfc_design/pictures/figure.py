@@ -73,9 +73,10 @@ def finish(axes: Axes, label: str) -> None:
 def logarithmic(axes: Axes) -> None:
     """A logarithmic y axis with plain numbers, unless the data lie close together."""
     values = np.concatenate([line.get_ydata() for line in axes.lines])
-    values = values[values > 0]
-    if len(values) == 0 or values.max() < 5 * values.min():
+    positive = values[values > 0]
+    if (values < 0).any() or len(positive) == 0 or positive.max() < 5 * positive.min():
         return
+    values = positive
     many = values.max() > 500 * values.min()
     axes.set_yscale("log", nonpositive="mask")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))

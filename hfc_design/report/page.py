@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hfc_design.controllers.gains import section as gains
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
@@ -12,7 +14,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
-from hfc_design.objectives.settings import ContourSettings, LinLeeSettings
+from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.section import Listing, Rows, Section, score
 from hfc_design.report import contour_plots, plots
 from hfc_design.report.template import rendered
@@ -58,7 +60,7 @@ def write_report(
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
         scores=_scores(scenario, evaluations),
-        measure=_measure(scenario),
+        measure=_measure(scenario.judge()),
         contour=own.contour is not None,
         response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
@@ -80,7 +82,8 @@ def _found(search: Search, scenario: Scenario) -> dict[str, Any]:
     return {
         "generations": search.generation,
         "diverged": int(search.history.diverged.sum()),
-        "history": plots.history(search.history),
+        "title": scenario.judge().title,
+        "history": plots.history(search.history, scenario.judge().title),
         "structures": _structures(search.archive, scenario),
     }
 
@@ -90,12 +93,13 @@ def _structures(archive: Archive, scenario: Scenario) -> Listing | None:
     genome = genome_of(scenario)
     if genome.structures == 1:
         return None
-    order = [k for k in (-archive.score).argsort(kind="stable")[:BEST] if archive.score[k] > 0]
+    best = (-archive.score).argsort(kind="stable")[:BEST]
+    order = best[np.isfinite(archive.score[best])]
     return Listing(
-        "The best structures, each with the best fitness that the search "
+        "The best structures, each with the best that the search "
         f"(in {scenario.run.precision}) found for it; the controller above is the best of them in "
         "float64. A unit is written (column input, row input).",
-        ["structure", "fitness"],
+        ["structure", scenario.judge().title],
         [
             [genome.notation(int(archive.population.tree[k])), score(archive.score[k])]
             for k in order
@@ -138,6 +142,8 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there"
     if own.contour is None:
+        if min(own.fitness, rival.fitness) <= 0.0:
+            return f"that of {name} is {score(rival.fitness)}"
         factor = own.fitness / rival.fitness
         return f"{factor:.3g} times that of {name}, which is {score(rival.fitness)}"
     its = _rms(rival)
@@ -151,23 +157,20 @@ def _rms(found: Evaluation) -> float:
     return value
 
 
-def _measure(scenario: Scenario) -> str:
-    """What the fitness is, in a sentence."""
-    settings = scenario.fitness
-    if isinstance(settings, ContourSettings):
-        of = f"1 / (rms + {settings.worst:g} × largest + {settings.lag:g} × rms lag)"
-        return f"The fitness is {of} of the contour error [1/BLU]"
-    if isinstance(settings, LinLeeSettings):
-        return "The fitness is eq. 5 of Lin & Lee (1999)"
-    return f"The fitness is {settings.kind}, a user's own"
+def _measure(judge: Judge) -> str:
+    """What the fitness is, and what designs are ranked by."""
+    fitness = judge.objectives[0]
+    told = f"The fitness is {fitness.meaning or f'{fitness.name}, an own one'}"
+    return told + (f"; designs are ranked by {judge.title}" if "merit" in judge.titles else "")
 
 
 def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
-    """Fitness and metrics, a row each; a column for each evaluation."""
+    """Fitness, merit and metrics, a row each; a column for each evaluation."""
     found = evaluations.values()
-    rows = [
-        ["fitness", *("diverged" if item.diverged else f"{item.fitness:.4f}" for item in found)]
-    ]
+    rows = []
+    for key, title in scenario.judge().titles.items():
+        scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
+        rows.append([title, *scores])
     first = next(iter(found))
     told = meanings(scenario)
     for key in first.metrics:

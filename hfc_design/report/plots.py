@@ -99,9 +99,9 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     return figure
 
 
-def history(history: History) -> Figure:
-    """Best and median score against generation, and how many individuals diverged."""
-    figure = framed(3.9, top=0.15)
+def history(history: History, title: str) -> Figure:
+    """Best and median merit, by its ``title``, and how many individuals diverged."""
+    figure = framed(4.15, top=0.4)
     ratios = {"height_ratios": (3, 1), "hspace": 0.12}
     scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
     count = len(history.best)
@@ -110,7 +110,8 @@ def history(history: History) -> Figure:
     scores.plot(*_thinned(generation, history.best), color=OWN, label="best so far", **style)
     scores.plot(*_thinned(generation, history.median), color=OTHER, label="median", **style)
     scores.legend(fontsize=9, frameon=False)
-    finish(scores, "fitness")
+    scores.set_title(title, fontsize=11, parse_math=False)
+    finish(scores, "merit")
     logarithmic(scores)
     place, bars = _thinned(generation, history.diverged)
     place = np.concatenate([[0.5], place, [count + 0.5]])

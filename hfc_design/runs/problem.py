@@ -13,7 +13,6 @@ from hfc_design.core.records import checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, renamed
-from hfc_design.objectives.fitness import without_sticking
 from hfc_design.search.loop import Search
 from hfc_design.search.newton import Linear, Newton
 from hfc_design.simulation import population as simulate
@@ -29,20 +28,16 @@ class Problem:
 
     def __init__(self, scenario: Scenario):
         self.genome = genome_of(scenario)
-        loop = closed_loop(scenario, self.genome.controller)
-        penalty = scenario.search.stick_penalty
-        if penalty:
-            loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))
-        self._loop = loop
+        self._loop = closed_loop(scenario, self.genome.controller)
         self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = scenario.samples()
         self._dtype = np.dtype(scenario.run.precision)
 
-    def scores(self, population: Population) -> Floats:
-        """Score of every individual; nan where it diverged."""
+    def rank(self, population: Population) -> Floats:
+        """Merit of every individual; -inf where it failed."""
         gains = self.genome.gains(population)
-        found = simulate.scores(self._loop, self._machines, self._samples, gains, self._dtype)
-        return found[:, 0]
+        judged = simulate.scores(self._loop, self._machines, self._samples, gains, self._dtype)
+        return np.asarray(judged.rank[:, 0])
 
     @property
     def newton(self) -> Newton | None:
@@ -74,19 +69,20 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
 
     float32 and a single try flatter loops that are nearly chaotic.
     """
+    designs = [design_of(individual, scenario) for individual in _finalists(search)]
+    found = [(design, evaluate(design, scenario)) for design in designs]
+    design, evaluation = max(found, key=lambda item: item[1].merit)
+    return with_score(design, evaluation, scenario), evaluation
+
+
+def _finalists(search: Search) -> list[Population]:
+    """The best of the archive and of the last generation; any one where all have failed."""
     found = []
     for source in (search.archive, search.state):
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
-        for k in order[np.isfinite(source.score[order])]:  # a tree never tried has no score
-            design = design_of(source.population.take(np.array([k])), scenario)
-            found.append((design, evaluate(design, scenario)))
-    penalty = scenario.search.stick_penalty
-
-    def merit(item: tuple[Design, Evaluation]) -> float:
-        return item[1].fitness / (1.0 + penalty * (item[1].metrics.get("stick_share") or 0.0))
-
-    design, evaluation = max(found, key=merit)
-    return with_score(design, evaluation, scenario), evaluation
+        ranked = order[np.isfinite(source.score[order])]
+        found += [source.population.take(np.array([k])) for k in ranked]
+    return found or [search.state.population.take(np.array([0]))]
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
@@ -130,6 +126,6 @@ def _plant(settings: PlantSettings) -> dict[str, Any]:
 
 
 def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
-    """The design with its fitness and metrics on a scenario."""
-    score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}
+    """The design with its fitness, merit and metrics on a scenario."""
+    score = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
     return design.model_copy(update={"score": score})

@@ -88,7 +88,7 @@ def run(
         problem.genome,
         settings.generations,
         scenario.run.seed,
-        problem.scores,
+        problem.rank,
         problem.newton,
         search,
     )

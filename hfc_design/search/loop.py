@@ -12,7 +12,7 @@ from hfc_design.search.settings import LinLeeSettings, RaceSettings
 from hfc_design.search.strategies.lin_lee import LinLee
 from hfc_design.search.strategies.race import Race
 
-#: Scores of a population, nan where an individual diverged.
+#: What a population is ranked by, no finite number where an individual failed.
 Evaluate = Callable[[Population], Floats]
 
 
@@ -28,7 +28,7 @@ class Strategy(Protocol):
         """State and candidates of a later generation."""
 
     def tell(self, state: Any, asked: Any, score: Floats) -> Any:
-        """State after the candidates have been scored."""
+        """State after the candidates have been scored; -inf is the score of one that failed."""
 
 
 def strategy(settings: RaceSettings | LinLeeSettings, genome: Genome) -> Strategy:
@@ -43,15 +43,15 @@ class Archive(NamedTuple):
     """The best individual ever seen of every tree; nothing that was found gets lost."""
 
     population: Population  # (trees, ...), row t has tree t
-    score: Floats  # (trees,), -inf where a tree was never tried
+    score: Floats  # (trees,), -inf where a tree was never tried or always failed
 
 
 class History(NamedTuple):
     """What became of each generation."""
 
-    best: Floats  # (generations,) best score so far
-    median: Floats  # median score of the generation
-    diverged: Integers  # individuals that diverged
+    best: Floats  # (generations,) best score so far; nan while all have failed
+    median: Floats  # median score of those in the generation that did not fail; nan without any
+    diverged: Integers  # individuals that failed
     structures: Integers  # distinct trees in the generation
 
 
@@ -87,13 +87,15 @@ def generations(
             state, asked = strategy.start(rng)
         else:
             state, asked = strategy.ask(search.state, generation, newton, rng)
-        found = evaluate(asked.population)
-        score = np.where(np.isfinite(found), found, 0.0)
+        score = evaluate(asked.population)
+        finished = np.isfinite(score)
+        score = np.where(finished, score, -np.inf)
         archive = _archived(search.archive, asked.population, score)
+        best = archive.score.max()
         entry = (
-            archive.score.max(),
-            np.median(score),
-            np.count_nonzero(~np.isfinite(found)),
+            best if np.isfinite(best) else np.nan,
+            np.median(score[finished]) if finished.any() else np.nan,
+            np.count_nonzero(~finished),
             len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))

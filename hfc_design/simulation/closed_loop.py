@@ -1,10 +1,10 @@
 """What the closed loop of one machine does in a control sample, in scalars.
 
-Sensors, controller, drives, fitness. ``population`` runs it over the samples, for many::
+Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
     carry = start(loop, zero)
     carry, recorded = sample(loop, told, fixed, sample_time, gains, carry, row)  # once a sample
-    score = loop.fitness.score(carry.sums)
+    judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
 
 from typing import Any, NamedTuple
@@ -16,7 +16,8 @@ from hfc_design.core.lanes import LANES
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import local_error
 from hfc_design.motion.samples import AxisSamples, PathFrame, Samples
-from hfc_design.objectives.fitness import Fitness, Moment
+from hfc_design.objectives.judge import Judge
+from hfc_design.objectives.objective import Moment
 from plants import Drive, Machine
 
 
@@ -32,7 +33,7 @@ class Loop(NamedTuple):
 
     machine: Machine
     controller: Controller
-    fitness: Fitness
+    judge: Judge
     substeps: int = 1
     limits: tuple[float | None, ...] = ()  # of the drives' commands; (): none
     sensors: tuple[Sensors | None, ...] = ()  # of each axis, None where ideal; (): all are
@@ -52,7 +53,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     return Loop(
         machine,
         controller,
-        scenario.fitness.fitness(),
+        scenario.judge(),
         scenario.simulation.substeps,
         limits if any(limits) else (),
         sensors if any(sensors) else (),
@@ -65,7 +66,7 @@ class Carry(NamedTuple):
     states: tuple[Any, ...]  # of each drive
     angles: tuple[dict[str, Any], ...]  # what its encoders read at the previous sample
     memory: Any  # of the controller
-    sums: Any  # of the fitness
+    sums: Any  # of the objectives
 
 
 class Recorded(NamedTuple):
@@ -83,8 +84,14 @@ def start(loop: Loop, zero: Any) -> Carry:
         loop.machine.initial_state(zero),
         tuple(dict.fromkeys(drive.encoders, zero) for drive in loop.machine.drives),
         loop.controller.initial_memory(zero),
-        loop.fitness.initial(zero),
+        loop.judge.initial(zero),
     )
+
+
+def positions(loop: Loop, carry: Carry) -> list[Any]:
+    """Where each axis is."""
+    pairs = zip(loop.machine.drives, carry.states, strict=True)
+    return [getattr(state, drive.position) for drive, state in pairs]
 
 
 def sample(
@@ -118,7 +125,7 @@ def sample(
             Moment(error, error_rate, deviation, command, happens.reference_rate, row.settled)
         )
         outputs.append(Recorded(error, error_rate, command, state))
-    sums = loop.fitness.update(carry.sums, tuple(moments), row.path)
+    sums = loop.judge.update(carry.sums, tuple(moments), row.path)
     return Carry(states, angles, memory, sums), tuple(outputs)
 
 

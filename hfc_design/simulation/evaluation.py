@@ -1,4 +1,4 @@
-"""One design on one scenario, in float64: its score, its metrics, its whole motion."""
+"""One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +21,8 @@ from hfc_design.motion.metrics import (
 )
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
-from hfc_design.objectives import fitness
+from hfc_design.objectives import metrics
+from hfc_design.objectives.judge import Judge, Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Recorded, axis_signals, closed_loop
 from plants import Drive, Machine, in_a_name
@@ -63,13 +64,19 @@ class AxisMotion(NamedTuple):
 class Evaluation(NamedTuple):
     """What a design does on a scenario."""
 
-    fitness: float  # 0 where it diverged
+    fitness: float  # -inf where it diverged
+    merit: float  # what it is ranked by, see ``Scenario.judge``; -inf where it diverged
     diverged: bool
     machine: Machine
     metrics: dict[str, float | None]
     time: np.ndarray  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
     contour: Contour | None  # of an X-Y machine on a path
+
+    def score(self, judge: Judge) -> dict[str, Any]:
+        """Fitness, merit and metrics as a file has them: None where there is no number."""
+        fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
+        return {"fitness": fitness, "merit": merit, "judged_by": judge.title, **self.metrics}
 
 
 def evaluate(design: Design, scenario: Scenario) -> Evaluation:
@@ -85,8 +92,8 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     loop = closed_loop(scenario, controller)
     samples = scenario.samples()
     machines = population.one_machine(parameters)
-    scores, motions = population.trajectory(loop, machines, samples, gains)
-    return evaluation(scenario, parameters, samples, scores[0], individual(motions, 0))
+    judged, motions = population.trajectory(loop, machines, samples, gains)
+    return evaluation(scenario, parameters, samples, picked(judged, 0), individual(motions, 0))
 
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Any]:
@@ -110,10 +117,10 @@ def evaluation(
     scenario: Scenario,
     parameters: tuple[Any, ...],
     samples: Samples,
-    score: float,
+    judged: Judged,
     motions: tuple[Recorded, ...],
 ) -> Evaluation:
-    """What is read off one motion: ``score``, and of each axis its parameters and trajectory."""
+    """What is read off one motion, of one individual: of each axis parameters and trajectory."""
     own = scenario.plant.machine
     axes = tuple(
         _axis(*each)
@@ -131,7 +138,7 @@ def evaluation(
         found: dict[str, float | None] = {}
         for axis, happens in zip(axes, samples.axes, strict=True):
             before = f"{axis.name}_" if len(axes) > 1 else ""
-            values = fitness.metrics(
+            values = metrics.metrics(
                 axis.drive,
                 jax.tree.map(lambda leaf: leaf[part], axis.motion),
                 axis.velocity[part],
@@ -143,7 +150,7 @@ def evaluation(
         return found
 
     found = over(slice(None))
-    diverged = not all(
+    diverged = bool(judged.failed) or not all(
         np.isfinite(part).all()
         for axis in axes
         for part in (axis.motion.error, axis.motion.command, axis.velocity)
@@ -151,8 +158,9 @@ def evaluation(
     for window in scenario.windows:
         part = window.part(scenario.simulation)
         found |= {f"{window.name}_{key}": value for key, value in over(part).items()}
-    merit = 0.0 if diverged else float(score)
-    return Evaluation(merit, diverged, own, found, time, axes, path)
+    numbers = (float(judged.values[0]), float(judged.merit))
+    fitness, merit = (-np.inf, -np.inf) if diverged else numbers
+    return Evaluation(fitness, merit, diverged, own, found, time, axes, path)
 
 
 def meanings(scenario: Scenario) -> dict[str, str]:
@@ -165,7 +173,7 @@ def meanings(scenario: Scenario) -> dict[str, str]:
         own = {
             (f"{axis}_" if several else "") + key: (f"{axis}: " if several else "") + text
             for axis, drive in zip(machine.axes, machine.drives, strict=True)
-            for key, text in fitness.meanings(drive).items()
+            for key, text in metrics.meanings(drive).items()
         }
     parts = {f"{window.name}_": f"{window.name}: " for window in scenario.windows}
     every = {"": "", **parts}
@@ -201,6 +209,11 @@ def _axis(
         motion,
         {name: np.asarray(value) for name, value in readings.items()},
     )
+
+
+def picked(judged: Any, which: Any) -> Any:
+    """Some of a population's records, its individuals in the leading axis."""
+    return jax.tree.map(lambda leaf: leaf[which], judged)
 
 
 def individual(motions: tuple[Recorded, ...], k: int) -> Any:

@@ -24,6 +24,7 @@ from hfc_design.simulation.evaluation import (
     evaluation,
     individual,
     machine,
+    picked,
 )
 from hfc_design.simulation.population import Machines
 
@@ -62,7 +63,7 @@ class Robustness(NamedTuple):
     refined: int  # machines that were simulated again with shorter steps
     stable: NDArray[np.bool_]  # (samples,)
     nominal_stable: bool
-    nominal: dict[str, float]  # fitness and metrics; nan where there is none
+    nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
 
     def spread_of(self, key: str) -> Floats:
@@ -132,12 +133,11 @@ def robustness(
         for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
+    judge = scenario.judge()
+    scores = [one.score(judge) for one in evaluations]
     columns = {
-        "fitness": np.array([np.nan if one.diverged else one.fitness for one in evaluations]),
-        **{
-            key: np.array([one.metrics[key] for one in evaluations], float)
-            for key in evaluations[0].metrics
-        },
+        key: np.array([score[key] for score in scores], float)
+        for key in (*judge.titles, *evaluations[0].metrics)
     }
     return Robustness(
         spread,
@@ -165,10 +165,10 @@ def _motions(
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
-        scores, motions = population.trajectory(loop, some, samples, gains)
+        judged, motions = population.trajectory(loop, some, samples, gains)
         for k in range(min(size, count - start)):
             own = some.take(k).true
-            found = evaluation(scenario, own, samples, scores[k], individual(motions, k))
+            found = evaluation(scenario, own, samples, picked(judged, k), individual(motions, k))
             stable = is_stable(loop, own, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)

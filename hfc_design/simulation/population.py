@@ -1,4 +1,4 @@
-"""A population of closed loops -> scores or trajectories, for one or for a hundred thousand.
+"""A population of closed loops, one or a hundred thousand -> what a judge says, trajectories.
 
 ``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
 population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
@@ -25,7 +25,9 @@ from hfc_design.core import devices
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.motion.samples import AxisSamples, Samples
-from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, sample, start
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.registry import OBJECTIVES
+from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
 devices.configure()
 
@@ -58,9 +60,10 @@ def one_machine(parameters: tuple[Any, ...]) -> Machines:
 
 def scores(
     loop: Loop, machines: Machines, samples: Samples, gains: Any, dtype: Any = np.float32
-) -> np.ndarray:
-    """Score of every individual on every machine, (individuals, machines) float64; nan if diverged.
+) -> Judged:
+    """What the judge says of every individual on every machine, in float64 as numpy.
 
+    Merit and failures are (individuals, machines), values (individuals, machines, objectives).
     ``gains`` is the controller's record with the individuals in the trailing axis of every leaf.
     The work is spread over all devices.
     """
@@ -69,7 +72,7 @@ def scores(
     padding = -lanes % (devices.count() * _chunk(lanes))
 
     def padded(leaf: Any, repeats: int) -> np.ndarray:
-        wide = np.repeat(leaf, repeats, axis=-1)
+        wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
         return np.pad(wide, [(0, 0)] * (wide.ndim - 1) + [(0, padding)], mode="edge")
 
     gains = jax.tree.map(lambda leaf: padded(leaf, each), gains)
@@ -80,14 +83,16 @@ def scores(
         result = _scores(
             loop, each > 1, *(_cast(x, dtype) for x in (machines.told, true, samples, gains))
         )
-    found = np.asarray(result, np.float64)[:lanes].reshape(count, each)
-    return np.where(np.isfinite(found), found, np.nan)
+    merit, values, failed = (
+        np.asarray(leaf)[:lanes].reshape(count, each, *leaf.shape[1:]) for leaf in result
+    )
+    return Judged(merit.astype(np.float64), values.astype(np.float64), failed)
 
 
 def trajectory(
     loop: Loop, machines: Machines, samples: Samples, gains: Any
-) -> tuple[np.ndarray, tuple[Recorded, ...]]:
-    """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy.
+) -> tuple[Judged, tuple[Recorded, ...]]:
+    """What the judge says, and the motion of every axis and individual, in float64 as numpy.
 
     All on the only one of ``machines``, or each on a machine of its own.
     """
@@ -122,7 +127,7 @@ def _single(true: tuple[Any, ...]) -> tuple[Any, ...]:
 
 @contextmanager
 def _own_code(loop: Loop) -> Iterator[None]:
-    """What goes wrong in a user's own plant, controller or fitness becomes a line."""
+    """What goes wrong in a user's own plant, controller or objective becomes a line."""
     try:
         yield
     except jax.errors.JaxRuntimeError:
@@ -133,7 +138,8 @@ def _own_code(loop: Loop) -> Iterator[None]:
         own = [f"plant {name!r}" for name in names if name not in ALL_PLANTS.built_in]
         kind = loop.controller.kind
         own += [f"controller {kind!r}"] * (kind not in KINDS.built_in)
-        own += [f"fitness {loop.fitness.name!r}"] * bool(loop.fitness.name)
+        objectives = {objective.name for objective in loop.judge.objectives}
+        own += [f"fitness {name!r}" for name in objectives - OBJECTIVES.built_in]
         if not own:
             raise
         reason = (str(error).splitlines() or [""])[0]
@@ -160,21 +166,21 @@ def _cast(tree: Any, dtype: Any) -> Any:
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def _scores(
     loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any
-) -> jax.Array:
-    def on_device(told: Any, true: Any, samples: Samples, gains: Any) -> jax.Array:
+) -> Judged:
+    def on_device(told: Any, true: Any, samples: Samples, gains: Any) -> Judged:
         count = jax.tree.leaves(gains)[0].shape[-1]
         chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
 
         def chunked(leaf: jax.Array) -> jax.Array:
             return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
 
-        def one_chunk(own: Any) -> jax.Array:
+        def one_chunk(own: Any) -> Judged:
             gains, machines = own if own_machine else (own, true)
-            sums, _ = _run(loop, own_machine, told, machines, samples, gains, record=False)
-            return loop.fitness.score(sums)
+            return _run(loop, own_machine, told, machines, samples, gains, record=False)[0]
 
         lanes = (gains, true) if own_machine else gains
-        return lax.map(one_chunk, jax.tree.map(chunked, lanes)).reshape(-1)
+        judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))
+        return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), judged)
 
     def split(tree: Any) -> Any:
         return jax.tree.map(
@@ -195,9 +201,8 @@ def _scores(
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def _trajectory(
     loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any
-) -> tuple[jax.Array, tuple[Recorded, ...]]:
-    sums, motion = _run(loop, own_machine, told, true, samples, gains, record=True)
-    return loop.fitness.score(sums), motion
+) -> tuple[Judged, tuple[Recorded, ...]]:
+    return _run(loop, own_machine, told, true, samples, gains, record=True)
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
@@ -242,8 +247,8 @@ def _error_jacobian(
 
 def _run(
     loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any, record: bool
-) -> tuple[Any, Any]:
-    """Scan over the samples; returns the fitness sums and, if asked for, the trajectories."""
+) -> tuple[Judged, Any]:
+    """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
     fixed = loop.machine.coefficients(true)
     own = 0 if own_machine else None
@@ -257,7 +262,7 @@ def _run(
 
     rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
     carry, outputs = lax.scan(body, start(loop, zeros), rows)
-    return carry.sums, outputs
+    return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
 
 
 def _by_row(axis: AxisSamples) -> AxisSamples:

@@ -208,7 +208,7 @@ def test_cells_that_cannot_be(text, told, tmp_path):
         ),
         (
             '{ quantity = "a", metric = "fitness", of.run.seed = 0, over_metric = "nope" }',
-            "published.0: 'nope' is no metric of these cells; there is fitness, rms_error_rad",
+            "published.0: 'nope' is no metric of these cells; there is fitness, merit, rms_",
         ),
         (
             '{ quantity = "a", metric = "fitness", of.run.seed = 0, over = 5 }',

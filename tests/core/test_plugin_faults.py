@@ -66,7 +66,7 @@ def test_what_is_missing_is_said(own):
         ("controller", "mine:NO_RANGE", ["ranges.p", "(low, high)"]),
         ("controller", "mine:NO_RECORD", ["NamedTuple"]),
         ("fitness", "mine:FITNESS_TAKEN", ["'contour' is built in"]),
-        ("fitness", "mine:step", ["no Fitness"]),
+        ("fitness", "mine:step", ["is a function and no Objective"]),
     ],
 )
 def test_references_that_cannot_be_used(own, option, reference, words):

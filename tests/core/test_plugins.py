@@ -210,7 +210,7 @@ def test_entry_points(own, tmp_path):
     (tmp_path / "sledge.toml").write_text(text)
     scenario = api.load_scenario("sledge.toml")
     assert scenario.plant.plant.name == "sledge"
-    assert scenario.fitness.fitness().name == "last-error"
+    assert scenario.judge().objectives[0].name == "last-error"
     assert scenario.controller.law.name == "only-p"
     assert "entry point rocket = mine:ROCKET: mine has no ROCKET" in refused(
         "design", "sledge.toml", "--plant", "rocket"

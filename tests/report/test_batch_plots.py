@@ -13,7 +13,7 @@ def test_pictures_of_odd_scores(scores):
     runs = [[np.array([value]) for value in values] for values in groups]
     drawing = plots.image(batch_plots.convergence(labels, runs, [0, 1]), "svg").decode()
     assert "1: $x^$ ? ?<" in drawing
-    assert plots.image(batch_plots.outcomes([1, 2], groups, [0, 1]), "svg")
+    assert plots.image(batch_plots.outcomes([1, 2], groups, [0, 1], "fitness"), "svg")
 
 
 def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):

@@ -160,7 +160,7 @@ def test_report_of_diverged_designs(report, tmp_path):
     write_report(scenario, result._replace(evaluation=lost), {"pd-only": lost}, tmp_path)
     text = (tmp_path / "report.html").read_text()
     assert "diverges on c-axis-ramp-cutting" in text
-    assert text.count(">diverged<") == 2
+    assert text.count(">diverged<") == 4  # fitness and merit of two designs
     write_report(scenario, result, rivals | {"lin-lee-1999-table-1": lost}, tmp_path)
     assert "Table I of Lin &amp; Lee (1999) diverges" in (tmp_path / "report.html").read_text()
 
@@ -220,8 +220,8 @@ def test_long_curves_keep_their_peaks(report):
 
 
 def test_history_of_one_generation_where_everything_diverged():
-    history = History(np.array([0.0]), np.array([0.0]), np.array([30]), np.array([3]))
-    assert plots.image(plots.history(history), "svg")
+    history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
+    assert plots.image(plots.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])

@@ -21,6 +21,12 @@ def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
     return closed_loop(found, controller), found.plant.values(), found.samples()
 
 
+def fitness(*arguments):
+    """Of every individual, nan where it failed."""
+    judged = simulate.scores(*arguments)
+    return np.where(judged.failed, np.nan, judged.values[:, 0])
+
+
 def picked(gains, which):
     return jax.tree.map(lambda leaf: leaf[..., which], gains)
 
@@ -43,7 +49,7 @@ def test_published_score(design, scenario, fitness):
 def test_published_score_of_the_second_pd_alone():
     prepared_loop = prepared(pd(), seconds=10)
     gains = PdGains(np.array([1002.076]), np.array([135.007]))
-    assert simulate.scores(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
+    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +59,7 @@ def test_published_score_of_the_second_pd_alone():
 def test_float32_agrees_on_published_controllers(design, scenario, published):
     controller, gains = published(design)
     loop = prepared(controller, scenario=scenario, seconds=10)
-    single, double = (simulate.scores(*loop, gains, kind) for kind in (np.float32, np.float64))
+    single, double = (fitness(*loop, gains, kind) for kind in (np.float32, np.float64))
     assert single == pytest.approx(double, rel=1e-4)
     assert single != double
 
@@ -61,10 +67,11 @@ def test_float32_agrees_on_published_controllers(design, scenario, published):
 def test_score_is_equation_5(random_population):
     gains = random_population(5, seed=1)
     loop = prepared(HIERARCHICAL)
-    scores, (motion,) = simulate.trajectory(*loop, gains)
+    judged, (motion,) = simulate.trajectory(*loop, gains)
+    scores = judged.values[:, 0]
     sums = abs(motion.error).sum(axis=0), abs(motion.error_rate).sum(axis=0)
     assert scores == pytest.approx(3000 / sums[0] + 100 / sums[1], rel=1e-12)
-    assert simulate.scores(*loop, gains, np.float64) == pytest.approx(scores, rel=1e-12)
+    assert fitness(*loop, gains, np.float64) == pytest.approx(scores, rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [1, 17, 65, 130])
@@ -72,8 +79,11 @@ def test_population_equals_a_loop_over_individuals(count, random_population):
     gains = random_population(130, seed=2)
     loop = prepared(HIERARCHICAL)
     # One at a time and through the other door: shape (steps, 1), without padding or chunks.
-    alone = [simulate.trajectory(*loop, picked(gains, [one]))[0][0] for one in range(0, count, 7)]
-    together = simulate.scores(*loop, picked(gains, slice(count)), np.float64)
+    alone = [
+        simulate.trajectory(*loop, picked(gains, [one]))[0].values[0, 0]
+        for one in range(0, count, 7)
+    ]
+    together = fitness(*loop, picked(gains, slice(count)), np.float64)
     assert together.shape == (count,)
     assert len(set(together)) == count
     assert together[::7] == pytest.approx(alone, rel=1e-12)
@@ -84,8 +94,8 @@ def test_order_of_individuals_does_not_matter(random_population):
     loop = prepared(HIERARCHICAL)
     order = np.random.default_rng(1).permutation(65)
     for dtype in (np.float32, np.float64):
-        scores = simulate.scores(*loop, gains, dtype)
-        reordered = simulate.scores(*loop, picked(gains, order), dtype)
+        scores = fitness(*loop, gains, dtype)
+        reordered = fitness(*loop, picked(gains, order), dtype)
         np.testing.assert_array_equal(reordered, scores[order])
 
 
@@ -101,7 +111,7 @@ def test_one_compilation_serves_all_structures_values_machines_and_loads(random_
 
     def scored(change, shift):
         loop = prepared(counted, change)
-        return simulate.scores(*loop, picked(gains, np.roll(np.arange(105), shift)))
+        return fitness(*loop, picked(gains, np.roll(np.arange(105), shift)))
 
     first = scored("load.constant=5.0", 0)
     needed = len(traces)
@@ -122,8 +132,8 @@ def test_diverging_individual_is_alone_in_it(random_population):
     kd = gains.kd.copy()
     kd[[3, 20]] = 1e9
     for dtype in (np.float32, np.float64):
-        healthy = simulate.scores(*loop, gains, dtype)
-        found = simulate.scores(*loop, gains._replace(kd=kd), dtype)
+        healthy = fitness(*loop, gains, dtype)
+        found = fitness(*loop, gains._replace(kd=kd), dtype)
         assert np.flatnonzero(np.isnan(found)).tolist() == [3, 20]
         others = ~np.isnan(found)
         assert (found[others] == healthy[others]).all()

@@ -164,7 +164,8 @@ def _doubled(state: RaceState) -> tuple[Integers, Integers]:
 def _humbled(state: RaceState, score: Floats) -> RaceState:
     """The best of an island is worth no more than its double."""
     best, place = _doubled(state)
-    worse = score[place] < LUCK * state.score[best]
+    own = state.score[best]
+    worse = score[place] < np.where(own < 0.0, own / LUCK, LUCK * own)
     return state._replace(score=_set(state.score, best[worse], score[place][worse]))
 
 

@@ -73,10 +73,10 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", TEN_SECONDS])
     loop = closed_loop(scenario, own.controller)
     arguments = scenario.plant.values(), scenario.samples()
-    scores, _ = simulate.trajectory(loop, *arguments, own.gains(found))
+    judged, _ = simulate.trajectory(loop, *arguments, own.gains(found))
     for k in range(3):
         file = problem.design_of(found.take(slice(k, k + 1)), scenario)
-        assert evaluate(file, scenario).fitness == pytest.approx(scores[k], rel=1e-12)
+        assert evaluate(file, scenario).fitness == pytest.approx(judged.values[k, 0], rel=1e-12)
 
 
 def test_a_start_inside_the_range_is_the_first_individual():
