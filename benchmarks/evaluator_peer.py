@@ -7,7 +7,8 @@ import numpy as np
 from work import Constants, Machine, Work
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import HierarchicalGains, from_design, hierarchical
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
+from hfc_design.controllers.kinds import from_design
 from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop

@@ -11,9 +11,10 @@ from typing import Any, TypeVar
 
 from hfc_design import formats as _export
 from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
 from hfc_design.core.plugins import GROUPS
-from hfc_design.core.records import RunError, UserError, checked
+from hfc_design.core.records import RunError, UserError
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -26,24 +27,28 @@ from hfc_design.search.loop import Search
 from hfc_design.simulation import evaluation as _evaluate
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
-from plants import Plant, only_positive, rk4
+from plants import Drive, only_positive, rk4
 
+#: The name that a drive had before machines had several of them.
+Plant = Drive
 #: What objectives are called where a scenario names one.
 Fitness = Objective
 Registered = TypeVar("Registered")
 
 
 def register(thing: Registered) -> Registered:
-    """Let scenarios and designs of this program name an own plant, fitness or control law.
+    """Let scenarios and designs of this program name an own part.
+
+    A drive or machine, a fitness, a control law or a kind of controller.
 
     Raises:
-        UserError: it is none of these, cannot work, or its name is that of a built-in one.
+        UserError: it is none of these, lacks something, or its name is that of a built-in one.
     """
     for group in GROUPS.values():
-        if isinstance(group.adopt(thing), group.kind):
+        if group.takes(thing):
             group.add(thing)
             return thing
-    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
+    raise UserError(f"{thing!r} is none of: {', '.join(GROUPS)}")
 
 
 def load_scenario(
@@ -57,7 +62,7 @@ def load_scenario(
     if not isinstance(source, Mapping):
         return _scenarios.load_scenario(str(source), changes or {})
     data = changed({"name": "scenario"} | dict(source), changes or {})
-    return checked(Scenario, data, "scenario", Path())
+    return _scenarios.scenario_of(data, "scenario", Path())
 
 
 def load_design(source: str | Path, changes: Mapping[str, Any] | None = None) -> Design:
@@ -112,8 +117,10 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
     Raises:
         UserError: no such kind, or it has other gains.
     """
-    own = {"kind": kind, kind if kind in ("pd", "pid") else "gains": dict(gains)}
-    return _problem.design_with(own, scenario)
+    found = KINDS.get(kind)
+    if found.of_gains is None:
+        raise UserError(f"a controller of kind {kind} is no list of gains")
+    return _problem.design_with({"kind": kind, **found.of_gains(dict(gains))}, scenario)
 
 
 def export(found: Design, to: str, path: str | Path) -> Path:
@@ -125,7 +132,7 @@ def export(found: Design, to: str, path: str | Path) -> Path:
     """
     if to not in _export.FORMATS:
         raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
-    _export.FORMATS[to][1](found, Path(path))
+    _export.FORMATS[to].write(found, Path(path))
     return Path(path)
 
 
@@ -135,8 +142,8 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     Raises:
         RunError: ``path`` cannot be written.
     """
+    from hfc_design.pictures.figure import save
     from hfc_design.report.contour_plots import motion
-    from hfc_design.report.plots import save
 
     save(motion(evaluation, title), Path(path))
     return Path(path)

@@ -9,7 +9,8 @@ import pytest
 from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import HierarchicalGains, from_design
+from hfc_design.controllers.hierarchical.law import HierarchicalGains
+from hfc_design.controllers.kinds import from_design
 from hfc_design.core.plugins import GROUPS
 from hfc_design.report import rivals
 from hfc_design.simulation.evaluation import load_design

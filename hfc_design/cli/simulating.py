@@ -89,8 +89,8 @@ def simulate(
     found, where = loaded(design, others, scenario, chosen, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
+        from hfc_design.pictures.figure import save
         from hfc_design.report.contour_plots import motion
-        from hfc_design.report.plots import save
 
         save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:

@@ -48,7 +48,7 @@ def score_spread(
     else:
         _show_spread(numbers)
     if plot is not None:
-        from hfc_design.report.plots import save
+        from hfc_design.pictures.figure import save
         from hfc_design.report.spread_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)

@@ -45,8 +45,10 @@ def save(path: Path, search: Any, config: str) -> None:
     write_whole(path, buffer.getvalue())
 
 
-def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
-    """The search of type ``kind`` in ``path``; ``fields`` are the types of some fields in it.
+def load(path: Path, kind: type, fields: dict[str, Any], config: str) -> Any:
+    """The search of type ``kind`` in ``path``.
+
+    ``fields`` has, of some fields in it, the type, or one that is built like them.
 
     Raises:
         RunError: the file is damaged, is no checkpoint, or belongs to another run.
@@ -67,16 +69,30 @@ def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
 
 
 def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
-    if hasattr(record, "_fields"):
-        parts = zip(record._fields, record, strict=True)
+    if isinstance(record, tuple):
+        names = getattr(record, "_fields", map(str, range(len(record))))
+        parts = zip(names, record, strict=True)
         return [item for name, part in parts for item in _flat(part, f"{prefix}{name}.")]
     return [(prefix.rstrip("."), np.asarray(record))]
 
 
-def _built(kind: type, prefix: str, arrays: dict[str, np.ndarray], known: dict[str, type]) -> Any:
+def _built(kind: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[str, Any]) -> Any:
+    if isinstance(kind, tuple):
+        return _like(kind, prefix, arrays)
     if hasattr(kind, "_fields"):
         hints = get_type_hints(kind) | {k: v for k, v in known.items() if k in kind._fields}
         parts = (_built(hints[name], f"{prefix}{name}.", arrays, known) for name in kind._fields)
         return kind(*parts)
     value = arrays[prefix.rstrip(".")]
     return int(value) if kind is int else value
+
+
+def _like(record: Any, prefix: str, arrays: dict[str, np.ndarray]) -> Any:
+    """What is built like ``record``, tuples of tuples of arrays."""
+    if not isinstance(record, tuple):
+        return arrays[prefix.rstrip(".")]
+    names = getattr(record, "_fields", map(str, range(len(record))))
+    parts = [
+        _like(part, f"{prefix}{name}.", arrays) for name, part in zip(names, record, strict=True)
+    ]
+    return type(record)(*parts) if hasattr(record, "_fields") else tuple(parts)

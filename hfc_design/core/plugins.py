@@ -37,9 +37,7 @@ class Group(Generic[Thing]):
     kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
-    built_in: frozenset[str] = (
-        frozenset()
-    )  # names that nobody may take; all that are known at first
+    built_in: frozenset[str] = frozenset()  # names that nobody may take; all known at first
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
@@ -47,6 +45,10 @@ class Group(Generic[Thing]):
     def __post_init__(self) -> None:
         object.__setattr__(self, "built_in", self.built_in or frozenset(self.known))
         GROUPS[self.what] = self
+
+    def takes(self, thing: Any) -> bool:
+        """Whether ``thing`` is one of this kind."""
+        return isinstance(self.adopt(thing), self.kind)
 
     def add(self, thing: Any) -> Thing:
         """Make ``thing`` known; one of the same name that was added earlier is replaced.
@@ -157,7 +159,12 @@ def know(references: References) -> None:
         GROUPS[what].resolve(text)
 
 
-def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -> WrapValidator:
+def chosen(
+    group: Group[Any] | Callable[[], Group[Any]],
+    part: str,
+    key: str = "kind",
+    default: str = "",
+) -> WrapValidator:
     """Validates a table of a file by the record that is ``part`` of what its ``key`` names.
 
     ``default`` is the name where the key is left out.
@@ -169,7 +176,8 @@ def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -
         if not isinstance(data, dict) or not isinstance(data.get(key), str):
             return base(data)  # a record already, or refused
         try:
-            record = getattr(group.get(data[key]), part)
+            known = group if isinstance(group, Group) else group()
+            record = getattr(known.get(data[key]), part)
             if record is None:
                 raise UserError(f"{data[key]!r} has none: nothing searches it")
         except UserError as error:
@@ -177,7 +185,7 @@ def chosen(group: Group[Any], part: str, key: str = "kind", default: str = "") -
             found = InitErrorDetails(
                 type="value_error", loc=(key,), input=data[key], ctx={"error": why}
             )
-            raise ValidationError.from_exception_data(group.what, [found]) from None
+            raise ValidationError.from_exception_data(key, [found]) from None
         return record.model_validate(data, context=info.context)
 
     return WrapValidator(validated)

@@ -35,6 +35,11 @@ class Motion:
         speed = np.maximum(self.speed[k] + self.acceleration[k] * since, 0.0)
         return np.minimum(way, self.distance[-1]), speed
 
+    def acceleration_at(self, time: Floats) -> Floats:
+        """Along the path at ``time`` (steps,) [mm/s2]."""
+        k = np.maximum(np.searchsorted(self.start, time, side="right") - 1, 0)
+        return self.acceleration[k]
+
 
 def motion(path: Path, acceleration: float | None) -> Motion:
     """The fastest motion along ``path`` from rest to rest.

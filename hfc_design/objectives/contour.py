@@ -52,8 +52,13 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
         meaning=f"1 / (rms + {worst:g} × largest + {lag:g} × rms lag) of the contour error [1/BLU]",
         settings=ContourSettings,
         make=lambda own: contour(own.worst, own.lag),
-        fault=lambda axes: None if axes == 2 else "a machine of one axis has no contour",
+        fault=_fault,
     )
+
+
+def _fault(axes: int, path: bool) -> str | None:
+    machine = "that follows no path" if axes > 1 else "of one axis"
+    return None if path else f"a machine {machine} has no contour"
 
 
 OBJECTIVE = contour()

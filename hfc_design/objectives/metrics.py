@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hfc_design.core.records import NotNegative, Positive, Record
-from hfc_design.motion.signals import Simulation
+from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.stick_share import is_stuck
-from plants import Plant, in_a_name
+from plants import Drive, in_a_name
 
 Floats = NDArray[np.float64]
 
@@ -31,10 +31,10 @@ class Window(Record):
         return slice(int(np.searchsorted(time, self.from_s)), end)
 
 
-def meanings(plant: Plant) -> dict[str, str]:
+def meanings(drive: Drive) -> dict[str, str]:
     """Name -> meaning and unit of each metric of one axis, in the order of every table."""
-    error, rate, command = (plant.units[name] for name in ("error", "error_rate", "command"))
-    called, squared = plant.command_name, f"{in_a_name(command)}2s"
+    error, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
+    called, squared = drive.command_name, f"{in_a_name(command)}2s"
     return {
         f"rms_error_{in_a_name(error)}": f"root mean square of the tracking error [{error}]",
         f"max_error_{in_a_name(error)}": f"largest tracking error [{error}]",
@@ -55,7 +55,7 @@ def settled_samples(time: Floats, settled_after: float) -> NDArray[np.bool_]:
 
 
 def metrics(
-    plant: Plant,
+    drive: Drive,
     motion: Any,
     speed: Floats,
     commanded: Floats,
@@ -70,7 +70,7 @@ def metrics(
     looked at as a whole. A loop that never settles has no settling time.
     """
     if not all(np.isfinite(part).all() for part in (motion.error, speed, motion.command)):
-        return dict.fromkeys(meanings(plant))
+        return dict.fromkeys(meanings(drive))
     error = np.abs(motion.error)
     late = settled_samples(time, settled_after)
     stuck = is_stuck(speed, commanded)[late]
@@ -90,4 +90,4 @@ def metrics(
         np.sum(motion.command**2) * sample_time,
     )
     values = (None if value is None else float(value) for value in found)
-    return dict(zip(meanings(plant), values, strict=True))
+    return dict(zip(meanings(drive), values, strict=True))

@@ -53,8 +53,8 @@ class Objective(NamedTuple):
     meaning: str = ""  # what it is, in words
     settings: type[ObjectiveSettings] = ObjectiveSettings
     make: Callable[[Any], "Objective"] | None = None  # of settings; None: they change nothing
-    #: Why it cannot judge a machine of so many axes, in a line.
-    fault: Callable[[int], str | None] = lambda axes: None
+    #: Why it cannot judge a machine of so many axes, on a path or on none, in a line.
+    fault: Callable[[int, bool], str | None] = lambda axes, path: None
 
     def label(self, tail: str = "") -> str:
         """What people read: the title, ``tail`` behind it, the unit."""

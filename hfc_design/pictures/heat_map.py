@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.report.plots import WIDTH, Floats, framed
+from hfc_design.pictures.figure import WIDTH, Floats, framed
 
 
 def heat_map(

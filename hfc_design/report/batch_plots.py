@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from hfc_design.report.plots import WIDTH, Floats, finish, framed, logarithmic
+from hfc_design.pictures.figure import WIDTH, Floats, finish, framed, logarithmic
 
 #: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")

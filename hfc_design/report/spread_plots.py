@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.report.plots import OTHER, OWN, WIDTH
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH
 from hfc_design.simulation.monte_carlo import QUANTILES, Floats, Robustness
 
 COLUMNS = 2

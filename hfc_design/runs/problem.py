@@ -6,12 +6,10 @@ from typing import Any
 import numpy as np
 
 from hfc_design import __version__
-from hfc_design.controllers.flc.genome import FuzzyGenome
-from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.genome import Floats, Genome, Population
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.records import checked
-from hfc_design.files.controller import HierarchicalSettings, LawSettings
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, renamed
@@ -20,7 +18,6 @@ from hfc_design.search.newton import Linear, Newton
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluate
-from hfc_design.stability.stable_range import stable_range
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
@@ -32,20 +29,20 @@ class Problem:
     def __init__(self, scenario: Scenario):
         self.genome = genome_of(scenario)
         self._loop = closed_loop(scenario, self.genome.controller)
-        self._plants = scenario.plant.values()
+        self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = scenario.samples()
         self._dtype = np.dtype(scenario.run.precision)
 
     def rank(self, population: Population) -> Floats:
         """Merit of every individual; -inf where it failed."""
         gains = self.genome.gains(population)
-        judged = simulate.scores(self._loop, self._plants, self._samples, gains, self._dtype)
-        return np.asarray(judged.rank)
+        judged = simulate.scores(self._loop, self._machines, self._samples, gains, self._dtype)
+        return np.asarray(judged.rank[:, 0])
 
     @property
     def newton(self) -> Newton | None:
         """Gauss-Newton steps; only where the score is one of tracking errors of one axis."""
-        if not isinstance(self.genome, HierarchicalGenome) or len(self._plants) > 1:
+        if not isinstance(self.genome, HierarchicalGenome) or len(self._loop.machine.axes) > 1:
             return None
         return self.genome.stepped(self._linear)
 
@@ -53,7 +50,7 @@ class Problem:
         """The tracking error about one individual; None where it cannot be differentiated."""
         gains = self.genome.gains(individual)
         error, jacobian = simulate.error_jacobian(
-            self._loop, self._plants, self._samples, gains, self._dtype
+            self._loop, self._machines, self._samples, gains, self._dtype
         )
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian) if finite else None
@@ -61,21 +58,10 @@ class Problem:
 
 def genome_of(scenario: Scenario) -> Genome:
     """What the search of ``scenario`` varies."""
-    settings = scenario.controller
-    if isinstance(settings, HierarchicalSettings):
-        return HierarchicalGenome(scenario.search, settings.layout())
-    every = scenario.simulation.sample_time_s
-    if isinstance(settings, LawSettings):
-        return GainsGenome(settings.law, every)
-    axes = scenario.plant.values()
-    ranges = (stable_range(axis.gain, axis.time_constant, every) for axis in axes)
-    return FuzzyGenome(
-        settings.start,
-        min(ranges, key=lambda found: found.k1),
-        min(min(-axis.lowest_command, axis.highest_command) for axis in axes),
-        settings.largest_integral_gain,
-        settings.symmetric,
-    )
+    kind = KINDS.get(scenario.controller.kind)
+    assert kind.genome is not None  # else the scenario could not name it
+    genome: Genome = kind.genome(scenario.controller, scenario.target)
+    return genome
 
 
 def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
@@ -116,6 +102,7 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
             "name": scenario.name,
             "plant": _plant(scenario.plant),
             "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
+            "limits": scenario.limits.model_dump(exclude_none=True),
             "provenance": {
                 "program": f"hfc-design {__version__}",
                 "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(

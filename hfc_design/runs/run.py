@@ -144,7 +144,7 @@ def _stored(path: Path, scenario: Scenario, config: str) -> Search | None:
         return None
     kinds = {
         "state": RaceState if isinstance(scenario.search, RaceSettings) else LinLeeState,
-        "population": type(genome_of(scenario).empty()),
+        "population": genome_of(scenario).empty(),
     }
     search: Search = checkpoint.load(path, Search, kinds, config)
     return search

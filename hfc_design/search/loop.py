@@ -36,7 +36,7 @@ def strategy(settings: RaceSettings | LinLeeSettings, genome: Genome) -> Strateg
     if isinstance(settings, RaceSettings):
         return Race(settings, genome)
     assert isinstance(genome, HierarchicalGenome)  # the scenario has been checked
-    return LinLee(settings, genome.layout)
+    return LinLee(settings, genome.layout, genome.scales)
 
 
 class Archive(NamedTuple):

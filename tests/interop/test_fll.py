@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fuzzylite_tool import in_tool
 from wiring import DESIGNS, controller_error, design, silent, unit_error
 
 from hfc_design.formats import fll
@@ -18,7 +19,6 @@ from hfc_design.formats import fll
 pytestmark = pytest.mark.interop
 HERE = Path(__file__).parent
 PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
-OPTIONS = ["-of", "fld", "-decimals", "15", "-dheader", "false", "-dinputs", "false"]
 
 
 @pytest.fixture(params=["pyfuzzylite", "fuzzylite"])
@@ -37,19 +37,6 @@ def in_python(file, row, column, points):
     script = [str(PYTHON), str(HERE / "evaluate_fll.py")]
     done = subprocess.run(script, input=json.dumps(job), capture_output=True, text=True, check=True)
     return np.array(json.loads(done.stdout))
-
-
-def in_tool(tool, table, language, file, _row, _column, points):
-    """Points through the C++ tool: a table of points in, a table of outputs out."""
-    np.savetxt(table, points, fmt="%.17g")
-    done = subprocess.run(
-        [tool, "-i", str(file), "-if", language, "-d", str(table), *OPTIONS, "-o", f"{table}.out"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert not done.stdout, done.stdout  # it says there what is wrong, and ends with 0
-    return np.loadtxt(f"{table}.out")
 
 
 @pytest.mark.parametrize("name", DESIGNS)

@@ -1,7 +1,7 @@
 """Structured Text read by two parsers of IEC 61131-3: tree-sitter-iec61131-3-st and blark.
 
 No compiler is on a registry that is reachable here: that the text also computes what it should is
-tested by tests/test_export_st.py, which executes it.
+tested by tests/formats/test_structured_text.py, which executes it.
 """
 
 import subprocess

@@ -1,13 +1,17 @@
 """Genome of PD plus a fuzzy hierarchy: structure, consequents, input scales, PD gains."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Floats, Integers, Mask, taken
+from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.genome import Floats, Integers, Mask, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import Controller, HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.hierarchical.settings import HierarchicalSettings
+from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.search.newton import Linear, proposals
 from hfc_design.search.settings import LinLeeSettings, RaceSettings
 
@@ -30,11 +34,14 @@ class HierarchicalGenome(NamedTuple):
 
     settings: RaceSettings | LinLeeSettings
     layout: Layout
+    scales: tuple[float, ...]  # of the inputs, to begin around
+    target: Target
 
     @property
     def controller(self) -> Controller:
         """PD plus the hierarchy."""
-        return hierarchical(self.layout)
+        law = partial(hierarchical, self.layout, self.target.sample_time)
+        return per_axis("pd+hierarchical-fuzzy", law, self.target)
 
     @property
     def structures(self) -> int:
@@ -65,7 +72,7 @@ class HierarchicalGenome(NamedTuple):
         return Hierarchies(
             tree,
             np.exp(rng.uniform(low, high, (count, 2))),
-            np.array(self.layout.scales) * np.exp(spread),
+            np.array(self.scales) * np.exp(spread),
             np.clip(limit * plane + noise, -limit, limit),
         )
 
@@ -169,6 +176,13 @@ class HierarchicalGenome(NamedTuple):
             ],
         }
 
+    def notation(self, structure: int) -> str:
+        """A tree as nested pairs (column input, row input)."""
+        values = [name.replace("_", " ") for name in self.layout.inputs]
+        for unit in hierarchy.trees(len(values))[structure]:
+            values.append(f"({values[unit.column]}, {values[unit.row]})")
+        return values[-1]
+
     @property
     def _race(self) -> RaceSettings:
         assert isinstance(self.settings, RaceSettings)
@@ -184,9 +198,9 @@ class HierarchicalGenome(NamedTuple):
         return limit
 
 
-def some(rng: np.random.Generator, shape: tuple[int, ...], share: Any) -> Floats:
-    """Normal numbers in a ``share`` of all places, 0 elsewhere."""
-    return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
+def genome_of(settings: HierarchicalSettings, target: Target) -> HierarchicalGenome:
+    """The genome of the scenario's hierarchy."""
+    return HierarchicalGenome(target.bounds, settings.layout(), settings.scales(), target)
 
 
 def vectors(population: Hierarchies) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from hfc_design.controllers.genome import Floats, Integers, Mask, joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
-from hfc_design.controllers.kinds import Layout
+from hfc_design.controllers.hierarchical.law import Layout
 from hfc_design.search.settings import LinLeeSettings
 
 
@@ -37,6 +37,7 @@ class LinLee(NamedTuple):
 
     settings: LinLeeSettings
     layout: Layout
+    scales: tuple[float, ...]
 
     def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
         """n random valid individuals (steps 2 and 3)."""
@@ -78,7 +79,7 @@ class LinLee(NamedTuple):
         return Hierarchies(
             np.array([_tree_index(tuple(gene)) for gene in genes.tolist()]),
             rng.uniform(low, high, (count, 2)),
-            np.tile(self.layout.scales, (count, 1)),
+            np.tile(self.scales, (count, 1)),
             level + spread,
         )
 

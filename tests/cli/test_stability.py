@@ -1,0 +1,149 @@
+"""``hfc stability`` and its figure."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hfc_design.controllers.flc.range_picture import stability_figure
+
+from hfc_design.cli import main
+from hfc_design.files.design import design_json
+from hfc_design.simulation.evaluation import load_design
+from hfc_design.stability.stable_range import stable_range
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, ["stability", *(str(argument) for argument in arguments)])
+
+
+def test_without_options_the_published_drive():
+    done = hfc()
+    assert done.exit_code == 0
+    for part in ("0.0242364", "0.941208", "0.833753", "9.03643", "7.28786", "unit/BLU"):
+        assert part in done.stdout
+
+
+def test_json_holds_the_range():
+    done = hfc("--gain", 40, "--json")
+    assert done.exit_code == 0
+    found = json.loads(done.stdout)
+    assert found["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+    assert found["k1_bound"] == found["k1_linear"]
+    assert found["a"] == pytest.approx(0.941208, abs=5e-7)
+    assert len(found["k2_bounds"]) == 5
+    bounds = [point["k2"] for point in found["k2_bounds"]]
+    assert bounds == sorted(bounds, reverse=True)
+
+
+def test_a_gain_divides_every_bound():
+    one, ten = (json.loads(hfc("--gain", gain, "--json").stdout) for gain in (1, 10))
+    for key in ("k1_bound", "k1_printed", "k1_linear", "k1_theorem"):
+        assert one[key] == pytest.approx(10 * ten[key], rel=1e-12)
+    assert one["k2_bounds"][2]["k2"] == pytest.approx(10 * ten["k2_bounds"][2]["k2"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--gain", "-1"], "gain = -1.0: has to be a finite number greater than 0"),
+        (["--time-constant", "nan"], "time constant = nan"),
+        (["--sample-time", "0"], "sample time = 0.0"),
+        (["--sample-time", "9"], "sample time / time constant = 163.636"),
+        (["--plot", "range.gif"], "range.gif: a plot has to end in .png, .svg or .pdf"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(arguments, words):
+    done = hfc(*arguments)
+    assert done.exit_code == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith(f"hfc: {words}")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_gain_that_is_no_number():
+    done = hfc("--gain", "much")
+    assert done.exit_code == 2
+    assert "'much' is not a valid float" in done.stderr
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    done = hfc("--plot", tmp_path / "none" / "range.png")
+    assert done.exit_code == 1
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
+def test_plot_is_written(kind, start, tmp_path):
+    path = tmp_path / f"range.{kind}"
+    assert hfc("--plot", path).exit_code == 0
+    assert path.read_bytes().startswith(start)
+
+
+def test_figure_runs_through_the_independent_values():
+    points = {"Table 3": (32 / 21, 16 / 3), "steep": (6.0, 9.0)}
+    axes = stability_figure(stable_range(28.3, 0.055, 0.01), points).axes[0]
+    assert axes.get_xlabel() == "$K_1$ [unit/BLU]"
+    assert axes.get_ylabel() == "$K_2$ [unit/BLU]"
+    lines = {line.get_label(): line.get_xydata() for line in axes.lines}
+    bound = axes.lines[0].get_xydata()
+    drawn = np.interp([1.52, 2.711, 4.518, 6.3255], *bound.T)
+    np.testing.assert_allclose(drawn, [9.412, 8.997, 5.895, 3.143], atol=2e-3)
+    assert np.interp(8.133, *lines["printed"].T) == pytest.approx(0.952, abs=2e-3)
+    assert lines["printed"][-1] == pytest.approx([9.0364, 0.0], abs=5e-5)
+    assert lines["linear limit"][0, 0] == pytest.approx(bound[-1, 0])
+    for name, point in points.items():
+        np.testing.assert_array_equal(lines[name], [point])
+    shade = axes.collections[0].get_paths()[0]
+    assert [shade.contains_point(point) for point in points.values()] == [True, False]
+
+
+def test_numbers_alone_do_not_import_jax():
+    code = (
+        "import sys\nfrom hfc_design.cli import main\n"
+        "try:\n    main(['stability', '--json'])\nfinally:\n    print('jax' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
+def test_a_design_is_placed_in_the_range_of_its_own_drive():
+    result = CliRunner().invoke(main, ["stability", "jee-koren-2004-aflc", "--json"])
+    data = json.loads(result.stdout)
+    points = list(data["points"].values())
+    # Table 3 with rule base I by hand: 32 at 21 BLU, (16 - 8) at 1.5 BLU; with its edges the 32
+    # begin at 19 BLU and the step from PS to PM at 1 BLU; then the built-in limit.
+    assert [point["k1"] for point in points] == pytest.approx([32 / 21, 32 / 19, 4.5])
+    assert [point["k2"] for point in points] == pytest.approx([8 / 1.5, 8.0, 5.9])
+    assert all(point["inside"] for point in points)
+    assert data["k1_printed"] == pytest.approx(9.0364, abs=5e-5)
+
+
+def test_options_go_before_the_drive_of_the_design():
+    command = ["stability", "jee-koren-2004-aflc", "--gain", "40", "--json"]
+    data = json.loads(CliRunner().invoke(main, command).stdout)
+    assert data["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+    inside = [point["inside"] for point in data["points"].values()]
+    assert inside == [True, False, False]  # 8 is more than the 6.66 at K_1 = 1.52
+
+
+def test_a_table_for_another_plant_needs_a_drive(tmp_path):
+    design = json.loads(design_json(load_design("jee-koren-2004-flc")))
+    design["plant"] = {"name": "c-axis", "parameters": {}}
+    (tmp_path / "mine.json").write_text(json.dumps(design))
+    done = hfc(tmp_path / "mine.json")
+    assert done.exit_code == 2
+    assert done.stderr.startswith("hfc: design jee-koren-2004-flc is for the plant c-axis")
+    assert "--time-constant" in done.stderr
+    done = hfc(tmp_path / "mine.json", "--gain", 40, "--time-constant", 0.055, "--json")
+    assert json.loads(done.stdout)["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+
+
+@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid", "no-such-design"])
+def test_a_design_without_a_rule_table_is_refused(name):
+    result = CliRunner().invoke(main, ["stability", name])
+    assert result.exit_code == 2
+    assert name in result.output
+    assert "Traceback" not in result.output

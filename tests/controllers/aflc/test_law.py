@@ -1,0 +1,210 @@
+"""The adaptive controllers: the papers' tables and examples, plain transcriptions, the bounds."""
+
+import feed_oracle
+import numpy as np
+import pytest
+
+from hfc_design.controllers.aflc import law as aflc
+from hfc_design.controllers.aflc.adaptation import (
+    PERFORMANCE,
+    ZR,
+    blamed_aflc,
+    blamed_soflc,
+    performance,
+)
+from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
+from hfc_design.controllers.flc.law import SCALARS, FlcGains, infer, memberships
+from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from hfc_design.controllers.flc.sectors import Sectors
+
+PS, PM, PL = 4, 5, 6
+WIDE = Sectors(1e6, 1e6)
+
+
+def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I", overlaps=None):
+    table = FlcGains(ERROR_TERMS, CHANGE_TERMS, rule_singletons(base), 0.0)
+    return AdaptiveGains(table, Rates(*rates, *(overlaps or rates[:2])), sectors)
+
+
+def stepped(gains, blamed, errors):
+    """Command, memory after each sample of errors."""
+    memory = aflc.initial_memory(0.0)
+    for error in errors:
+        found, memory = aflc.parts(SCALARS, blamed, 0.01, gains, memory, {"error": error})
+        yield found.command(), memory
+
+
+def after(errors, blamed=blamed_aflc, gains=None):
+    """Error terms, change terms and singletons after the last of errors."""
+    gains = gains or gains_of()
+    *_, (_, memory) = stepped(gains, blamed, errors)
+    return aflc.current(gains, memory)
+
+
+def test_performance_indices_are_table_2():
+    np.testing.assert_array_equal(PERFORMANCE, feed_oracle.INDEX)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "place"),
+    [
+        ([0, 0, 0, 0.4, 0.2, 0, 0], 3),
+        ([0, 0, 0, 0, 0, 0.4, 0.2], 5),
+        ([0, 0, 0.3, 0.3, 0, 0, 0], 3),
+    ],
+)
+def test_the_term_of_the_highest_degree_counts(degrees, place):
+    assert performance(SCALARS, degrees) == [row[place] for row in feed_oracle.INDEX]
+
+
+def test_example_1_of_jk04():
+    """e(k-1) = PS, de = PS alone; then e(k) = 3 is more ZR (0.4) than PS (0.2): p = 0."""
+    before = after([7.0 - 1.5, 7.0])
+    fired = memberships(SCALARS, before[0], 7.0), memberships(SCALARS, before[1], 1.5)
+    assert [d.count(0.0) for d in fired] == [6, 6]
+    assert after([5.5, 7.0, 3.0]) == before
+
+
+def test_example_2_of_jk04():
+    """e(k-1) = 10 in PS and PM, de = 0; e(k) = 18 is more PL than PM: p = -2 and -1."""
+    started = gains_of()._replace(rates=Rates(0.0, 0.0, 0.0, 0.0, 0.0))
+    *_, (action, memory) = stepped(started, blamed_aflc, [10.0, 10.0])
+    assert action == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
+    _, memory = aflc.parts(SCALARS, blamed_aflc, 0.01, gains_of(), memory, {"error": 18.0})
+    error_terms, change_terms, table = aflc.current(gains_of(), memory)
+    assert error_terms[PS] == (2.0 + 1.0, 7.0, 12.0 - 1.0)  # rule (a): narrower by two steps
+    assert error_terms[PM] == (9.0 - 0.5, 14.0, 19.0 + 0.5)  # rule (b): wider by one
+    assert change_terms[ZR] == (-1.0 + 0.125, 0.0, 1.0 - 0.125)  # two steps less one
+    assert table[PS][ZR] == 8.0 + 2.0
+    assert table[PM][ZR] == 16.0
+    changed = np.array(table) - np.array(rule_singletons("I"))
+    assert np.count_nonzero(changed) == 1
+    assert [t for k, t in enumerate(error_terms) if k not in (PS, PM)] == [
+        t for k, t in enumerate(ERROR_TERMS) if k not in (PS, PM)
+    ]
+
+
+CASES = [(e, p, c) for e in (2.0, -2.0) for p in (2, 1, -1, -2) for c in (-1.0, 0.0, 1.0)]
+
+
+@pytest.mark.parametrize(("e", "p", "excess"), CASES)
+def test_who_is_to_blame(e, p, excess):
+    jk04 = feed_oracle.verdict_jk04(e, p, excess, 0.0)[0]
+    jk95 = feed_oracle.verdict_jk95(e, p, excess, 0.0)[0]
+    assert blamed_aflc(SCALARS, e, p, excess) is jk04
+    assert blamed_soflc(SCALARS, e, p, excess) is jk95
+    # The papers differ in the second case, and at equality in the first and the fourth.
+    assert (jk04 != jk95) is ((e > 0 and p < 0) or (excess == 0.0 and e * p > 0))
+
+
+def test_the_papers_differ_where_a_positive_error_falls_too_slowly():
+    errors = [10.0, 10.0, 18.0]
+    jk04, jk95 = after(errors), after(errors, blamed_soflc)
+    assert jk04[2][PS][ZR] > 8.0  # the smaller action was to blame
+    assert jk04[2][PM][ZR] == 16.0
+    assert jk95[2][PS][ZR] == 8.0
+    assert jk95[2][PM][ZR] > 16.0
+
+
+def test_soflc_steps_of_jk95():
+    gains = gains_of((0.5, 0.2, 1.0), None)
+    _, memory = list(stepped(gains, blamed_soflc, [10.0]))[-1]
+    memory = memory._replace(change=0.0, action=32.0 / 3.0)
+    _, memory = aflc.parts(SCALARS, blamed_soflc, 0.01, gains, memory, {"error": 18.0})
+    error_terms, change_terms, _ = aflc.current(gains, memory)
+    np.testing.assert_allclose(error_terms[PS], (2.0 - 1.0, 7.0, 12.0 + 1.0))  # |p| = 2
+    np.testing.assert_allclose(error_terms[PM], (9.0 + 0.5, 14.0, 19.0 - 0.5))  # |p| = 1
+    np.testing.assert_allclose(change_terms[ZR], (-1.0 - 0.2, 0.0, 1.0 + 0.2))
+
+
+@pytest.mark.parametrize(
+    ("blamed", "verdict", "rates", "sectors", "base", "overlaps"),
+    [
+        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", None),
+        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5)),
+        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (2.0, 3.0), "III", (7.0, 1.5)),
+        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), None, "I", None),
+        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), (4.0, 6.79), "I", (5.0, 1.0)),
+    ],
+)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_equals_a_plain_transcription(blamed, verdict, rates, sectors, base, overlaps, seed):
+    gains = gains_of(rates, sectors and Sectors(*sectors), base, overlaps)
+    plain = feed_oracle.Adaptive(
+        ERROR_TERMS, CHANGE_TERMS, rule_singletons(base), rates, verdict, sectors, overlaps
+    )
+    errors = feed_oracle.errors(2000, seed)
+    commands, memories = zip(*stepped(gains, blamed, errors), strict=True)
+    expected = [plain.step(error) for error in errors]
+    np.testing.assert_allclose(commands, expected, rtol=1e-9, atol=1e-9)
+    error_terms, change_terms, table = aflc.current(gains, memories[-1])
+    np.testing.assert_allclose(error_terms, plain.a, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(change_terms, plain.b, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(table, plain.c, rtol=1e-9, atol=1e-9)
+    assert np.abs(np.array(table) - rule_singletons(base)).max() > 3.0  # it did learn
+
+
+def no_gap(terms, overlap):
+    for k in range(6):
+        (_, low, right), (left, high, _) = terms[k], terms[k + 1]
+        assert right - left >= overlap - 1e-12
+        assert low <= left < high
+        assert low < right <= high
+
+
+@pytest.mark.parametrize("base", ["I", "II", "III"])
+@pytest.mark.parametrize("seed", range(3))
+def test_driven_hard_it_stays_inside(base, seed):
+    k1, k2 = 1.9, 4.0
+    gains = gains_of((0.5, 0.125, 4.0), Sectors(k1, k2), base)
+    sign = np.sign(rule_singletons(base))
+    grid = np.linspace(-30.0, 30.0, 241)
+    fine = np.linspace(-6.0, 6.0, 193)
+    for k, (_, memory) in enumerate(
+        stepped(gains, blamed_aflc, feed_oracle.errors(1500, seed + 10))
+    ):
+        if k % 100:
+            continue
+        error_terms, change_terms, table = aflc.current(gains, memory)
+        no_gap(error_terms, 0.5)
+        no_gap(change_terms, 0.125)
+        assert table[ZR] == list(rule_singletons(base)[ZR])
+        rows = np.array([memberships(SCALARS, error_terms, e) for e in grid])
+        columns = np.array([memberships(SCALARS, change_terms, d) for d in fine])
+        rows /= rows.sum(1, keepdims=True)
+        columns /= columns.sum(1, keepdims=True)
+        u = rows @ np.array(table) @ columns.T
+        u1 = rows @ np.array(table)[:, ZR]
+        assert (u1 * grid >= -1e-9).all()
+        assert (u1 * grid <= k1 * grid**2 + 1e-9).all()
+        if base == "I":  # the row e = ZR of the others is their own and steeper
+            u2 = u - u1[:, None]
+            assert (u2 * fine >= -1e-9).all()
+            assert (u2 * fine <= k2 * fine**2 + 1e-9).all()
+            assert (np.array(table) * sign >= -1e-12).all()
+        assert infer(SCALARS, rows[5], columns[7], table) == pytest.approx(u[5, 7], abs=1e-12)
+
+
+def test_the_order_of_the_rules_does_not_matter():
+    """Mirrored errors move the mirrored terms, whose rules come in the opposite order."""
+    errors = feed_oracle.errors(600, 5)
+    gains = gains_of(sectors=Sectors(4.5, 5.9))
+    terms, _, table = after(errors, gains=gains)
+    mirrored_terms, _, mirrored = after([-e for e in errors], gains=gains)
+    np.testing.assert_allclose(np.array(mirrored), -np.array(table)[::-1, ::-1], atol=1e-9)
+    np.testing.assert_allclose(np.array(mirrored_terms), -np.array(terms)[::-1, ::-1], atol=1e-9)
+
+
+def test_resting_on_the_reference_moves_nothing():
+    assert after([0.0] * 5) == after([0.0])
+
+
+def test_terms_keep_the_overlap_that_they_are_told():
+    gains = gains_of(overlaps=(3.0, 0.5))
+    for _, memory in stepped(gains, blamed_aflc, feed_oracle.errors(1000, 7)):
+        error_terms, change_terms, _ = aflc.current(gains, memory)
+        no_gap(error_terms, 3.0)
+        no_gap(change_terms, 0.5)
+    *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(1000, 7))
+    error_terms, _, _ = aflc.current(gains_of(), memory)
+    assert error_terms[PS][2] - error_terms[PM][0] < 3.0  # else one step is enough

@@ -1,0 +1,184 @@
+"""The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
+
+import numpy as np
+import pytest
+
+from hfc_design.controllers.aflc.record import AflcDesign
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import load_scenario
+from hfc_design.runs import problem
+from hfc_design.runs import run as design
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.stability.stable_range import stable_range
+from hfc_design.stability.true_sectors import Triangle, true_sectors
+
+CIRCLE = "feed-drive-circle"
+KINDS = ("flc", "aflc")
+#: Of one length, the tests here and of other files share a program that takes long to compile.
+TEN_SECONDS = "simulation.duration_s=10.0"
+
+
+def genome(kind, *changes):
+    return problem.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
+
+
+def bred(own, count=60, rounds=4):
+    """A population after some rounds of mixing and wild mutation."""
+    rng = np.random.default_rng(5)
+    found = own.fresh(np.zeros(count, int), rng)
+    for _ in range(rounds):
+        other = found.take(rng.permutation(count))
+        mixed = own.blended(found, other, rng.uniform(-0.25, 1.25, count))
+        found = own.mutated(mixed, np.full(count, 0.8), rng)
+    return found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
+    own = genome(kind)
+    drive = stable_range(40.0, 0.055, 0.01)
+    found = bred(own)
+    assert np.ptp(found.singletons, axis=0).max() > 10  # they do differ
+    for k in range(len(found.tree)):
+        individual = found.take(slice(k, k + 1))
+        record = type(own.start).model_validate(own.record(individual))  # refuses gaps
+        terms = (
+            [Triangle(term.left, term.centre, term.right) for term in part]
+            for part in (record.error_terms, record.error_change_terms)
+        )
+        sectors = true_sectors(*terms, record.rules.centroids)
+        assert drive.contains(max(sectors.k1, 1e-9), sectors.k2)
+        assert sectors.confined
+        assert abs(np.array(record.rules.centroids)).max() <= 127
+        if isinstance(record, AflcDesign):
+            limits = record.adaptation.stable_range
+            assert drive.contains(limits.k1_max, limits.k2_max)
+            assert sectors.k1 <= limits.k1_max * (1 + 1e-8)  # the oracle rounds edges
+            assert sectors.k2 <= limits.k2_max * (1 + 1e-8)  # the oracle rounds edges
+
+
+def test_symmetric_tables_treat_both_directions_alike():
+    found = bred(genome("aflc"))
+    np.testing.assert_allclose(found.singletons, -found.singletons[:, ::-1, ::-1], atol=1e-12)
+    lopsided = bred(genome("aflc", "controller.symmetric=false"))
+    assert abs(lopsided.singletons + lopsided.singletons[:, ::-1, ::-1]).max() > 1.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gains_of_the_population_are_those_of_the_design_files(kind):
+    own = genome(kind)
+    found = bred(own, count=3)
+    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", TEN_SECONDS])
+    loop = closed_loop(scenario, own.controller)
+    arguments = scenario.plant.values(), scenario.samples()
+    judged, _ = simulate.trajectory(loop, *arguments, own.gains(found))
+    for k in range(3):
+        file = problem.design_of(found.take(slice(k, k + 1)), scenario)
+        assert evaluate(file, scenario).fitness == pytest.approx(judged.values[k, 0], rel=1e-12)
+
+
+def test_a_start_inside_the_range_is_the_first_individual():
+    start = load_design("jee-koren-2004-aflc").controller
+    # At K = 10 the range is four times as wide and takes the table as it is.
+    own = genome("aflc", "plant.parameters.gain=10.0", "reference.feed_mm_min=100.0")
+    record = own.record(own.empty())
+    np.testing.assert_allclose(record["rules"]["centroids"], start.rules.centroids, atol=1e-12)
+    assert [tuple(row) for row in record["rules"]["labels"]] == list(start.rules.labels)
+    for key in ("error_terms", "error_change_terms"):
+        for mine, theirs in zip(record[key], getattr(start, key), strict=True):
+            assert mine["centre"] == pytest.approx(theirs.centre, abs=1e-12)
+            assert (mine["left"] is None) == (theirs.left is None)
+
+
+def small(kind):
+    sizes = ["search.population=128", "search.generations=30"]
+    return load_scenario("feed-drive-contour", [f"controller.kind={kind}", *sizes])
+
+
+@pytest.fixture(scope="module")
+def adaptive(tmp_path_factory):
+    """A short run, and how often its programs were compiled."""
+    folder = tmp_path_factory.mktemp("runs") / "aflc"
+    programs = (simulate._scores, simulate._trajectory)
+    for program in programs:
+        program.clear_cache()
+    found = design.run(design.new_run(small("aflc"), folder), folder)
+    return found, [program._cache_size() for program in programs], folder
+
+
+def test_one_compilation_serves_all_tables(adaptive):
+    found, compiled, _ = adaptive
+    assert compiled == [1, 1]
+    assert found.search.generation == 30
+
+
+def test_the_run_folder_holds_a_design_that_adapts(adaptive):
+    found, _, folder = adaptive
+    stored = load_design(str(folder))
+    assert isinstance(stored.controller, AflcDesign)
+    again = evaluate(stored, own_scenario(stored, str(folder)))
+    assert again.fitness == found.evaluation.fitness
+
+
+UNSEEN = {
+    "circle": ["reference.radius_mm=25.0", "reference.feed_mm_min=500.0"],
+    "circle, other way": [
+        "reference.radius_mm=15.0",
+        "reference.feed_mm_min=300.0",
+        "reference.direction=cw",
+    ],
+    "line": ["reference={kind='line', length_mm=100.0, angle_deg=26.6, feed_mm_min=600.0}"],
+    "line to and fro": [
+        "reference={kind='polyline', points_mm=[[0.0, 0.0], [60.0, -40.0], [0.0, 0.0]], "
+        "feed_mm_min=600.0}"
+    ],
+}
+
+
+@pytest.mark.parametrize("name", UNSEEN)
+def test_designed_table_beats_table_3_where_it_was_not_searched(adaptive, name):
+    """From the first 10 s on, which are less than a cycle; both adapt."""
+    scenario = load_scenario(CIRCLE, [*UNSEEN[name], TEN_SECONDS])
+    own = evaluate(adaptive[0].design, scenario).metrics
+    published = evaluate(load_design("jee-koren-2004-aflc"), scenario).metrics
+    assert own["rms_contour_error_BLU"] < 0.8 * published["rms_contour_error_BLU"]
+    if name != "line":  # on which no axis reverses
+        assert own["worst_glitch_BLU"] < 0.8 * published["worst_glitch_BLU"]
+
+
+def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
+    scenario = small("flc").model_copy(deep=True)
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    design.run(design.new_run(scenario, whole), whole)
+
+    def stop(search):
+        if search.generation == 11:
+            raise KeyboardInterrupt
+
+    own = design.new_run(scenario, parts)
+    with pytest.raises(KeyboardInterrupt):
+        design.run(own, parts, stop)
+    design.run(design.opened_run(parts), parts)
+    for name in ("design.json", "history.csv", "checkpoint.npz"):
+        assert (whole / name).read_bytes() == (parts / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "words"),
+    [
+        ("c-axis-ramp", ["controller={kind='flc'}"], ["controller.kind = 'flc'", "c-axis"]),
+        (CIRCLE, ["controller.kind='fuzzy'"], ["controller", "'fuzzy'", "'aflc'"]),
+        (CIRCLE, ["controller.start=nobody"], ["controller", "nobody", "no such design"]),
+        (CIRCLE, ["controller.start=jee-koren-2004-pid"], ["controller", "start"]),
+        (CIRCLE, ["simulation.sample_time_s=0.005"], ["controller.start", "0.01", "0.005"]),
+        (CIRCLE, ["search.preset=lin-lee-1999"], ["lin-lee-1999", "hierarchies", "race"]),
+        (CIRCLE, ["controller.largest_integral_gain=-1.0"], ["largest_integral_gain", "-1.0"]),
+    ],
+)
+def test_searches_that_cannot_be(scenario, changes, words):
+    with pytest.raises(UserError) as refusal:
+        load_scenario(scenario, changes)
+    for word in [scenario, *words]:
+        assert word in str(refusal.value)

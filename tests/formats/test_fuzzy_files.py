@@ -1,0 +1,218 @@
+"""FLL, FCL and FML without the programs that they are for.
+
+JFML and jFuzzyLogic are on none of PyPI, Debian and npm, where make interop installs from. So FML
+is read by fml_oracle.py and FCL by fcl_oracle.py of tests/helpers: readers of their own, written
+from the standards and from what those two programs accept. Measured, worst of all designs and
+relative to the largest output: FML 7e-16 in double precision, 7e-7 in the single precision that
+JFML reckons in; FCL of jFuzzyLogic 8e-16; FCL of IEC 61131-7 4e-4 with polygons, 3e-16 with
+triangles.
+"""
+
+import csv
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+from fcl_oracle import Block
+from fml_oracle import System
+from wiring import DESIGNS, clamped, controller_error, design, silent, unit_error, units
+
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, design_json, named_design, parse_design
+from hfc_design.formats import FORMATS
+from hfc_design.formats.fcl import real
+
+LANGUAGES = ["fll", "fcl", "fcl-jfuzzylogic", "fml"]
+EVIL = 'x); system("id") *)\n-->'
+
+
+def written(record, target, folder):
+    FORMATS[target][1](record, folder)
+    return folder
+
+
+def read(reader, file, row, column, points):
+    system = reader(file)
+    low, high = np.transpose([system.domain(name) for name in (row, column)])
+    points = np.clip(points, low, high)
+    return system.evaluate(**{row: points[:, 0], column: points[:, 1]})
+
+
+def errors(record, folder, suffix, evaluate):
+    return unit_error(record, folder, suffix, evaluate), controller_error(record, folder, evaluate)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize(("kind", "allowed"), [(np.float64, 1e-12), (np.float32, 1e-6)])
+def test_fml_reads_back(name, kind, allowed, tmp_path):
+    record = design(name)
+    evaluate = partial(read, partial(System, kind=kind))
+    found = errors(record, written(record, "fml", tmp_path / "x"), "fml", evaluate)
+    assert max(found) <= allowed
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize(("target", "allowed"), [("fcl", 1e-3), ("fcl-jfuzzylogic", 1e-12)])
+def test_fcl_reads_back(name, target, allowed, tmp_path):
+    def evaluate(file, row, column, points):
+        if target != "fcl":  # a Gaussian has no end; points beyond it clamp by themselves
+            unit = next(unit for unit in units(record) if unit.name == file.stem)
+            points = clamped(unit, points)
+        return Block(file).evaluate(**{row: points[:, 0], column: points[:, 1]})
+
+    record = design(name)
+    found = errors(record, written(record, target, tmp_path / "x"), "fcl", evaluate)
+    assert max(found) <= (1e-12 if name.startswith("jee") else allowed)
+
+
+def test_manifest_and_surroundings_of_table_2(tmp_path):
+    """Lin & Lee 1999, Table II: four units, five inputs, scales and gains as printed."""
+    folder = written(named_design("lin-lee-1999-table-2"), "fll", tmp_path / "x")
+    with (folder / "manifest.csv").open() as file:
+        lines = list(csv.reader(file))
+    assert lines[0] == ["unit", "column_input", "row_input", "file"]
+    assert lines[1] == ["unit_3", "error", "previous_spindle_velocity", "unit_3.fll"]
+    assert lines[-1] == ["unit_0", "unit_1", "unit_2", "unit_0.fll"]
+    about = json.loads((folder / "controller.json").read_text())
+    assert (about["kp"], about["kd"], about["output_scale"]) == (1002.076, 135.007, 10.0)
+    assert about["steps"][-1] == "command = kp * error + kd * error_rate + output_scale * unit_0"
+    assert about["inputs"][-1] == {
+        "name": "previous_spindle_velocity",
+        "signal": "spindle_velocity",
+        "signal_unit": "rad/s",
+        "samples_ago": 1,
+        "scale": 10.0,
+        "lowest": -1.0,
+        "highest": 1.0,
+    }
+    assert {path.name for path in folder.iterdir()} == {
+        "manifest.csv",
+        "controller.json",
+        *(f"unit_{k}.fll" for k in (0, 1, 2, 3)),
+    }
+
+
+LOW_VELOCITY = {
+    "forward": [1.5, -2.0, 7.0],
+    "backward": [-1.0, 0.5, -7.0],
+    "highest_velocity_mm_s": 3.0,
+    "breakaway": [8.0, -9.0],
+    "smallest_error": 1.0,
+}
+
+
+@pytest.mark.parametrize("form", ["P", "PI", "PD"])
+def test_the_files_alone_give_the_command_of_every_form(form, tmp_path):
+    data = named_design("jee-koren-2004-flc").model_dump(mode="json")
+    data["controller"] |= {"form": form, "integral_gain": 2.5, "low_velocity": LOW_VELOCITY}
+    record = Design.model_validate(data)
+    folder = written(record, "fml", tmp_path / "x")
+    assert controller_error(record, folder, partial(read, System)) <= 1e-12
+    assert ("the change of the command" in (folder / "rules.fml").read_text()) == (form == "PI")
+
+
+@pytest.mark.parametrize("target", LANGUAGES)
+def test_an_adaptive_controller_says_that_its_table_is_a_start(target, tmp_path):
+    written(named_design("jee-koren-2004-aflc"), target, tmp_path / "x")
+    (file,) = (tmp_path / "x").glob("rules.*")
+    assert "the adaptation itself is not here" in file.read_text()
+    assert "adaptation is not here" in (tmp_path / "x" / "controller.json").read_text()
+
+
+@pytest.mark.parametrize("target", LANGUAGES)
+def test_the_same_design_gives_the_same_bytes(target, tmp_path):
+    record = design("random-1")
+    first, second = (written(record, target, tmp_path / name) for name in "ab")
+    files = sorted(path.name for path in first.iterdir())
+    assert len(files) == 6
+    for name in files:
+        assert (first / name).read_bytes() == (second / name).read_bytes()
+        assert b"\n\n\n" not in (first / name).read_bytes()
+
+
+@pytest.mark.parametrize("target", LANGUAGES)
+@pytest.mark.parametrize("name", ["jee-koren-2004-pid", "pd-only"])
+def test_a_controller_without_rules_is_refused(name, target, tmp_path):
+    with pytest.raises(UserError, match="no rule tables"):
+        written(named_design(name), target, tmp_path / "x")
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("target", LANGUAGES)
+def test_names_that_would_be_code_are_not_written(target, tmp_path):
+    """parse_design refuses such a design; the writers do not rely on it."""
+    record = named_design("jee-koren-2004-flc")
+    written(record.model_copy(update={"name": EVIL}), target, tmp_path / "x")
+    for file in (tmp_path / "x").glob("rules.*"):
+        assert "system(" not in file.read_text()
+        assert "x_; system__id__" in file.read_text()
+    terms = list(record.controller.error_terms)
+    terms[0] = terms[0].model_copy(update={"label": EVIL})
+    controller = record.controller.model_copy(update={"error_terms": tuple(terms)})
+    with pytest.raises(UserError, match="is no identifier"):
+        written(record.model_copy(update={"controller": controller}), target, tmp_path / "y")
+    assert not (tmp_path / "y").exists()
+
+
+def renamed(old, new):
+    text = design_json(named_design("lin-lee-1999-table-1"))
+    return parse_design(text.replace(f'"{old}"', f'"{new}"'), "x.json")
+
+
+@pytest.mark.parametrize(
+    ("target", "old", "new", "message"),
+    [
+        ("fll", "f1", "not", "not is a word of that format"),
+        ("fcl", "f1", "Term", "Term is a word of that format"),
+        ("fcl-jfuzzylogic", "f1", "gauss2", "gauss2 is a word of that format"),
+        ("fcl", "f1", "F2", "two names are f2"),
+        ("fcl-jfuzzylogic", "f1", "_f1", "_f1 is no identifier"),
+        ("fll", "deflection", "unit_3", "two names are unit_3"),
+        ("fml", "deflection", "u1_1", "two things are called u1_1"),
+    ],
+)
+def test_names_that_a_language_cannot_tell_apart_are_refused(target, old, new, message, tmp_path):
+    with pytest.raises(UserError, match=message):
+        written(renamed(old, new), target, tmp_path / "x")
+
+
+def test_fll_of_a_gaussian_and_of_the_outermost_triangles(tmp_path):
+    """sigma = 1/sqrt(2 rate): 1/sqrt(8) for LL eq. 3a, 1/8 for eq. 3c."""
+    text = (
+        written(named_design("lin-lee-1999-table-1"), "fll", tmp_path / "x") / "unit_7.fll"
+    ).read_text()
+    assert "  term: f1 GaussianProduct -1.1 0.35355339059327373 -0.9 0.35355339059327373\n" in text
+    assert "  term: f3 GaussianProduct -0.2 0.125 -0.2 0.125\n" in text
+    assert (
+        "  rule: if previous_spindle_velocity is f1 and spindle_velocity is f2 "
+        "then unit_7 is u1_2\n" in text
+    )
+    assert "  term: u1_2 Constant 0.4644\n" in text
+    text = (
+        written(named_design("jee-koren-2004-flc"), "fll", tmp_path / "y") / "rules.fll"
+    ).read_text()
+    assert "  term: NL Ramp -16.0 -21.0\n  term: NM Triangle -19.0 -14.0 -9.0\n" in text
+    assert "  term: PL Ramp 16.0 21.0\n" in text
+
+
+def test_a_real_has_a_point_and_reads_back():
+    assert list(map(real, (1e-5, 1e22, -2.5e-300, 3, 0.1))) == [
+        "1.0E-5",
+        "1.0E22",
+        "-2.5E-300",
+        "3.0",
+        "0.1",
+    ]
+
+
+@pytest.mark.parametrize("target", LANGUAGES[1:])
+@pytest.mark.parametrize("rate", [1e6, 1e300])
+def test_a_unit_gives_0_where_no_rule_fires(rate, target, tmp_path):
+    folder = written(silent(rate), target, tmp_path / "x")
+    (file,) = folder.glob("unit_7.*")
+    at = np.array([0.1, 0.0])
+    found = (System if target == "fml" else Block)(file).evaluate(
+        previous_spindle_velocity=at, spindle_velocity=at
+    )
+    assert found.tolist() == [0.0, 0.4853]

@@ -1,0 +1,118 @@
+"""Schedulers and workers as processes of this machine, which tests may kill."""
+
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import hfc_design
+
+pytest.importorskip("distributed", reason="batches on a cluster need the package distributed")
+psutil = pytest.importorskip("psutil", reason="comes with the package distributed")
+
+#: Long enough that something can happen to a cell; the last one only scores a design.
+GRID = """
+[set]
+search.population = 16
+search.generations = 60
+simulation.duration_s = 0.1
+[grid]
+scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
+run.seed = [0, 1]
+[[cells]]
+[[cells]]
+scenario = "c-axis-ramp"
+design = "pd-only"
+change.controller.pd.kp = 700.0
+"""
+PATIENCE = 120.0
+#: The package that is tested, also for processes in other folders.
+ROOT = str(Path(hfc_design.__file__).parents[1])
+PATHS = [ROOT, *filter(None, [os.environ.get("PYTHONPATH")])]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(PATHS)}
+
+
+def until(true, *, what):
+    """Wait for something that has to happen."""
+    end = time.monotonic() + PATIENCE
+    while not (found := true()):
+        assert time.monotonic() < end, f"waited in vain for {what}"
+        time.sleep(0.02)
+    return found
+
+
+def killed(process):
+    if process.poll() is None:
+        process.kill()
+    process.wait(timeout=PATIENCE)
+
+
+def alive(process):
+    try:
+        return process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+class Cluster:
+    """A scheduler and two workers, which are put back when they have gone.
+
+    ``path`` is the current folder of all three.
+    """
+
+    def __init__(self, path):
+        self.path = path
+        self._scheduler = None
+        self.workers = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        for process in (*self.workers, self._scheduler):
+            killed(process)
+
+    def up(self):
+        """Address of the scheduler, once everything runs."""
+        if self._scheduler is None or self._scheduler.poll() is not None:
+            for worker in self.workers:
+                killed(worker)  # of a scheduler that is gone
+            self._scheduler = self._begun("scheduler", "--port=0", "--host=127.0.0.1")
+        address = until(lambda: self._said("scheduler", r"Scheduler at:\s*(tcp://\S+)"), what="it")
+        self.workers = [worker for worker in self.workers if worker.poll() is None]
+        while len(self.workers) < 2:
+            self.workers.append(self._begun("worker", address, "--nthreads=1", "--no-nanny"))
+        return address
+
+    def lose_scheduler(self):
+        killed(self._scheduler)
+
+    def _begun(self, what, *arguments):
+        command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments]
+        folder = ["--local-directory", str(self.path)] if what == "worker" else []
+        place = {"cwd": self.path, "env": ENVIRONMENT}
+        with (self.path / f"{what}.log").open("wb" if what == "scheduler" else "ab") as log:
+            return subprocess.Popen(
+                [*command, *folder, "--dashboard-address=:0"], stdout=log, stderr=log, **place
+            )
+
+    def _said(self, what, pattern):
+        found = re.search(pattern, (self.path / f"{what}.log").read_text())
+        return found and found[1]
+
+
+def ended(process):
+    """(exit code, what it said that is not a line of progress)."""
+    said = process.communicate(timeout=PATIENCE)[1]
+    return process.returncode, [
+        line for line in said.splitlines() if line.split()[0] not in ("cell", "waiting")
+    ]
+
+
+def first_finished(out):
+    """Wait for a finished cell: from then on the workers are in the middle of others."""
+    until(lambda: list(out.glob("*/design.json")), what="a finished cell")

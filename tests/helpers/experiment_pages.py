@@ -1,0 +1,50 @@
+"""Published experiments: their batches run here, and the pages that show what came out."""
+
+from pathlib import Path
+
+from experiments import shared
+from hfc_design.batch import folder
+from hfc_design.batch.plan import read_batch
+from hfc_design.batch.work import run_cells
+
+EXPERIMENTS = Path(shared.__file__).parent
+
+
+def page_of(module):
+    """The page beside the module of an experiment."""
+    return (Path(module.__file__).parent / "README.md").read_text(encoding="utf-8")
+
+
+def table(page):
+    """The cells of each row of all tables of a page."""
+    lines = (line for line in page.splitlines() if line.startswith("| "))
+    return [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
+
+
+def ran(out, file, wanted=lambda cell: True):
+    """The wanted cells of a batch file, run."""
+    plan = read_batch(EXPERIMENTS / file)
+    cells = [cell for cell in plan.cells if wanted(cell)]
+    folder.note_plan(out, plan)
+    failed = []
+    run_cells(out, cells, lambda outcome: failed.append(outcome.reason))
+    assert not any(failed)
+    return shared.Batch(out)
+
+
+def stands_in(module, rows):
+    """The page has each row with the published figure, and to the digit where nothing learns.
+
+    What learns may differ between machines: a last bit decides which way a half is rounded.
+    """
+    page = table(page_of(module))
+    for row in rows:
+        same = [line for line in page if line[:3] == row[:3] and line[5:] == row[5:]]
+        assert same, row
+        if not any(word in row[1] for word in ("AFLC", "SOFLC", "time")):
+            assert row[3] in [line[3] for line in same]
+
+
+def simulated(batch):
+    """Simulated figure by what it is; the first of equal names."""
+    return {row[1]: float(row[3]) for row in reversed(batch.published()) if row[3] != "–"}

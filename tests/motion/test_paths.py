@@ -1,0 +1,264 @@
+"""Paths and their motion: by hand, by SciPy's quadrature and by differences."""
+
+import tomllib
+from math import cos, pi, radians, sin, sqrt
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+import tomli_w
+from drawn_paths import chained, segments
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from scipy.integrate import quad
+
+from hfc_design.core.records import Record, UserError, checked
+from hfc_design.motion.motion import motion
+from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.trajectories import (
+    Circle,
+    Line,
+    PathReference,
+    Polyline,
+    check_speed,
+    largest_drive_speed,
+)
+
+TILT = 26.6
+
+
+class Holder(Record):
+    reference: PathReference
+
+
+def near(wanted, abs=1e-12):
+    return pytest.approx(np.array(wanted), abs=abs)
+
+
+def test_circle_of_the_paper_takes_20_s_a_cycle():
+    """JK04 section 5.2: R 40 mm at 0.754 m/min; ccw from (40, 0), full feed at once."""
+    circle = Circle(radius_mm=40.0, feed_mm_min=754.0, cycles=3)
+    assert circle.duration_s == pytest.approx(3 * 2 * pi * 40 * 60 / 754)
+    assert circle.duration_s == pytest.approx(60.0, rel=1e-3)
+    at = circle.samples(np.array([0.0, circle.duration_s / 12, circle.duration_s / 3, 100.0]))
+    speed = 754.0 / 60.0
+    assert at.position == near([[40, 0, 40, 40], [0, 40, 0, 0]])
+    assert at.velocity == near([[0, -speed, 0, 0], [speed, 0, speed, 0]])
+    assert at.tangent == near([[0, -1, 0, 0], [1, 0, 1, 1]])
+    assert (at.curvature == 1 / 40).all()
+    assert at.distance == near([0, 20 * pi, 80 * pi, 240 * pi], abs=1e-9)
+
+
+def test_circle_clockwise():
+    circle = Circle(radius_mm=20.0, feed_mm_min=600.0, direction="cw", cycles=0.5)
+    at = circle.samples(np.array([0.0, pi, 2 * pi]))  # 10 mm/s over 20 pi mm
+    assert circle.duration_s == pytest.approx(2 * pi)
+    assert at.position == near([[20, 0, -20], [0, -20, 0]])
+    assert at.velocity[:, :2] == near([[0, -10], [-10, 0]])
+    assert (at.curvature == -1 / 20).all()
+
+
+def test_line_at_the_angle_of_the_paper():
+    ray = Line(length_mm=50.0, angle_deg=TILT, feed_mm_min=600.0)
+    at = ray.samples(np.array([0.0, 2.0, 5.0, 9.0]))
+    way = np.array([0.0, 20.0, 50.0, 50.0])
+    assert ray.duration_s == pytest.approx(5.0)
+    assert at.position == near([way * cos(radians(TILT)), way * sin(radians(TILT))])
+    assert at.velocity[0] == near([10 * cos(radians(TILT))] * 2 + [0, 0])
+    assert (at.curvature == 0).all()
+
+
+def test_polyline_stops_at_its_corner():
+    """30 mm and 40 mm at 10 mm/s and 20 mm/s2: 0.5 s and 2.5 mm to speed up or brake."""
+    square = Polyline(
+        points_mm=[(0, 0), (30, 0), (30, 40)], feed_mm_min=600.0, acceleration_mm_s2=20.0
+    )
+    assert square.duration_s == pytest.approx(3.5 + 4.5)
+    at = square.samples(np.array([0.0, 0.25, 0.5, 3.0, 3.25, 3.5, 4.0, 7.75, 8.0]))
+    assert at.position[0] == near([0, 0.625, 2.5, 27.5, 29.375, 30, 30, 30, 30])
+    assert at.position[1] == near([0, 0, 0, 0, 0, 0, 2.5, 39.375, 40])
+    assert at.velocity[0] == near([0, 5, 10, 10, 5, 0, 0, 0, 0])
+    assert at.velocity[1] == near([0, 0, 0, 0, 0, 0, 10, 5, 0])
+
+
+def test_polyline_that_goes_on_straight_does_not_stop():
+    straight = Polyline(
+        points_mm=[(0, 0), (3, 4), (6, 8)], feed_mm_min=600.0, acceleration_mm_s2=20.0
+    )
+    assert straight.duration_s == pytest.approx(1.0 + 0.5)  # 10 mm like one line
+
+
+@pytest.mark.parametrize(
+    ("jump_deg", "stops"), [(0.9, False), (-0.9, False), (1.1, True), (-1.1, True)]
+)
+def test_a_corner_starts_at_one_degree(jump_deg, stops):
+    """Programs with three digits of a millimetre are not quite smooth where they should be."""
+    turn = radians(jump_deg)
+    bent = Polyline(
+        points_mm=[(0, 0), (5, 0), (5 + 5 * cos(turn), 5 * sin(turn))],
+        feed_mm_min=600.0,
+        acceleration_mm_s2=20.0,
+    )
+    assert bent.duration_s == pytest.approx(2.0 if stops else 1.5)
+
+
+def test_a_segment_too_short_for_its_feed_is_a_triangle():
+    """5 mm at 20 mm/s2 peaks at 10 mm/s after 0.5 s whatever the feed."""
+    short = Polyline(points_mm=[(0, 0), (0, -5)], feed_mm_min=6000.0, acceleration_mm_s2=20.0)
+    assert short.duration_s == pytest.approx(1.0)
+    assert short.motion.peak.tolist() == pytest.approx([10.0])
+
+
+def test_tangent_arc_is_entered_at_the_lower_feed():
+    """A line at 20 mm/s into a quarter circle at 10 mm/s, 20 mm/s2 (speeds squared over 40).
+
+    The line: 10 mm up, 7.5 mm down to 10 mm/s, 12.5 mm even; the arc: 2.5 mm down at its end.
+    """
+    path = Path.of(
+        [
+            line((0.0, 0.0), (30.0, 0.0), 1200.0),
+            arc((30.0, 0.0), (30.0, 8.0), pi / 2, 600.0),
+        ]
+    )
+    assert not path.corners().any()
+    moves = motion(path, 20.0)
+    first = 1.0 + 12.5 / 20.0 + 0.5
+    assert moves.duration == pytest.approx(first + (4 * pi - 2.5) / 10 + 0.5)
+    way, speed = moves.at(np.array([1.0, first, moves.duration]))
+    assert way == near([10.0, 30.0, 30.0 + 4 * pi])
+    assert speed == near([20.0, 10.0, 0.0])
+    end = path.at(np.array([path.knots[-1]]))
+    assert end.position == near([[38.0], [8.0]])
+    assert end.tangent == near([[0.0], [1.0]])
+
+
+def test_braking_starts_in_time_for_a_stop_several_segments_ahead():
+    """Straight on in ten pieces of 1 mm: as the one line of 10 mm, peak sqrt(a L) = 20 mm/s."""
+    pieces = Path.of(line((k, 0.0), (k + 1.0, 0.0), 6000.0) for k in range(10))
+    whole = Path.of([line((0.0, 0.0), (10.0, 0.0), 6000.0)])
+    time = np.linspace(0.0, 1.2, 77)
+    many, one = motion(pieces, 40.0), motion(whole, 40.0)
+    assert many.duration == pytest.approx(one.duration) == pytest.approx(1.0)
+    assert many.at(time) == near(one.at(time))
+
+
+@settings(deadline=None)
+@given(segments, st.sampled_from([30.0, 500.0]))
+def test_motion_keeps_its_limits_and_its_speed_is_the_derivative(parts, acceleration):
+    path, end = chained(parts)
+    moves = motion(path, acceleration)
+    time = np.linspace(0.0, moves.duration, 400)
+    way, speed = moves.at(time)
+    assert (np.diff(way) >= 0).all()
+    assert way[-1] == pytest.approx(path.knots[-1])
+    assert speed[-1] == 0.0
+    step = time[1]
+    assert (np.abs(np.diff(speed)) <= acceleration * step * (1 + 1e-9) + 1e-9).all()
+    k = np.clip(np.searchsorted(path.knots, way, side="right") - 1, 0, len(parts) - 1)
+    inside = np.abs(way[:, None] - path.knots).min(axis=1) > 1e-9
+    assert (speed <= path.feed[k] / 60 * (1 + 1e-12))[inside].all()
+    for knot in path.knots[1:-1][path.corners()]:  # it stops there
+        near_it = np.interp(knot, way, time)
+        assert moves.at(np.array([near_it]))[1] < acceleration * step
+    h = 1e-6
+    middle = time[1:-1]
+    slope = (moves.at(middle + h)[0] - moves.at(middle - h)[0]) / (2 * h)
+    np.testing.assert_allclose(speed[1:-1], slope, atol=acceleration * h + 1e-6)
+    assert path.at(path.knots[-1:]).position[:, 0] == near([end.real, end.imag], abs=1e-9)
+
+
+@settings(deadline=None)
+@given(segments)
+def test_tangent_and_curvature_are_the_derivatives_of_the_position(parts):
+    path, _ = chained(parts)
+    h = 1e-4
+    distance = np.linspace(0.0, path.knots[-1], 50)
+    distance = distance[np.abs(distance[:, None] - path.knots).min(axis=1) > 2 * h]
+    place, before, after = path.at(distance), path.at(distance - h), path.at(distance + h)
+    slope = (after.position - before.position) / (2 * h)
+    np.testing.assert_allclose(place.tangent, slope, atol=1e-7)
+    bend = (after.tangent - before.tangent) / (2 * h)
+    left = np.stack([-place.tangent[1], place.tangent[0]])
+    np.testing.assert_allclose(bend, place.curvature * left, atol=1e-7)
+
+
+def test_velocity_integrates_to_the_position():
+    move = Polyline(points_mm=[(0, 0), (3, 4), (-2, 4)], feed_mm_min=480.0)
+    for axis, wanted in enumerate((-2.0, 4.0)):
+        speed = lambda t, axis=axis: float(move.samples(np.array([t])).velocity[axis, 0])  # noqa: E731
+        breaks = move.motion.start.tolist()
+        total, _ = quad(speed, 0.0, move.duration_s, points=breaks, limit=200)
+        assert total == pytest.approx(wanted, abs=1e-9)
+
+
+@settings(deadline=None)
+@given(segments)
+def test_largest_components_by_sampling(parts):
+    path, _ = chained(parts)
+    for k, length in enumerate(path.length):
+        points = np.linspace(0.0, length, 2001)
+        tangent = path.on(np.full(len(points), k), points).tangent
+        sampled = np.abs(tangent).max(axis=1)
+        assert path.largest_components()[:, k] == near(sampled, abs=1e-5)
+
+
+def test_drive_speed():
+    """K = 28.3 and 127 units less 15 of friction: 3169.6 BLU/s."""
+    assert largest_drive_speed(28.3, 15.0) == pytest.approx(31.696)
+    assert largest_drive_speed(28.3, 200.0) == 0.0
+
+
+def test_a_feed_that_the_drive_cannot_follow_is_refused_with_the_allowed_one():
+    drive = largest_drive_speed(28.3, 15.0)
+    check_speed(Circle(radius_mm=20.0, feed_mm_min=1901.0), drive, "mine.toml")
+    with pytest.raises(UserError) as caught:
+        check_speed(Circle(radius_mm=20.0, feed_mm_min=1950.0), drive, "mine.toml")
+    assert str(caught.value) == (
+        "mine.toml: a feed of 1950 mm/min asks the X axis for 32.5 mm/s, but its drive reaches "
+        "31.7 mm/s; the largest feed here is 1901 mm/min"
+    )
+    diagonal = Line(length_mm=9.0, angle_deg=45.0, feed_mm_min=2600.0)  # 1901.76 * sqrt(2) = 2689
+    check_speed(diagonal, drive, "mine.toml")
+    with pytest.raises(UserError, match=r"largest feed here is 2689 mm/min"):
+        check_speed(diagonal.model_copy(update={"feed_mm_min": 2690.0}), drive, "mine.toml")
+    # Too short to get there: sqrt(100 mm/s2 * 5 mm) = 22 mm/s.
+    short = Polyline(points_mm=[(0, 0), (5, 0)], feed_mm_min=9e9)
+    check_speed(short, sqrt(500.0) + 1e-9, "mine.toml")
+    with pytest.raises(UserError, match="asks the X axis for 22"):
+        check_speed(short, 22.0, "mine.toml")
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        (Circle, {"radius_mm": 0.0, "feed_mm_min": 1.0}),
+        (Circle, {"radius_mm": 1.0, "feed_mm_min": float("inf")}),
+        (Circle, {"radius_mm": 1.0, "feed_mm_min": 1.0, "direction": "left"}),
+        (Circle, {"radius_mm": 1.0, "feed_mm_min": 1.0, "cycles": 0}),
+        (Line, {"length_mm": -1.0, "angle_deg": 0.0, "feed_mm_min": 1.0}),
+        (Line, {"length_mm": 1.0, "angle_deg": float("nan"), "feed_mm_min": 1.0}),
+        (Polyline, {"points_mm": [(0, 0)], "feed_mm_min": 1.0}),
+        (Polyline, {"points_mm": [(0, 0), (1, 0), (1, 0)], "feed_mm_min": 1.0}),
+        (Polyline, {"points_mm": [(0, 0), (1, float("nan"))], "feed_mm_min": 1.0}),
+        (Polyline, {"points_mm": [(0, 0), (1, 0)], "feed_mm_min": 1.0, "acceleration_mm_s2": 0}),
+    ],
+)
+def test_impossible_paths_are_refused(kind, values):
+    with pytest.raises(ValidationError):
+        kind(**values)
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        Circle(radius_mm=20.0, feed_mm_min=377.0, direction="cw", cycles=2.5),
+        Line(length_mm=9.0, angle_deg=TILT, feed_mm_min=600.0, acceleration_mm_s2=50.0),
+        Polyline(points_mm=[(0, 0), (0.1, -3.7)], feed_mm_min=600.0),
+    ],
+)
+def test_a_reference_survives_toml(reference):
+    text = tomli_w.dumps({"reference": reference.model_dump(mode="json", exclude_none=True)})
+    back = checked(Holder, tomllib.loads(text), "mine.toml", FilePath()).reference
+    assert type(back) is type(reference)
+    assert back == reference

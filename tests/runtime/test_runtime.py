@@ -1,0 +1,167 @@
+"""The numpy runtime: by hand, and against the compiled loop."""
+
+import subprocess
+import sys
+from math import exp
+
+import numpy as np
+import pytest
+
+from hfc_design.controllers.hierarchical.record import AdaptationRecord
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
+from hfc_design.controllers.kinds import from_design
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.runtime import Controller
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import load_design
+
+SIX_INPUTS = {
+    "error": 50.0,
+    "deflection": 80.0,
+    "deflection_rate": 20.0,
+    "spindle_velocity": 20.0,
+    "previous_spindle_velocity": 10.0,
+    "previous_error": 40.0,
+}
+
+
+def design_of(kp, kd, names, units):
+    """A design over ``names``; ``units`` are (column input, row input, table)."""
+    return Design.model_validate(
+        {
+            "name": "made-up",
+            "plant": {"name": "c-axis", "parameters": {}},
+            "controller": {
+                "kind": "pd+hierarchical-fuzzy",
+                "sample_time_s": 0.001,
+                "pd": {"kp": kp, "kd": kd},
+                "inputs": [{"name": name, "scale": SIX_INPUTS[name]} for name in names],
+                "output_scale": 10.0,
+                "terms": [term._asdict() for term in LIN_LEE_TERMS],
+                "units": [
+                    {"id": k, "column_input": column, "row_input": row, "consequents": table}
+                    for k, (column, row, table) in enumerate(units)
+                ],
+            },
+        }
+    )
+
+
+def random_design(inputs, seed, random_population):
+    """A design of the last ``inputs`` inputs with a random tree and random tables."""
+    gains = random_population(1, seed, inputs)
+    names = list(SIX_INPUTS)[-inputs:]
+    labels = names + [f"unit-{k}" for k in range(inputs - 1)]
+    tables = gains.consequents[..., 0].tolist()
+    pairs = gains.sources[..., 0].tolist()
+    units = [
+        (labels[column], labels[row], table)
+        for (column, row), table in zip(pairs, tables, strict=True)
+    ]
+    return design_of(gains.kp[0], gains.kd[0], names, units)
+
+
+def replayed(design, scenario):
+    """Commands of the compiled loop and of the runtime that sees the same signals."""
+    controller, gains = from_design(design.controller)
+    scenario = load_scenario(scenario, ["simulation.duration_s=1.0"])
+    loop = closed_loop(scenario, controller)
+    _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
+    state = motion.state
+    signals = {
+        "error": motion.error,
+        "error_rate": motion.error_rate,
+        "deflection": state.rotor_angle - state.spindle_angle,
+        "deflection_rate": state.rotor_velocity - state.spindle_velocity,
+        "spindle_velocity": state.spindle_velocity,
+    }
+    rows = np.stack(list(signals.values()))[..., 0].T.tolist()
+    runtime = Controller(design)
+    found = [runtime.step(dict(zip(signals, row, strict=True))) for row in rows]
+    return motion.command[:, 0], np.array(found), runtime, dict(zip(signals, rows[0], strict=True))
+
+
+@pytest.mark.parametrize("scenario", ["c-axis-ramp", "c-axis-ramp-cutting"])
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2", "pd-only"])
+def test_equals_the_loop_on_built_in_designs(name, scenario):
+    compiled, found, *_ = replayed(load_design(name), scenario)
+    np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
+def test_equals_the_loop_on_random_designs(inputs, random_population):
+    for seed in range(3):
+        design = random_design(inputs, seed, random_population)
+        compiled, found, *_ = replayed(design, "c-axis-ramp-cutting")
+        np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [None, 500.0])
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
+def test_equals_the_loop_where_the_root_adapts(name, scale):
+    design = load_design(name)
+    record = AdaptationRecord(k_c=1e-3, largest_move=0.5, error_scale=scale)
+    controller = design.controller.model_copy(update={"adaptation": record})
+    adapting = design.model_copy(update={"controller": controller})
+    compiled, found, *_ = replayed(adapting, "c-axis-ramp-cutting")
+    np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
+    fixed, *_ = replayed(design, "c-axis-ramp-cutting")
+    assert np.abs(compiled - fixed).max() > 1.0  # it did learn
+
+
+def test_reset_forgets_the_past(random_population):
+    design = random_design(5, 1, random_population)
+    *_, runtime, first = replayed(design, "c-axis-ramp")
+    first |= {"spindle_velocity": 0.05}
+    remembering = runtime.step(first)
+    assert runtime.step(first) != remembering  # the previous velocity is another
+    runtime.reset()
+    fresh = runtime.step(first)
+    assert fresh == Controller(design).step(first)
+    assert fresh != remembering
+
+
+# Degrees of u = 0 and u = 0.2 in the seven terms, worked out from LL eq. 3.
+AT_0 = [exp(-4 * 0.9**2), exp(-8 * 0.55**2), exp(-32 * 0.2**2), 1.0]
+AT_0 += AT_0[2::-1]
+AT_02 = [exp(-4 * 1.1**2), exp(-8 * 0.75**2), exp(-32 * 0.4**2), exp(-32 * 0.2**2), 1.0]
+AT_02 += [exp(-8 * 0.35**2), exp(-4 * 0.7**2)]
+
+
+def test_voltage_by_hand():
+    """The table is 10 i + j, so the output is 10 times the mean row plus the mean column."""
+    names = ("error", "previous_spindle_velocity")
+    table = [[10.0 * i + j for j in range(7)] for i in range(7)]
+    runtime = Controller(design_of(100.0, 7.0, names, [(*names, table)]))
+    column_at_02 = sum(j * d for j, d in enumerate(AT_02)) / sum(AT_02)
+    first = runtime.step({"error": 0.004, "error_rate": 0.5, "spindle_velocity": 0.02})
+    assert first == pytest.approx(0.4 + 3.5 + 10 * (10 * 3 + column_at_02))  # row 3: at u = 0
+    # Now the previous velocity is 0.02, u = 0.2; the error of 1 rad is clamped to u = 1.
+    second = runtime.step({"error": 1.0, "error_rate": 0.0, "spindle_velocity": 0.0})
+    at_1 = [exp(-4 * 1.9**2), exp(-8 * 1.55**2), exp(-32 * 1.2**2), exp(-32), exp(-32 * 0.8**2)]
+    at_1 += [exp(-8 * 0.35**2), 1.0]
+    column_at_1 = sum(j * d for j, d in enumerate(at_1)) / sum(at_1)
+    assert second == pytest.approx(100.0 + 10 * (10 * column_at_02 + column_at_1))
+
+
+def test_pd_by_hand():
+    runtime = Controller(load_design("pd-only"))
+    voltage = runtime.step({"error": 0.01, "error_rate": -0.02})
+    assert voltage == pytest.approx(7.58405 - 14.8602)
+
+
+def test_missing_signal_is_named():
+    with pytest.raises(KeyError, match="spindle_velocity"):
+        Controller(load_design("lin-lee-1999-table-1")).step(
+            {"error": 0.0, "error_rate": 0.0, "deflection": 0.0, "deflection_rate": 0.0}
+        )
+
+
+def test_runtime_never_imports_jax():
+    code = "import sys, hfc_design.runtime; print([m for m in sys.modules if m[:3] == 'jax'])"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "[]"

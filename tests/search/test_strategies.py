@@ -1,0 +1,181 @@
+"""The search strategies on scores that need no simulation."""
+
+import numpy as np
+import pytest
+
+from hfc_design.controllers.genome import joined
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.genome import (
+    HierarchicalGenome,
+    Hierarchies,
+    from_vectors,
+    vectors,
+)
+from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.search.loop import Search, generations, strategy
+from hfc_design.search.settings import LinLeeSettings, RaceSettings
+from hfc_design.search.strategies.race import Race, heats
+
+LAYOUT = Layout()
+BEST_TREE = 42
+
+
+def layout(inputs):
+    names = ("error", "deflection", "deflection_rate", "spindle_velocity", "current", "error_rate")
+    return Layout(names[:inputs], (10.0,) * inputs)
+
+
+def hill(population):
+    """Highest for one tree, all consequents at 0.3 and kp at 500; every number counts."""
+    distance = np.abs(population.consequents - 0.3).mean(axis=(1, 2, 3))
+    distance += np.abs(np.log(population.gains[:, 0] / 500.0))
+    return 100.0 / (1.0 + distance) + 20.0 * (population.tree == BEST_TREE)
+
+
+def searched(settings, seed=0, evaluate=hill, lay=LAYOUT, search=None, total=None):
+    *_, last = generations(
+        strategy(settings, HierarchicalGenome(settings, lay)),
+        HierarchicalGenome(settings, lay),
+        total or settings.generations,
+        seed,
+        evaluate,
+        None,
+        search,
+    )
+    return last
+
+
+def leaves(record):
+    if hasattr(record, "_fields"):
+        return [leaf for part in record for leaf in leaves(part)]
+    return [record]
+
+
+def same(one, other):
+    return all(np.array_equal(a, b) for a, b in zip(leaves(one), leaves(other), strict=True))
+
+
+RACE = RaceSettings(population=210, generations=40)
+PAPER = LinLeeSettings(generations=40)
+
+
+def test_heats_halve_down_to_one():
+    assert heats(105) == [105, 53, 27, 14, 7, 4, 2, 1]
+    assert heats(1) == [1]
+
+
+@pytest.mark.parametrize("settings", [RACE, PAPER], ids=["race", "lin-lee"])
+def test_same_seed_same_bits_other_seed_other_run(settings):
+    assert same(searched(settings), searched(settings))
+    assert not same(searched(settings), searched(settings, seed=1))
+
+
+@pytest.mark.parametrize("settings", [RACE, PAPER], ids=["race", "lin-lee"])
+@pytest.mark.parametrize("stop", [1, 7, 39])
+def test_continued_equals_uninterrupted(settings, stop):
+    part = searched(settings, total=stop)
+    assert same(searched(settings, search=part), searched(settings))
+
+
+def test_race_finds_the_best_structure_and_climbs():
+    found = searched(RaceSettings(population=420, generations=120))
+    assert found.archive.score.argmax() == BEST_TREE
+    assert found.history.best[-1] > 1.5 * found.history.best[0]
+    assert found.state.population.tree.max() == found.state.population.tree.min() == BEST_TREE
+
+
+def test_archive_holds_the_best_of_every_tree_ever_seen():
+    best = {}
+
+    def watched(population):
+        score = hill(population)
+        for tree, value in zip(population.tree.tolist(), score.tolist(), strict=True):
+            best[tree] = max(best.get(tree, -np.inf), value)
+        return score
+
+    found = searched(RACE, evaluate=watched)
+    assert len(best) == 105
+    assert [best[tree] for tree in range(105)] == found.archive.score.tolist()
+    assert np.array_equal(found.archive.population.tree, np.arange(105))
+    assert np.allclose(hill(found.archive.population), found.archive.score, rtol=0, atol=0)
+    assert (np.diff(found.history.best) >= 0).all()
+
+
+def test_diverged_individuals_rank_last_and_are_counted():
+    def half_diverge(population):
+        score = hill(population)
+        score[::2] = [np.nan, np.inf, -np.inf][len(score) % 3]
+        return score
+
+    found = searched(RACE, evaluate=half_diverge)
+    assert found.history.diverged.tolist() == [105] * 40
+    assert not np.isnan(found.archive.score).any()
+    assert np.isfinite(found.state.score[0])
+    assert np.isfinite(found.history.median).all()
+
+
+@pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
+@pytest.mark.parametrize("population", [1, 3, 50])
+def test_race_runs_with_any_inputs_and_any_population(inputs, population):
+    settings = RaceSettings(population=population, generations=12)
+    found = searched(settings, lay=layout(inputs))
+    assert found.state.population.consequents.shape == (population, inputs - 1, 7, 7)
+    assert len(found.history.best) == 12
+    assert len(found.archive.score) == len(hierarchy.trees(inputs))
+
+
+@pytest.mark.parametrize("inputs", [3, 5, 6])
+def test_lin_lee_runs_with_other_inputs(inputs):
+    found = searched(LinLeeSettings(population=10, generations=5), lay=layout(inputs))
+    assert found.state.population.scales.shape == (10, inputs)
+
+
+def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
+    seen = []
+
+    def watched(population):
+        seen.append(population)
+        return hill(population)
+
+    settings = RaceSettings(
+        population=105, generations=20, scale_range=1.0, inner_limit=0.5, root_limit=3.0
+    )
+    searched(settings, evaluate=watched)
+    everyone = joined(*seen)
+    assert np.abs(everyone.consequents[:, :-1]).max() <= 0.5
+    assert 0.5 < np.abs(everyone.consequents[:, -1]).max() <= 3.0
+    assert np.array_equal(everyone.scales, np.tile(LAYOUT.scales, (len(everyone.tree), 1)))
+    assert (everyone.gains > 0).all()
+
+
+def test_culling_keeps_the_islands_with_the_best_individuals():
+    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
+    rng = np.random.default_rng(0)
+    _, asked = race.start(rng)
+    score = rng.random(210)
+    state = race.tell(None, asked, score)
+    per_tree = [score[asked.population.tree == tree].max() for tree in range(105)]
+    survivors = np.sort(np.argsort(per_tree)[-53:])
+    later, _ = race.ask(state, 5, None, rng)  # 40 generations, 8 heats
+    assert np.array_equal(np.unique(later.population.tree), survivors)
+    assert len(later.score) == 210
+    assert later.score.max() == score.max()
+
+
+def test_vectors_and_back():
+    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
+    _, asked = race.start(np.random.default_rng(3))
+    some = asked.population.take(np.array([5, 5, 5]))
+    points = vectors(some)
+    assert points.shape == (3, 2 + 5 + 4 * 49)
+    assert points[0, 1] == some.gains[0, 1]
+    assert points[0, 2] == some.scales[0, 0]
+    assert points[0, 7 + 49 + 7 + 2] == some.consequents[0, 1, 1, 2]
+    assert same(from_vectors(points, some), some)
+
+
+def test_search_record_is_what_a_checkpoint_needs():
+    found = searched(RACE, total=3)
+    assert isinstance(found, Search)
+    assert isinstance(found.archive.population, Hierarchies)
+    assert found.generation == 3

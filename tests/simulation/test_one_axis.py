@@ -1,0 +1,134 @@
+"""A feed drive of one axis: columns, metrics, pictures in its own units; whole commanded BLU."""
+
+import csv
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+from hfc_design.core.records import UserError
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.motion.samples import Ramp, Simulation
+from hfc_design.report import plots
+from hfc_design.simulation.evaluation import evaluate, load_design, trajectory_csv
+
+SCENARIO = """
+[plant]
+name = "feed-drive"
+
+[reference]
+kind = "ramp"
+velocity = 333.0
+
+[simulation]
+duration_s = 0.5
+sample_time_s = 0.01
+substeps = 4
+
+[load]
+constant = 1.0
+
+[controller]
+inputs = [{ name = "error", scale = 0.05 }, { name = "velocity", scale = 0.0005 }]
+"""
+COLUMNS = "time_s reference_BLU position_BLU error_BLU velocity_BLU_s command_unit load_unit"
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
+    path = tmp_path_factory.mktemp("one-axis") / "one-axis.toml"
+    path.write_text(SCENARIO)
+    return path
+
+
+def hfc(*arguments):
+    done = CliRunner().invoke(main, [str(item) for item in arguments])
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def evaluation(scenario):
+    return evaluate(load_design("jee-koren-2004-pid"), load_scenario(str(scenario)))
+
+
+def test_csv_has_the_units_of_the_drive(scenario):
+    text = hfc("simulate", "jee-koren-2004-pid", "--scenario", scenario)
+    header, *rows = csv.reader(io.StringIO(text))
+    assert header == COLUMNS.split()
+    time, reference, position, error, velocity, command, load = np.array(rows, float).T
+    assert (reference == np.round(333.0 * time)).all()
+    assert (command == np.round(command)).all()
+    assert np.allclose(reference - position, error)
+    assert velocity[-1] == pytest.approx(333.0, rel=0.3)
+    assert (load == 1.0).all()
+
+
+def test_metrics_are_named_in_the_units_of_the_drive(scenario, evaluation):
+    text = hfc("score", "jee-koren-2004-pid", "--scenario", scenario)
+    assert "rms_error_BLU" in text
+    assert "peak_command_unit" in text
+    assert "rad" not in text
+    error = evaluation.axes[0].motion.error
+    assert evaluation.metrics["rms_error_BLU"] == pytest.approx(np.sqrt((error**2).mean()))
+
+
+def test_pictures_are_labelled_in_the_units_of_the_drive(evaluation):
+    drawing = plots.image(plots.response(evaluation, "title"), "svg").decode()
+    for label in ("position [BLU]", "error [BLU]", "command [unit]", "load [unit]", "axis"):
+        assert f">{label}<" in drawing
+    for label in ("rad]", "[V]", "deflection", "spindle"):
+        assert label not in drawing
+    assert "largest error [BLU]" in plots.image(plots.errors({"a": evaluation}), "svg").decode()
+
+
+def test_the_control_is_told_whole_blu_and_judged_by_the_exact_path():
+    samples = Scenario(
+        name="x",
+        plant=PlantSettings(name="feed-drive"),
+        reference=Ramp(velocity=33.0),
+        simulation=Simulation(duration_s=0.05, sample_time_s=0.01),
+        controller={
+            "inputs": [{"name": "error", "scale": 1.0}, {"name": "velocity", "scale": 1.0}]
+        },
+    ).samples()
+    axis = samples.axes[0]
+    assert axis.reference.tolist() == [0.0, 0.0, 1.0, 1.0, 1.0]  # of 0, 0.33, 0.66, 0.99, 1.32
+    assert axis.target == pytest.approx([0.0, 0.33, 0.66, 0.99, 1.32])
+
+
+def test_the_spindle_is_told_where_it_should_be():
+    axis = Scenario(name="x", simulation=Simulation(duration_s=0.01)).samples().axes[0]
+    assert (axis.reference == axis.target).all()
+
+
+def test_a_plant_of_a_user_has_its_own_units(evaluation):
+    units = {"error": "mm", "error_rate": "mm/s", "command": "A", "load": "N"}
+    own = evaluation._replace(plant=replace(evaluation.plant, units=units))
+    header = trajectory_csv(own).splitlines()[0].split(",")
+    assert header[1] == "reference_mm"
+    assert header[-3:] == ["velocity_mm_s", "current_A", "force_N"]
+    drawing = plots.image(plots.response(own, "title"), "svg").decode()
+    for label in ("position [mm]", "error [mm]", "current [A]", "load [N]"):
+        assert f">{label}<" in drawing
+
+
+def test_a_run_designs_for_one_axis_and_reports_in_its_units(scenario, tmp_path):
+    folder = tmp_path / "run"
+    sizes = ["--population", "24", "--generations", "2"]
+    hfc("design", scenario, *sizes, "--out", folder, "--quiet")
+    page = (folder / "report.html").read_text()
+    assert "largest command [unit]" in page
+    assert "voltage" not in page
+    assert "rad]" not in page
+    text = hfc("simulate", folder, "--plot", tmp_path / "a.png")
+    assert text == ""
+
+
+def test_the_c_axis_design_does_not_fit(scenario):
+    with pytest.raises(UserError, match="is for the plant c-axis"):
+        evaluate(load_design("pd-only"), load_scenario(str(scenario)))

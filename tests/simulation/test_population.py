@@ -1,0 +1,228 @@
+"""The population simulator: published scores, independence of individuals, sensors, Jacobian."""
+
+import jax
+import numpy as np
+import oracle
+import pytest
+
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.pd.law import PdGains, pd
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import evaluate, load_design
+
+HIERARCHICAL = hierarchical(Layout())
+
+
+def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
+    """Loop, plant parameters and samples, ready for ``simulate.scores`` and the others."""
+    found = load_scenario(scenario, [f"simulation.duration_s={seconds}", *changes])
+    return closed_loop(found, controller), found.plant.values(), found.samples()
+
+
+def fitness(*arguments):
+    """Of every individual, nan where it failed."""
+    judged = simulate.scores(*arguments)
+    return np.where(judged.failed, np.nan, judged.values[:, 0])
+
+
+def picked(gains, which):
+    return jax.tree.map(lambda leaf: leaf[..., which], gains)
+
+
+# Values of an independent float64 implementation, 10 s.
+@pytest.mark.parametrize(
+    ("design", "scenario", "fitness"),
+    [
+        ("lin-lee-1999-table-1", "c-axis-ramp", 380.5715),
+        ("pd-only", "c-axis-ramp", 80.0197),
+        ("lin-lee-1999-table-2", "c-axis-ramp-cutting", 22.0256),
+    ],
+)
+def test_published_score(design, scenario, fitness):
+    found = evaluate(load_design(design), load_scenario(scenario))
+    assert found.fitness == pytest.approx(fitness, abs=6e-5)
+    assert not found.diverged
+
+
+def test_published_score_of_the_second_pd_alone():
+    prepared_loop = prepared(pd(), seconds=10)
+    gains = PdGains(np.array([1002.076]), np.array([135.007]))
+    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
+
+
+@pytest.mark.parametrize(
+    ("design", "scenario"),
+    [("lin-lee-1999-table-1", "c-axis-ramp"), ("lin-lee-1999-table-2", "c-axis-ramp-cutting")],
+)
+def test_float32_agrees_on_published_controllers(design, scenario, published):
+    controller, gains = published(design)
+    loop = prepared(controller, scenario=scenario, seconds=10)
+    single, double = (fitness(*loop, gains, kind) for kind in (np.float32, np.float64))
+    assert single == pytest.approx(double, rel=1e-4)
+    assert single != double
+
+
+def test_score_is_equation_5(random_population):
+    gains = random_population(5, seed=1)
+    loop = prepared(HIERARCHICAL)
+    judged, (motion,) = simulate.trajectory(*loop, gains)
+    scores = judged.values[:, 0]
+    sums = abs(motion.error).sum(axis=0), abs(motion.error_rate).sum(axis=0)
+    assert scores == pytest.approx(3000 / sums[0] + 100 / sums[1], rel=1e-12)
+    assert fitness(*loop, gains, np.float64) == pytest.approx(scores, rel=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 17, 65, 130])
+def test_population_equals_a_loop_over_individuals(count, random_population):
+    gains = random_population(130, seed=2)
+    loop = prepared(HIERARCHICAL)
+    # One at a time and through the other door: shape (steps, 1), without padding or chunks.
+    alone = [
+        simulate.trajectory(*loop, picked(gains, [one]))[0].values[0, 0]
+        for one in range(0, count, 7)
+    ]
+    together = fitness(*loop, picked(gains, slice(count)), np.float64)
+    assert together.shape == (count,)
+    assert len(set(together)) == count
+    assert together[::7] == pytest.approx(alone, rel=1e-12)
+
+
+def test_order_of_individuals_does_not_matter(random_population):
+    gains = random_population(65, seed=3)
+    loop = prepared(HIERARCHICAL)
+    order = np.random.default_rng(1).permutation(65)
+    for dtype in (np.float32, np.float64):
+        scores = fitness(*loop, gains, dtype)
+        reordered = fitness(*loop, picked(gains, order), dtype)
+        np.testing.assert_array_equal(reordered, scores[order])
+
+
+def test_one_compilation_serves_all_structures_values_machines_and_loads(random_population):
+    gains = random_population(105, seed=4)
+    traces = []
+
+    def step(*arguments):
+        traces.append(1)
+        return HIERARCHICAL.step(*arguments)
+
+    counted = HIERARCHICAL._replace(step=step)
+
+    def scored(change, shift):
+        loop = prepared(counted, change)
+        return fitness(*loop, picked(gains, np.roll(np.arange(105), shift)))
+
+    first = scored("load.constant=5.0", 0)
+    needed = len(traces)
+    assert needed > 0
+    others = [
+        scored("load.constant=5.0", 1),
+        scored("load.constant=1.0", 0),
+        scored("reference.velocity=0.03", 0),
+        scored("plant.parameters.spindle_inertia=4.0", 0),
+    ]
+    assert len(traces) == needed
+    assert all((other != first).any() for other in others)
+
+
+def test_diverging_individual_is_alone_in_it(random_population):
+    gains = random_population(65, seed=5)
+    loop = prepared(HIERARCHICAL)
+    kd = gains.kd.copy()
+    kd[[3, 20]] = 1e9
+    for dtype in (np.float32, np.float64):
+        healthy = fitness(*loop, gains, dtype)
+        found = fitness(*loop, gains._replace(kd=kd), dtype)
+        assert np.flatnonzero(np.isnan(found)).tolist() == [3, 20]
+        others = ~np.isnan(found)
+        assert (found[others] == healthy[others]).all()
+
+
+def test_substeps_converge():
+    """At 2 ms and with a fast load; until the spindle reverses nothing has a corner."""
+    gains = PdGains(np.array([800.0]), np.array([700.0]))
+    finals = []
+    for substeps in (1, 2, 4):
+        changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
+        loop = prepared(pd(), *changes, seconds=0.1)
+        _, (motion,) = simulate.trajectory(*loop, gains)
+        assert (motion.state.spindle_velocity <= 0).all()
+        finals.append(np.array([part[-1, 0] for part in motion.state]))
+    exact, _ = oracle.closed_loop(
+        None, 800.0, 700.0, 0.098, oracle.cutting_load, "DOP853", sample=0.002, rtol=1e-12
+    )
+    errors = [np.max(abs(final / exact[-1] - 1)) for final in finals]
+    assert errors[0] > 12 * errors[1] > 12 * 12 * errors[2]
+    assert errors[2] < 2e-9
+
+
+def test_command_limit_is_kept(published):
+    controller, gains = published("lin-lee-1999-table-2")
+    _, (free,) = simulate.trajectory(*prepared(controller), gains)
+    _, (held,) = simulate.trajectory(*prepared(controller, "limits.command=25.0"), gains)
+    assert abs(free.command).max() > 30
+    assert abs(held.command).max() == 25.0
+    inside = free.command[:, 0] < 25.0
+    first = np.argmin(inside)
+    assert (held.command[:first] == free.command[:first]).all()
+    assert held.command[first] == 25.0
+
+
+def test_encoder_reads_multiples_of_its_resolution():
+    """A P controller of gain 1 shows the error that the encoder leaves, a D controller the rate."""
+    changes = ["sensors.encoder_resolution=1e-4", "sensors.velocity='encoder'"]
+    gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
+    push = ["reference.velocity=0.0", "load={constant=2.0}"]
+    loop, plant, samples = prepared(pd(), *changes, *push)
+    _, (motion,) = simulate.trajectory(loop, plant, samples, gains)
+    angle = motion.state.spindle_angle
+    read = -motion.command[:, 0]
+    assert abs(angle[:, 0]).max() > 1e-3
+    np.testing.assert_allclose(read / 1e-4, np.round(read / 1e-4), atol=1e-9)
+    assert abs(read - angle[:, 0]).max() <= 0.5e-4 * (1 + 1e-9)
+    # The encoder's velocity is the difference of two readings, the first from rest at zero.
+    wanted = np.diff(np.round(angle[:, 1] / 1e-4) * 1e-4, prepend=0.0) / 0.001
+    np.testing.assert_allclose(-motion.command[:, 1], wanted, atol=1e-9)
+    # The score and the recorded error are those of the machine, not of what its sensors see.
+    np.testing.assert_allclose(motion.error, -angle)
+
+
+def test_noise_is_that_of_its_seed():
+    gains = PdGains(np.array([1.0]), np.array([0.0]))
+
+    def disturbance(*changes):
+        changes = ("sensors.noise=1e-5", "reference.velocity=0.0", *changes)
+        _, (motion,) = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
+        return (-motion.command - motion.state.spindle_angle)[:, 0]
+
+    first = disturbance()
+    assert (disturbance() == first).all()
+    assert (disturbance("sensors.seed=1") != first).all()
+    assert first.std() == pytest.approx(1e-5, rel=0.2)  # 200 samples: 5 % is one sigma
+    assert abs(first.mean()) < 3e-6
+
+
+def test_error_jacobian_is_the_central_difference(published):
+    controller, gains = published("lin-lee-1999-table-1")
+    loop = prepared(controller, scenario="c-axis-ramp", seconds=0.3)
+    error, jacobian = simulate.error_jacobian(*loop, gains, np.float64)
+    floating = (gains.kp, gains.kd, gains.scales, gains.consequents)
+    start = np.concatenate([leaf.ravel() for leaf in floating])
+    assert jacobian.shape == (300, len(start))
+    _, (motion,) = simulate.trajectory(*loop, gains)
+    np.testing.assert_allclose(error, motion.error[:, 0], atol=1e-15)
+
+    # All the moved copies are one population: a column a parameter, ahead and behind.
+    steps = 1e-4 * np.maximum(abs(start), 1.0)
+    moved = start[:, None] + np.hstack([np.diag(steps), -np.diag(steps)])
+    kp, kd, scales, tables = np.split(moved, np.cumsum([leaf.size for leaf in floating])[:-1])
+    sources = np.repeat(gains.sources, 2 * len(start), axis=2)
+    tables = tables.reshape(4, 7, 7, -1)
+    copies = HierarchicalGains(kp[0], kd[0], scales, sources, tables)
+    _, (motion,) = simulate.trajectory(*loop, copies)
+    ahead, behind = np.split(motion.error, 2, axis=1)
+    difference = abs(jacobian - (ahead - behind) / (2 * steps)).max(axis=0)
+    size = abs(jacobian).max(axis=0)
+    assert (size > 1e-8).sum() > 90  # the others are rules that hardly fire
+    assert (difference < 1e-6 * size + 1e-12).all()  # 1e-12 is the rounding of the difference
