@@ -10,15 +10,28 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from hfc_design import formats as _export
+from hfc_design.controllers.controller import AxisLaw, View, held
 from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.kind import (
+    ControllerRecord,
+    ControllerSettings,
+    Explain,
+    Kind,
+    Shown,
+    Target,
+    Template,
+    per_axis,
+)
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
 from hfc_design.core.plugins import GROUPS
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
+from hfc_design.pictures.section import Listing, Section
 from hfc_design.runs import problem as _problem
 from hfc_design.runs import run as _design
 from hfc_design.runs.run import Result
@@ -27,7 +40,7 @@ from hfc_design.search.loop import Search
 from hfc_design.simulation import evaluation as _evaluate
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
-from plants import Drive, only_positive, rk4
+from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
 #: The name that a drive had before machines had several of them.
 Plant = Drive
@@ -150,11 +163,19 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
 
 
 __all__ = [
+    "AxisLaw",
     "Controller",
+    "ControllerRecord",
+    "ControllerSettings",
     "Design",
+    "Drive",
     "Evaluation",
+    "Explain",
     "Fitness",
+    "Kind",
     "Law",
+    "Listing",
+    "Machine",
     "Moment",
     "Objective",
     "ObjectiveSettings",
@@ -164,17 +185,29 @@ __all__ = [
     "RunError",
     "Scenario",
     "Search",
+    "Section",
+    "Shown",
+    "Target",
+    "Template",
     "UserError",
+    "View",
+    "Xp",
+    "clipped",
+    "coupled",
     "design",
     "evaluate",
     "export",
+    "held",
     "load_design",
     "load_scenario",
     "only_positive",
+    "per_axis",
     "plot",
     "register",
     "rk4",
     "robustness",
+    "side_by_side",
+    "total",
     "trajectory_csv",
     "with_gains",
 ]

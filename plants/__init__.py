@@ -4,14 +4,24 @@ Plain data and pure functions written for one machine in scalars; ``hfc_design.s
 them into whole populations.
 """
 
+import importlib
+import pkgutil
+
 from plants.c_axis import C_AXIS
 from plants.drive import Drive, drive_fault, in_a_name, only_positive
 from plants.feed_drive import FEED_DRIVE
 from plants.integrate import rk4
 from plants.machine import Machine, alone, coupled, machine_fault, side_by_side
 
-#: By name; what users add comes in here too, see ``hfc_design.core.plugins``.
-PLANTS: dict[str, Drive | Machine] = {drive.name: drive for drive in (C_AXIS, FEED_DRIVE)}
+_MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__))
+#: Every drive and machine that a module here holds, by name; what users add comes in here too,
+#: see ``hfc_design.core.plugins``.
+PLANTS: dict[str, Drive | Machine] = {
+    thing.name: thing
+    for name in _MODULES
+    for thing in vars(importlib.import_module(f"{__name__}.{name}")).values()
+    if isinstance(thing, Drive | Machine)
+}
 
 __all__ = [
     "C_AXIS",

@@ -118,9 +118,10 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
 def _plant(settings: PlantSettings) -> dict[str, Any]:
     """The machine in full, so that the design does not depend on a program's defaults."""
     found = [record._asdict() for record in settings.values()]
-    if not settings.axes:
+    names = settings.machine.axes
+    if len(names) == 1 and not settings.axes:
         return {"name": settings.name, "parameters": found[0]}
-    axes = dict(zip(settings.axes, found, strict=True))
+    axes = dict(zip(names, found, strict=True))
     return {"name": settings.name, "parameters": {}, "axes": axes}
 
 
