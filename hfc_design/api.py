@@ -38,6 +38,7 @@ from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Search
 from hfc_design.simulation import evaluation as _evaluate
+from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
@@ -61,7 +62,7 @@ def register(thing: Registered) -> Registered:
         if group.takes(thing):
             group.add(thing)
             return thing
-    raise UserError(f"{thing!r} is none of: {', '.join(GROUPS)}")
+    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
 
 
 def load_scenario(
@@ -172,6 +173,7 @@ __all__ = [
     "Evaluation",
     "Explain",
     "Fitness",
+    "Judgements",
     "Kind",
     "Law",
     "Listing",
@@ -196,6 +198,7 @@ __all__ = [
     "coupled",
     "design",
     "evaluate",
+    "evaluate_many",
     "export",
     "held",
     "load_design",

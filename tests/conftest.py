@@ -6,11 +6,11 @@ import sys
 import numpy as np
 import oracle
 import pytest
+from lifted import controller_of
 from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
-from hfc_design.controllers.kinds import from_design
 from hfc_design.core.plugins import GROUPS
 from hfc_design.report import rivals
 from hfc_design.simulation.evaluation import load_design
@@ -45,7 +45,7 @@ def random_population():
 @pytest.fixture
 def published():
     """(controller, gains of a population of one) of a built-in design."""
-    return lambda name: from_design(load_design(name).controller)
+    return lambda name: controller_of(load_design(name))
 
 
 @pytest.fixture

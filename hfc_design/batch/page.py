@@ -11,7 +11,15 @@ from matplotlib.figure import Figure
 from hfc_design.batch.file import LABEL, OWN_KEYS
 from hfc_design.batch.published import HEAD, Reproduced, row
 from hfc_design.batch.runs import SEED, Run, text
-from hfc_design.batch.summary import ALPHA, COMPARED, FITNESS, MERIT, Comparison, Group, runs_needed
+from hfc_design.batch.summary import (
+    ALPHA,
+    COMPARED,
+    FITNESS,
+    MERIT,
+    Comparison,
+    Group,
+    runs_needed,
+)
 from hfc_design.batch.tables import medians
 from hfc_design.pictures.section import Rows, score
 from hfc_design.report import REPORT, batch_plots

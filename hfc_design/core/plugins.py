@@ -9,7 +9,7 @@ import importlib
 import pkgutil
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -37,7 +37,8 @@ class Group(Generic[Thing]):
     kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
-    built_in: frozenset[str] = frozenset()  # names that nobody may take; all known at first
+    #: Names that nobody may take: those known at first.
+    built_in: frozenset[str] = frozenset()
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
@@ -106,6 +107,11 @@ class Group(Generic[Thing]):
             raise ValueError(str(error).removeprefix(f"{name!r} ")) from None
         return name
 
+    def source(self, name: str) -> str | None:
+        """Where an own one comes from, as ``module:OBJECT``; None where it is not known."""
+        found = metadata.entry_points(group=self.entry_points, name=name)
+        return self.given.get(name) or next((entry.value for entry in found), None)
+
     def resolve(self, text: str) -> Thing:
         """What the command line means: a name, or ``module:OBJECT``.
 
@@ -157,6 +163,29 @@ def know(references: References) -> None:
         group.forget()
     for what, text in references:
         GROUPS[what].resolve(text)
+
+
+def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
+    """Group -> name -> where it comes from, of what is used and not built in."""
+    found: dict[str, dict[str, str]] = {}
+    for what, name in used:
+        if name not in GROUPS[what].built_in and (source := GROUPS[what].source(name)):
+            found.setdefault(what, {})[name] = source
+    return found
+
+
+def missing(named: Any) -> str:
+    """A hint at the plug-ins that are needed and not known here, of ``sources``; "" without any."""
+    groups = named.items() if isinstance(named, dict) else ()
+    own = [(GROUPS[what], parts) for what, parts in groups if what in GROUPS]
+    needed = [
+        f"--{group.what} {source}"
+        for group, parts in own
+        if isinstance(parts, dict)
+        for name, source in parts.items()
+        if name not in group.names()
+    ]
+    return f"; its provenance names {' '.join(needed)}" if needed else ""
 
 
 def chosen(

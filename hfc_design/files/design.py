@@ -17,7 +17,7 @@ from pydantic import (
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.plugins import chosen
+from hfc_design.core.plugins import chosen, missing
 from hfc_design.core.records import Finite, Label, Name, Record, UserError, checked
 from hfc_design.files.limits import Limits
 
@@ -127,7 +127,12 @@ def parse_design(text: str, source: str | Path) -> Design:
         data = json.loads(text, parse_constant=_refused)
     except (ValueError, RecursionError) as error:
         raise UserError(f"{source}: is not a whole JSON file: {error}") from None
-    return checked(Design, data, source, Path(source).parent)
+    try:
+        return checked(Design, data, source, Path(source).parent)
+    except UserError as error:
+        provenance = data.get("provenance") if isinstance(data, dict) else None
+        named = provenance.get("plugins") if isinstance(provenance, dict) else None
+        raise UserError(f"{error}{missing(named)}") from None
 
 
 def changed_design(design: Design, changes: Changes, source: str) -> Design:

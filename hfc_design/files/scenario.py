@@ -60,7 +60,7 @@ class Scenario(Record):
     load: Load = Load()
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
-    fitness: FitnessSettings = Field(default={}, validate_default=True)
+    fitness: FitnessSettings = Field({}, validate_default=True)
     controller: Annotated[
         SerializeAsAny[ControllerSettings], chosen(KINDS, "settings", default=DEFAULT_KIND)
     ] = Field(default={}, validate_default=True)

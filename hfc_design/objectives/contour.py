@@ -57,8 +57,9 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
 
 
 def _fault(axes: int, path: bool) -> str | None:
-    machine = "that follows no path" if axes > 1 else "of one axis"
-    return None if path else f"a machine {machine} has no contour"
+    if path:
+        return None
+    return f"a machine of {'one axis' if axes == 1 else 'axes that follow no path'} has no contour"
 
 
 OBJECTIVE = contour()

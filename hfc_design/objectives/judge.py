@@ -23,10 +23,6 @@ class Judged(NamedTuple):
         """(individuals,) the merit, -inf where one failed: below every other."""
         return np.where(self.failed, -np.inf, self.merit)
 
-    def of(self, chosen: Any) -> "Judged":
-        """Of some individuals, or of one."""
-        return Judged(self.merit[chosen], self.values[chosen], self.failed[chosen])
-
 
 class Judge(NamedTuple):
     """Objectives, and how they become the merit: the larger, the better."""

@@ -53,7 +53,7 @@ class Objective(NamedTuple):
     meaning: str = ""  # what it is, in words
     settings: type[ObjectiveSettings] = ObjectiveSettings
     make: Callable[[Any], "Objective"] | None = None  # of settings; None: they change nothing
-    #: Why it cannot judge a machine of so many axes, on a path or on none, in a line.
+    #: Why it cannot judge a machine of so many axes, on a path or not, in a line.
     fault: Callable[[int, bool], str | None] = lambda axes, path: None
 
     def label(self, tail: str = "") -> str:

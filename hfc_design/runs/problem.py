@@ -9,6 +9,7 @@ from hfc_design import __version__
 from hfc_design.controllers.genome import Floats, Genome, Population
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.plugins import sources
 from hfc_design.core.records import checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
@@ -105,6 +106,7 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
             "limits": scenario.limits.model_dump(exclude_none=True),
             "provenance": {
                 "program": f"hfc-design {__version__}",
+                **_plugins(scenario, controller),
                 "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(
                     mode="json", exclude_none=True
                 ),
@@ -113,6 +115,19 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
         scenario.name,
         Path(),
     )
+
+
+def _plugins(scenario: Scenario, controller: dict[str, Any]) -> dict[str, Any]:
+    """The user's own parts, and where they come from; nothing where all are built in."""
+    kinds = [controller, *controller.get("axes", {}).values()]
+    found = sources(
+        [
+            ("plant", scenario.plant.name),
+            ("fitness", scenario.fitness.kind),
+            *(("controller", own["kind"]) for own in kinds),
+        ]
+    )
+    return {"plugins": found} if found else {}
 
 
 def _plant(settings: PlantSettings) -> dict[str, Any]:

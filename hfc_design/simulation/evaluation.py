@@ -93,7 +93,7 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     samples = scenario.samples()
     machines = population.one_machine(parameters)
     judged, motions = population.trajectory(loop, machines, samples, gains)
-    return evaluation(scenario, parameters, samples, judged.of(0), individual(motions, 0))
+    return evaluation(scenario, parameters, samples, picked(judged, 0), individual(motions, 0))
 
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Any]:
@@ -120,7 +120,7 @@ def evaluation(
     judged: Judged,
     motions: tuple[Recorded, ...],
 ) -> Evaluation:
-    """What is read off the motion of one individual, and what the judge says of it."""
+    """What is read off one motion, of one individual: of each axis parameters and trajectory."""
     own = scenario.plant.machine
     axes = tuple(
         _axis(*each)
@@ -209,6 +209,11 @@ def _axis(
         motion,
         {name: np.asarray(value) for name, value in readings.items()},
     )
+
+
+def picked(judged: Any, which: Any) -> Any:
+    """Some of a population's records, its individuals in the leading axis."""
+    return jax.tree.map(lambda leaf: leaf[which], judged)
 
 
 def individual(motions: tuple[Recorded, ...], k: int) -> Any:

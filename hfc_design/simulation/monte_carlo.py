@@ -24,6 +24,7 @@ from hfc_design.simulation.evaluation import (
     evaluation,
     individual,
     machine,
+    picked,
 )
 from hfc_design.simulation.population import Machines
 
@@ -167,7 +168,7 @@ def _motions(
         judged, motions = population.trajectory(loop, some, samples, gains)
         for k in range(min(size, count - start)):
             own = some.take(k).true
-            found = evaluation(scenario, own, samples, judged.of(k), individual(motions, k))
+            found = evaluation(scenario, own, samples, picked(judged, k), individual(motions, k))
             stable = is_stable(loop, own, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)

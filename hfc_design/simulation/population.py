@@ -1,4 +1,4 @@
-"""A population of closed loops -> scores or trajectories, for one or for a hundred thousand.
+"""A population of closed loops, one or a hundred thousand -> what a judge says, trajectories.
 
 ``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
 population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
@@ -63,6 +63,7 @@ def scores(
 ) -> Judged:
     """What the judge says of every individual on every machine, in float64 as numpy.
 
+    Merit and failures are (individuals, machines), values (individuals, machines, objectives).
     ``gains`` is the controller's record with the individuals in the trailing axis of every leaf.
     The work is spread over all devices.
     """
@@ -71,7 +72,7 @@ def scores(
     padding = -lanes % (devices.count() * _chunk(lanes))
 
     def padded(leaf: Any, repeats: int) -> np.ndarray:
-        wide = np.repeat(leaf, repeats, axis=-1)
+        wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
         return np.pad(wide, [(0, 0)] * (wide.ndim - 1) + [(0, padding)], mode="edge")
 
     gains = jax.tree.map(lambda leaf: padded(leaf, each), gains)
@@ -82,12 +83,10 @@ def scores(
         result = _scores(
             loop, each > 1, *(_cast(x, dtype) for x in (machines.told, true, samples, gains))
         )
-
-    def shaped(leaf: Any) -> np.ndarray:
-        own = np.asarray(leaf)[:lanes].reshape(count, each, *leaf.shape[1:])
-        return own if own.dtype == bool else own.astype(np.float64)
-
-    return jax.tree.map(shaped, result)
+    merit, values, failed = (
+        np.asarray(leaf)[:lanes].reshape(count, each, *leaf.shape[1:]) for leaf in result
+    )
+    return Judged(merit.astype(np.float64), values.astype(np.float64), failed)
 
 
 def trajectory(

@@ -9,8 +9,8 @@ import made_up
 import numpy as np
 import pytest
 from c_program import MAIN, WARNINGS, built, commands
-from hfc_design.formats.c_lookup import lookup
 
+from hfc_design.controllers.hierarchical.lookup import lookup
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import c_source

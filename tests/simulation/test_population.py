@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import oracle
 import pytest
+from lifted import every_axis
 
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
 from hfc_design.controllers.pd.law import PdGains, pd
@@ -12,19 +13,23 @@ from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate, load_design
 
-HIERARCHICAL = hierarchical(Layout())
+LAW = hierarchical(Layout(), 0.001)
+HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", LAW)
+PD = every_axis("pd", pd(0.001))
 
 
 def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
-    """Loop, plant parameters and samples, ready for ``simulate.scores`` and the others."""
+    """Loop, the machine and samples, ready for ``simulate.scores`` and the others."""
     found = load_scenario(scenario, [f"simulation.duration_s={seconds}", *changes])
-    return closed_loop(found, controller), found.plant.values(), found.samples()
+    machines = simulate.one_machine(found.plant.values())
+    return closed_loop(found, controller), machines, found.samples()
 
 
 def fitness(*arguments):
-    """Of every individual, nan where it failed."""
+    """Of every individual on the only machine, nan where it failed."""
     judged = simulate.scores(*arguments)
-    return np.where(judged.failed, np.nan, judged.values[:, 0])
+    assert judged.failed.shape[1:] == (1,)
+    return np.where(judged.failed, np.nan, judged.values[..., 0])[:, 0]
 
 
 def picked(gains, which):
@@ -47,7 +52,7 @@ def test_published_score(design, scenario, fitness):
 
 
 def test_published_score_of_the_second_pd_alone():
-    prepared_loop = prepared(pd(), seconds=10)
+    prepared_loop = prepared(PD, seconds=10)
     gains = PdGains(np.array([1002.076]), np.array([135.007]))
     assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
 
@@ -103,24 +108,24 @@ def test_one_compilation_serves_all_structures_values_machines_and_loads(random_
     gains = random_population(105, seed=4)
     traces = []
 
-    def step(*arguments):
+    def parts(*arguments):
         traces.append(1)
-        return HIERARCHICAL.step(*arguments)
+        return LAW.parts(*arguments)
 
-    counted = HIERARCHICAL._replace(step=step)
+    counted = every_axis("pd+hierarchical-fuzzy", LAW._replace(parts=parts))
 
-    def scored(change, shift):
+    def changed(change, shift):
         loop = prepared(counted, change)
         return fitness(*loop, picked(gains, np.roll(np.arange(105), shift)))
 
-    first = scored("load.constant=5.0", 0)
+    first = changed("load.constant=5.0", 0)
     needed = len(traces)
     assert needed > 0
     others = [
-        scored("load.constant=5.0", 1),
-        scored("load.constant=1.0", 0),
-        scored("reference.velocity=0.03", 0),
-        scored("plant.parameters.spindle_inertia=4.0", 0),
+        changed("load.constant=5.0", 1),
+        changed("load.constant=1.0", 0),
+        changed("reference.velocity=0.03", 0),
+        changed("plant.parameters.spindle_inertia=4.0", 0),
     ]
     assert len(traces) == needed
     assert all((other != first).any() for other in others)
@@ -145,7 +150,7 @@ def test_substeps_converge():
     finals = []
     for substeps in (1, 2, 4):
         changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
-        loop = prepared(pd(), *changes, seconds=0.1)
+        loop = prepared(every_axis("pd", pd(0.002)), *changes, seconds=0.1)
         _, (motion,) = simulate.trajectory(*loop, gains)
         assert (motion.state.spindle_velocity <= 0).all()
         finals.append(np.array([part[-1, 0] for part in motion.state]))
@@ -174,8 +179,7 @@ def test_encoder_reads_multiples_of_its_resolution():
     changes = ["sensors.encoder_resolution=1e-4", "sensors.velocity='encoder'"]
     gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     push = ["reference.velocity=0.0", "load={constant=2.0}"]
-    loop, plant, samples = prepared(pd(), *changes, *push)
-    _, (motion,) = simulate.trajectory(loop, plant, samples, gains)
+    _, (motion,) = simulate.trajectory(*prepared(PD, *changes, *push), gains)
     angle = motion.state.spindle_angle
     read = -motion.command[:, 0]
     assert abs(angle[:, 0]).max() > 1e-3
@@ -193,7 +197,7 @@ def test_noise_is_that_of_its_seed():
 
     def disturbance(*changes):
         changes = ("sensors.noise=1e-5", "reference.velocity=0.0", *changes)
-        _, (motion,) = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
+        _, (motion,) = simulate.trajectory(*prepared(PD, *changes, scenario="c-axis-ramp"), gains)
         return (-motion.command - motion.state.spindle_angle)[:, 0]
 
     first = disturbance()

@@ -4,13 +4,15 @@ from itertools import pairwise
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.flc.rule_bases import LABELS
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
 
+#: Length of a BLU [mm] where a design says none.
+BLU_MM = 0.01
 TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
 LabelRow = Annotated[tuple[TermLabel, ...], Field(min_length=TERMS, max_length=TERMS)]
 LabelTable = Annotated[tuple[LabelRow, ...], Field(min_length=TERMS, max_length=TERMS)]
@@ -46,7 +48,14 @@ class CompensationRecord(Record):
     highest_velocity_mm_s: Positive
     breakaway: tuple[Finite, Finite]  # command at rest towards + and towards -
     smallest_error: Positive  # [BLU]
-    blu_mm: Positive = 0.01  # length of a BLU
+    blu_mm: Positive = BLU_MM  # length of a BLU
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = whole(self)
+        if data["blu_mm"] == BLU_MM:
+            del data["blu_mm"]
+        return data
 
     def law(self) -> Compensation:
         """The same as numbers."""

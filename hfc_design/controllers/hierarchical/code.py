@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
 from hfc_design.controllers.aflc.code import ADAPTATION
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
@@ -43,6 +44,8 @@ def _c(record: HierarchicalDesign) -> dict[str, Any]:
             "error_scale": adaptation.error_scale or scales["error"],
         },
         "fired": FIRED,
+        "alike": ALIKE,
+        "performance": PERFORMANCE,
     }
 
 

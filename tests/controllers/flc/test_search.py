@@ -72,8 +72,8 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     found = bred(own, count=3)
     scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", TEN_SECONDS])
     loop = closed_loop(scenario, own.controller)
-    arguments = scenario.plant.values(), scenario.samples()
-    judged, _ = simulate.trajectory(loop, *arguments, own.gains(found))
+    machines = simulate.one_machine(scenario.plant.values())
+    judged, _ = simulate.trajectory(loop, machines, scenario.samples(), own.gains(found))
     for k in range(3):
         file = problem.design_of(found.take(slice(k, k + 1)), scenario)
         assert evaluate(file, scenario).fitness == pytest.approx(judged.values[k, 0], rel=1e-12)

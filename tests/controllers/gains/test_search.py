@@ -10,13 +10,15 @@ from click.testing import CliRunner
 from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
-from hfc_design.controllers.gains.law import PID
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.pid.law import PidGains
 from hfc_design.search.loop import generations, strategy
 from hfc_design.search.settings import RaceSettings
 
 GENOME = GainsGenome(
-    PID._replace(ranges=PidGains(k_p=(0.1, 1000.0), k_i=(0.0, 8.0), k_d=(-1.0, 3.0))), 0.01
+    KINDS.get("pid"),
+    PidGains(k_p=(0.1, 1000.0), k_i=(0.0, 8.0), k_d=(-1.0, 3.0)),
+    api.load_scenario("feed-drive-line").target,
 )
 
 
