@@ -56,10 +56,11 @@ def test_the_runtime_and_c_keep_it_alike(case, tmp_path):
     limit = design.limits.command
     signals = samples(design)
     expected = stepped(design, signals)
-    assert np.abs(expected).max() == limit  # it does hold back, and never lets more pass
+    # It does hold back, and never lets more pass; a sum alone stops within a step of it.
+    assert 0.95 * limit < np.abs(expected).max() <= limit
     found = commands(built("gcc", design, tmp_path / "c"), np.stack(list(signals.values()), axis=1))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * limit)
-    assert np.abs(found).max() == limit
+    assert np.abs(found).max() <= limit
 
 
 @pytest.mark.parametrize("case", [case for case in FORMS if "lc" in case or "pid" in case])
@@ -73,7 +74,7 @@ def test_structured_text_keeps_it_too(case, tmp_path):
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     found = [block.step(**dict(zip(signals, row, strict=True))) for row in rows]
     np.testing.assert_allclose(found, stepped(same, signals), rtol=0, atol=1e-10)
-    assert np.abs(found).max() == pytest.approx(design.limits.command, rel=1e-12)
+    assert 0.95 * design.limits.command < np.abs(found).max() <= design.limits.command
 
 
 def pid_by_hand(errors, k_p, k_i, k_d, every, limit):
