@@ -7,11 +7,11 @@ import pytest
 import scipy.stats
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.controllers.hierarchical.law import LIN_LEE_INPUTS, Layout
 from hfc_design.search.settings import LinLeeSettings
 from hfc_design.search.strategies.lin_lee import LinLee, two_point
 
-LAYOUT = Layout()
+LAYOUT, SCALES = Layout(), tuple(LIN_LEE_INPUTS.values())
 
 
 def bits(text):
@@ -19,7 +19,7 @@ def bits(text):
 
 
 def started(seed=0, **settings):
-    search = LinLee(LinLeeSettings(**settings), LAYOUT)
+    search = LinLee(LinLeeSettings(**settings), LAYOUT, SCALES)
     rng = np.random.default_rng(seed)
     _, asked = search.start(rng)
     state = search.tell(None, asked, rng.random(len(asked.genes)))

@@ -11,18 +11,23 @@ from hfc_design.controllers.hierarchical.genome import (
     from_vectors,
     vectors,
 )
-from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.controllers.hierarchical.law import LIN_LEE_INPUTS, Layout
+from hfc_design.files.scenario import load_scenario
 from hfc_design.search.loop import Search, generations, strategy
 from hfc_design.search.settings import LinLeeSettings, RaceSettings
 from hfc_design.search.strategies.race import Race, heats
 
-LAYOUT = Layout()
+SCALES = tuple(LIN_LEE_INPUTS.values())
+TARGET = load_scenario("c-axis-ramp").target
 BEST_TREE = 42
 
 
-def layout(inputs):
+def genome(settings, inputs=None):
+    """That of the paper's inputs, or of so many others."""
+    if inputs is None:
+        return HierarchicalGenome(settings, Layout(), SCALES, TARGET)
     names = ("error", "deflection", "deflection_rate", "spindle_velocity", "current", "error_rate")
-    return Layout(names[:inputs], (10.0,) * inputs)
+    return HierarchicalGenome(settings, Layout(names[:inputs]), (10.0,) * inputs, TARGET)
 
 
 def hill(population):
@@ -32,10 +37,10 @@ def hill(population):
     return 100.0 / (1.0 + distance) + 20.0 * (population.tree == BEST_TREE)
 
 
-def searched(settings, seed=0, evaluate=hill, lay=LAYOUT, search=None, total=None):
+def searched(settings, seed=0, evaluate=hill, inputs=None, search=None, total=None):
     *_, last = generations(
-        strategy(settings, HierarchicalGenome(settings, lay)),
-        HierarchicalGenome(settings, lay),
+        strategy(settings, genome(settings, inputs)),
+        genome(settings, inputs),
         total or settings.generations,
         seed,
         evaluate,
@@ -118,7 +123,7 @@ def test_diverged_individuals_rank_last_and_are_counted():
 @pytest.mark.parametrize("population", [1, 3, 50])
 def test_race_runs_with_any_inputs_and_any_population(inputs, population):
     settings = RaceSettings(population=population, generations=12)
-    found = searched(settings, lay=layout(inputs))
+    found = searched(settings, inputs=inputs)
     assert found.state.population.consequents.shape == (population, inputs - 1, 7, 7)
     assert len(found.history.best) == 12
     assert len(found.archive.score) == len(hierarchy.trees(inputs))
@@ -126,7 +131,7 @@ def test_race_runs_with_any_inputs_and_any_population(inputs, population):
 
 @pytest.mark.parametrize("inputs", [3, 5, 6])
 def test_lin_lee_runs_with_other_inputs(inputs):
-    found = searched(LinLeeSettings(population=10, generations=5), lay=layout(inputs))
+    found = searched(LinLeeSettings(population=10, generations=5), inputs=inputs)
     assert found.state.population.scales.shape == (10, inputs)
 
 
@@ -144,12 +149,12 @@ def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
     everyone = joined(*seen)
     assert np.abs(everyone.consequents[:, :-1]).max() <= 0.5
     assert 0.5 < np.abs(everyone.consequents[:, -1]).max() <= 3.0
-    assert np.array_equal(everyone.scales, np.tile(LAYOUT.scales, (len(everyone.tree), 1)))
+    assert np.array_equal(everyone.scales, np.tile(SCALES, (len(everyone.tree), 1)))
     assert (everyone.gains > 0).all()
 
 
 def test_culling_keeps_the_islands_with_the_best_individuals():
-    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
+    race = Race(RACE, genome(RACE))
     rng = np.random.default_rng(0)
     _, asked = race.start(rng)
     score = rng.random(210)
@@ -163,7 +168,7 @@ def test_culling_keeps_the_islands_with_the_best_individuals():
 
 
 def test_vectors_and_back():
-    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
+    race = Race(RACE, genome(RACE))
     _, asked = race.start(np.random.default_rng(3))
     some = asked.population.take(np.array([5, 5, 5]))
     points = vectors(some)
