@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
+from hfc_design.controllers.gains import genome_of_gains, settings_of
 from hfc_design.controllers.gains.law import Law
 from hfc_design.controllers.kind import (
     ControllerRecord,
@@ -200,6 +201,7 @@ __all__ = [
     "evaluate",
     "evaluate_many",
     "export",
+    "genome_of_gains",
     "held",
     "load_design",
     "load_scenario",
@@ -209,6 +211,7 @@ __all__ = [
     "register",
     "rk4",
     "robustness",
+    "settings_of",
     "side_by_side",
     "total",
     "trajectory_csv",
