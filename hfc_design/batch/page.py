@@ -131,7 +131,7 @@ def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], dra
     if searched:
         labels, searches, chosen = zip(*searched, strict=True)
         convergence = batch_plots.convergence(labels, searches, chosen)
-    if finished:
+    if any(np.isfinite(group.scores).any() for group in finished):
         outcomes = batch_plots.outcomes(
             [group.number for group in finished],
             [group.scores for group in finished],

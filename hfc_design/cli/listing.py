@@ -2,11 +2,14 @@
 
 import click
 
+from hfc_design.cli.plugin_options import knowing_plugins
+
 
 @click.command("list")
 @click.argument(
     "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])
 )
+@knowing_plugins
 def list_(what: str) -> None:
     """What is built in."""
     from rich.table import Table
