@@ -5,7 +5,10 @@ import click
 
 @click.command("list")
 @click.argument(
-    "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])
+    "what",
+    type=click.Choice(
+        ["scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"]
+    ),
 )
 def list_(what: str) -> None:
     """What is built in."""
@@ -17,6 +20,8 @@ def list_(what: str) -> None:
     from hfc_design.files import scenario as scenarios
     from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS
+    from hfc_design.objectives.registry import OBJECTIVES
+    from hfc_design.search.registry import STRATEGIES
     from plants import Machine
 
     if what == "scenarios":
@@ -36,6 +41,10 @@ def list_(what: str) -> None:
                 lines[name] = ", ".join(plant.parameters._fields)
     elif what == "controllers":
         lines = {name: KINDS.get(name).summary for name in KINDS.names()}
+    elif what == "fitnesses":
+        lines = {name: OBJECTIVES.get(name).meaning for name in OBJECTIVES.names()}
+    elif what == "strategies":
+        lines = {name: STRATEGIES.get(name).summary for name in STRATEGIES.names()}
     else:
         lines = {name: found.text for name, found in FORMATS.items()}
     table = Table(box=None, show_header=False)
