@@ -93,7 +93,7 @@ MACHINE = hfc.coupled(
 
 
 def main(generations: int = 30) -> None:
-    """Search a PD controller for each axis, on the machine as it is and with ten times the unbalance."""
+    """Search PD gains for each axis, on the machine as it is and with ten times the unbalance."""
     hfc.register(MACHINE)
     file = Path(__file__).with_name("turning_table.toml")
     for unbalance in (0.3, 3.0):

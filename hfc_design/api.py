@@ -1,12 +1,13 @@
 """The package for scripts, in one import: ``import hfc_design.api as hfc``.
 
-Load a scenario, design, evaluate, export; add an own plant, fitness or control law. The page
+Load a scenario, design, evaluate, export; add an own plant, fitness, strategy or control law.
 ``docs/python.md`` shows all of it at work.
 """
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from hfc_design import formats as _export
@@ -38,6 +39,8 @@ from hfc_design.runs import run as _design
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Search
+from hfc_design.search.registry import STRATEGIES
+from hfc_design.search.strategy import Strategy, StrategySettings, Task
 from hfc_design.simulation import evaluation as _evaluate
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
@@ -48,13 +51,15 @@ from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 Plant = Drive
 #: What objectives are called where a scenario names one.
 Fitness = Objective
+#: Name -> search strategy, of those that are built in or registered.
+strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
 Registered = TypeVar("Registered")
 
 
 def register(thing: Registered) -> Registered:
     """Let scenarios and designs of this program name an own part.
 
-    A drive or machine, a fitness, a control law or a kind of controller.
+    A drive or machine, a fitness, a search strategy, a control law or a kind of controller.
 
     Raises:
         UserError: it is none of these, lacks something, or its name is that of a built-in one.
@@ -190,7 +195,10 @@ __all__ = [
     "Search",
     "Section",
     "Shown",
+    "Strategy",
+    "StrategySettings",
     "Target",
+    "Task",
     "Template",
     "UserError",
     "View",
@@ -213,6 +221,7 @@ __all__ = [
     "robustness",
     "settings_of",
     "side_by_side",
+    "strategies",
     "total",
     "trajectory_csv",
     "with_gains",

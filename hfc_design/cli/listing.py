@@ -7,7 +7,10 @@ from hfc_design.cli.plugin_options import knowing_plugins
 
 @click.command("list")
 @click.argument(
-    "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])
+    "what",
+    type=click.Choice(
+        ["scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"]
+    ),
 )
 @knowing_plugins
 def list_(what: str) -> None:
@@ -20,6 +23,8 @@ def list_(what: str) -> None:
     from hfc_design.files import scenario as scenarios
     from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS
+    from hfc_design.objectives.registry import OBJECTIVES
+    from hfc_design.search.registry import STRATEGIES
     from plants import Machine
 
     if what == "scenarios":
@@ -39,6 +44,10 @@ def list_(what: str) -> None:
                 lines[name] = ", ".join(plant.parameters._fields)
     elif what == "controllers":
         lines = {name: KINDS.get(name).summary for name in KINDS.names()}
+    elif what == "fitnesses":
+        lines = {name: OBJECTIVES.get(name).meaning for name in OBJECTIVES.names()}
+    elif what == "strategies":
+        lines = {name: STRATEGIES.get(name).summary for name in STRATEGIES.names()}
     else:
         lines = {name: found.text for name, found in FORMATS.items()}
     table = Table(box=None, show_header=False)

@@ -1,4 +1,4 @@
-"""The options of a command that bring in a user's own plant, fitness or controller."""
+"""The options of a command that bring in a user's own parts."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -12,16 +12,18 @@ CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
     "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
     "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
+    "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
 KNOWN = {
     "plant": "Make an own plant known, as module:OBJECT.",
     "fitness": "Make an own fitness known, as module:OBJECT.",
     "controller": "Make an own controller's law known, as module:OBJECT.",
+    "strategy": CHOICES["strategy"],
 }
 
 
 def choosing_plugins(command: Command) -> Command:
-    """A command with --plant, --fitness and --controller.
+    """A command with --plant, --fitness, --controller and --strategy.
 
     What they name is made known; the changes of a scenario that choose it come to the command as
     ``chosen``, by the option.
@@ -74,6 +76,8 @@ def chosen(texts: dict[str, str], used: tuple[str, ...]) -> dict[str, str]:
     for key, text in texts.items():
         group = GROUPS[key]
         name = text if text in group.built_in else group.resolve(text).name
+        if key == "strategy":  # the search of a file keeps its own
+            continue
         # The plant's parameters stay; a fitness or controller of another kind has other settings.
         changes[key] = f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
     return changes

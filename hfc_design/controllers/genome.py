@@ -1,7 +1,7 @@
 """What a search strategy needs to know of what it varies."""
 
 from collections.abc import Callable
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,21 @@ class Population(Protocol):
 AnyPopulation = TypeVar("AnyPopulation", bound=Population)
 
 
+class Space(NamedTuple):
+    """Individuals as points, so that the derivative of a loop tells where to go from one."""
+
+    vectors: Callable[[Any], Floats]  # population -> (n, parameters), ordered as ``gains`` are
+    from_vectors: Callable[[Floats, Any], Any]  # points, an individual of their structure -> they
+    frozen: Mask  # (parameters,) those that stay
+    low: Floats  # (parameters,)
+    high: Floats  # (parameters,)
+
+
 class Genome(Protocol):
-    """Individuals of one kind of controller: how they begin, vary and become a controller."""
+    """Individuals of one kind of controller: how they begin, vary and become a controller.
+
+    One whose individuals are points too says so by a method ``space() -> Space``.
+    """
 
     @property
     def controller(self) -> Controller:

@@ -45,10 +45,11 @@ def save(path: Path, search: Any, config: str) -> None:
     write_whole(path, buffer.getvalue())
 
 
-def load(path: Path, kind: type, fields: dict[str, Any], config: str) -> Any:
+def load(path: Path, kind: type, fields: dict[Any, Any], config: str) -> Any:
     """The search of type ``kind`` in ``path``.
 
-    ``fields`` has, of some fields in it, the type, or one that is built like them.
+    ``fields`` has, of some fields in it by their name or annotation, the type, or one that is
+    built like them.
 
     Raises:
         RunError: the file is damaged, is no checkpoint, or belongs to another run.
@@ -76,15 +77,15 @@ def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
     return [(prefix.rstrip("."), np.asarray(record))]
 
 
-def _built(kind: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[str, Any]) -> Any:
+def _built(kind: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
     if isinstance(kind, tuple):
         return _like(kind, prefix, arrays)
     if hasattr(kind, "_fields"):
-        hints = get_type_hints(kind) | {k: v for k, v in known.items() if k in kind._fields}
+        hints = {k: known.get(k, known.get(own, own)) for k, own in get_type_hints(kind).items()}
         parts = (_built(hints[name], f"{prefix}{name}.", arrays, known) for name in kind._fields)
         return kind(*parts)
     value = arrays[prefix.rstrip(".")]
-    return int(value) if kind is int else value
+    return kind(value) if kind in (int, float, bool) else value
 
 
 def _like(record: Any, prefix: str, arrays: dict[str, np.ndarray]) -> Any:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import BeforeValidator, Field, SerializeAsAny, model_validator
+from pydantic import Field, SerializeAsAny, model_validator
 
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
@@ -27,8 +27,7 @@ from hfc_design.motion.trajectories import PathReference, Trajectory, speed_faul
 from hfc_design.objectives.judge import Judge, judge
 from hfc_design.objectives.metrics import Window, settled_samples
 from hfc_design.objectives.registry import FitnessSettings, objective_of
-from hfc_design.search.settings import LinLeeSettings as SearchLinLee
-from hfc_design.search.settings import RaceSettings, SearchSettings
+from hfc_design.search.registry import STRATEGIES, SearchSettings
 from plants import Drive
 
 MAX_STEPS = 10_000_000
@@ -43,10 +42,6 @@ class RunSettings(Record):
 
     seed: int = Field(0, ge=0)
     precision: Literal["float32", "float64"] = "float32"
-
-
-def _with_preset(search: Any) -> Any:
-    return {"preset": "race"} | search if isinstance(search, dict) else search
 
 
 class Scenario(Record):
@@ -64,7 +59,7 @@ class Scenario(Record):
     controller: Annotated[
         SerializeAsAny[ControllerSettings], chosen(KINDS, "settings", default=DEFAULT_KIND)
     ] = Field(default={}, validate_default=True)
-    search: Annotated[SearchSettings, BeforeValidator(_with_preset)] = RaceSettings()
+    search: SearchSettings = Field({}, validate_default=True)
     run: RunSettings = RunSettings()
     windows: tuple[Window, ...] = ()
 
@@ -81,8 +76,9 @@ class Scenario(Record):
         self._can_be_judged()
         if fault := self.controller.fault(self.target):
             raise ValueError(fault)
-        if isinstance(self.search, SearchLinLee) and self.controller.kind != DEFAULT_KIND:
-            raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
+        preset = self.search.preset
+        if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
+            raise ValueError(f"search.preset = {preset!r}: {fault}")
         return self
 
     @property

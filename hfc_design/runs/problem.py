@@ -7,7 +7,6 @@ import numpy as np
 
 from hfc_design import __version__
 from hfc_design.controllers.genome import Floats, Genome, Population
-from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import sources
 from hfc_design.core.records import checked
@@ -15,7 +14,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, renamed
 from hfc_design.search.loop import Search
-from hfc_design.search.newton import Linear, Newton
+from hfc_design.search.newton import Linear
+from hfc_design.search.strategy import Task
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluate
@@ -41,11 +41,10 @@ class Problem:
         return np.asarray(judged.rank[:, 0])
 
     @property
-    def newton(self) -> Newton | None:
-        """Gauss-Newton steps; only where the score is one of tracking errors of one axis."""
-        if not isinstance(self.genome, HierarchicalGenome) or len(self._loop.machine.axes) > 1:
-            return None
-        return self.genome.stepped(self._linear)
+    def task(self) -> Task:
+        """What a strategy is given; a derivative only where there is one axis to follow."""
+        alone = hasattr(self.genome, "space") and len(self._loop.machine.axes) == 1
+        return Task(self.genome, self._linear if alone else None)
 
     def _linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
@@ -79,11 +78,14 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
 def _finalists(search: Search) -> list[Population]:
     """The best of the archive and of the last generation; any one where all have failed."""
     found = []
-    for source in (search.archive, search.state):
+    sources: list[Any] = [search.archive]
+    if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
+        sources.append(search.state)
+    for source in sources:
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
         ranked = order[np.isfinite(source.score[order])]
         found += [source.population.take(np.array([k])) for k in ranked]
-    return found or [search.state.population.take(np.array([0]))]
+    return found or [sources[-1].population.take(np.array([0]))]
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
@@ -124,6 +126,7 @@ def _plugins(scenario: Scenario, controller: dict[str, Any]) -> dict[str, Any]:
         [
             ("plant", scenario.plant.name),
             ("fitness", scenario.fitness.kind),
+            ("strategy", scenario.search.preset),
             *(("controller", own["kind"]) for own in kinds),
         ]
     )

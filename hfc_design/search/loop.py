@@ -1,42 +1,15 @@
 """One loop for every strategy: ask, score, tell, remember the best of each structure."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.genome import Floats, Genome, Integers, Population, joined
-from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
-from hfc_design.search.newton import Newton
-from hfc_design.search.settings import LinLeeSettings, RaceSettings
-from hfc_design.search.strategies.lin_lee import LinLee
-from hfc_design.search.strategies.race import Race
+from hfc_design.search.strategy import Searcher
 
 #: What a population is ranked by, no finite number where an individual failed.
 Evaluate = Callable[[Population], Floats]
-
-
-class Strategy(Protocol):
-    """What a search strategy is: pure functions of its state and of a random generator."""
-
-    def start(self, rng: np.random.Generator) -> tuple[Any, Any]:
-        """State before the first generation, and its candidates."""
-
-    def ask(
-        self, state: Any, generation: int, newton: Newton | None, rng: np.random.Generator
-    ) -> tuple[Any, Any]:
-        """State and candidates of a later generation."""
-
-    def tell(self, state: Any, asked: Any, score: Floats) -> Any:
-        """State after the candidates have been scored; -inf is the score of one that failed."""
-
-
-def strategy(settings: RaceSettings | LinLeeSettings, genome: Genome) -> Strategy:
-    """The strategy that ``settings`` describes."""
-    if isinstance(settings, RaceSettings):
-        return Race(settings, genome)
-    assert isinstance(genome, HierarchicalGenome)  # the scenario has been checked
-    return LinLee(settings, genome.layout, genome.scales)
 
 
 class Archive(NamedTuple):
@@ -65,12 +38,11 @@ class Search(NamedTuple):
 
 
 def generations(
-    strategy: Strategy,
+    searcher: Searcher,
     genome: Genome,
     total: int,
     seed: int,
     evaluate: Evaluate,
-    newton: Newton | None,
     search: Search | None = None,
 ) -> Iterator[Search]:
     """Run to ``total`` generations from the start or from ``search``; yields after each.
@@ -84,9 +56,9 @@ def generations(
     for generation in range(search.generation, total):
         rng = np.random.default_rng([seed, generation])
         if generation == 0:
-            state, asked = strategy.start(rng)
+            state, asked = searcher.start(rng)
         else:
-            state, asked = strategy.ask(search.state, generation, newton, rng)
+            state, asked = searcher.ask(search.state, generation, rng)
         score = evaluate(asked.population)
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)
@@ -99,7 +71,7 @@ def generations(
             len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
-        search = Search(generation + 1, strategy.tell(state, asked, score), archive, history)
+        search = Search(generation + 1, searcher.tell(state, asked, score), archive, history)
         yield search
 
 

@@ -5,10 +5,9 @@ import itertools
 import numpy as np
 import pytest
 import scipy.stats
-from run_folders import PRESETS, batch_folder, hfc, run_folder, table
-
 from hfc_design.runs.batch.runs import runs_below
 from hfc_design.runs.batch.summary import compared, grouped, holm, runs_needed, smallest_p
+from run_folders import PRESETS, batch_folder, hfc, run_folder
 
 
 def test_groups_by_hand(tmp_path):

@@ -9,10 +9,10 @@ import uuid
 import pytest
 from batches import batch, written
 from dask_cluster import GRID, PATIENCE
-
-from hfc_design.core.records import UserError
 from hfc_design.runs.batch import worker
 from hfc_design.runs.batch.cluster import connected
+
+from hfc_design.core.records import UserError
 
 SHARE = """
 import os, sys, threading

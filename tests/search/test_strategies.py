@@ -5,29 +5,28 @@ import pytest
 
 from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.bounds import bounds_of
 from hfc_design.controllers.hierarchical.genome import (
     HierarchicalGenome,
     Hierarchies,
     from_vectors,
     vectors,
 )
-from hfc_design.controllers.hierarchical.law import LIN_LEE_INPUTS, Layout
-from hfc_design.files.scenario import load_scenario
-from hfc_design.search.loop import Search, generations, strategy
-from hfc_design.search.settings import LinLeeSettings, RaceSettings
-from hfc_design.search.strategies.race import Race, heats
+from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.search.islands import humbled
+from hfc_design.search.loop import Search, generations
+from hfc_design.search.newton import Linear
+from hfc_design.search.registry import searcher
+from hfc_design.search.strategies.lin_lee import LinLeeSettings
+from hfc_design.search.strategies.race import RaceSettings, RaceState, SuccessiveHalving, heats
+from hfc_design.search.strategy import Task
 
-SCALES = tuple(LIN_LEE_INPUTS.values())
-TARGET = load_scenario("c-axis-ramp").target
 BEST_TREE = 42
 
 
-def genome(settings, inputs=None):
-    """That of the paper's inputs, or of so many others."""
-    if inputs is None:
-        return HierarchicalGenome(settings, Layout(), SCALES, TARGET)
+def genome(settings, inputs=5):
     names = ("error", "deflection", "deflection_rate", "spindle_velocity", "current", "error_rate")
-    return HierarchicalGenome(settings, Layout(names[:inputs]), (10.0,) * inputs, TARGET)
+    return HierarchicalGenome(bounds_of(settings), Layout(names[:inputs]), (10.0,) * inputs, None)
 
 
 def hill(population):
@@ -37,14 +36,13 @@ def hill(population):
     return 100.0 / (1.0 + distance) + 20.0 * (population.tree == BEST_TREE)
 
 
-def searched(settings, seed=0, evaluate=hill, inputs=None, search=None, total=None):
+def searched(settings, seed=0, evaluate=hill, inputs=5, search=None, total=None):
     *_, last = generations(
-        strategy(settings, genome(settings, inputs)),
+        searcher(settings, Task(genome(settings, inputs))),
         genome(settings, inputs),
         total or settings.generations,
         seed,
         evaluate,
-        None,
         search,
     )
     return last
@@ -149,26 +147,26 @@ def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
     everyone = joined(*seen)
     assert np.abs(everyone.consequents[:, :-1]).max() <= 0.5
     assert 0.5 < np.abs(everyone.consequents[:, -1]).max() <= 3.0
-    assert np.array_equal(everyone.scales, np.tile(SCALES, (len(everyone.tree), 1)))
+    assert np.array_equal(everyone.scales, np.full((len(everyone.tree), 5), 10.0))
     assert (everyone.gains > 0).all()
 
 
 def test_culling_keeps_the_islands_with_the_best_individuals():
-    race = Race(RACE, genome(RACE))
+    race = SuccessiveHalving(RACE, Task(genome(RACE)))
     rng = np.random.default_rng(0)
     _, asked = race.start(rng)
     score = rng.random(210)
     state = race.tell(None, asked, score)
     per_tree = [score[asked.population.tree == tree].max() for tree in range(105)]
     survivors = np.sort(np.argsort(per_tree)[-53:])
-    later, _ = race.ask(state, 5, None, rng)  # 40 generations, 8 heats
+    later, _ = race.ask(state, 5, rng)  # 40 generations, 8 heats
     assert np.array_equal(np.unique(later.population.tree), survivors)
     assert len(later.score) == 210
     assert later.score.max() == score.max()
 
 
 def test_vectors_and_back():
-    race = Race(RACE, genome(RACE))
+    race = SuccessiveHalving(RACE, Task(genome(RACE)))
     _, asked = race.start(np.random.default_rng(3))
     some = asked.population.take(np.array([5, 5, 5]))
     points = vectors(some)
@@ -184,3 +182,62 @@ def test_search_record_is_what_a_checkpoint_needs():
     assert isinstance(found, Search)
     assert isinstance(found.archive.population, Hierarchies)
     assert found.generation == 3
+
+
+@pytest.mark.parametrize(
+    ("own", "double", "left"),
+    [
+        (10.0, 9.95, 10.0),
+        (10.0, 9.0, 9.0),
+        (-10.0, -10.05, -10.0),
+        (-10.0, -11.0, -11.0),
+        (-10.0, -9.0, -10.0),
+        (-10.0, -np.inf, -np.inf),
+        (-np.inf, -np.inf, -np.inf),
+    ],
+)
+def test_the_best_is_worth_no_more_than_its_double_whatever_the_sign(own, double, left):
+    """A hundredth less may be rounding; the double stands at the island's last place."""
+    nothing = np.zeros(3)
+    state = RaceState(None, np.array([own, -50.0, -60.0]), nothing, np.zeros(3, int), nothing)
+    found = humbled(state, np.array([5.0, 5.0, double]))
+    assert found.score.tolist() == [left, -50.0, -60.0]
+
+
+@pytest.mark.parametrize("settings", [RACE, PAPER], ids=["race", "lin-lee"])
+def test_scores_below_zero_are_climbed_past_what_failed(settings):
+    """Ranks are all that counts to both; the worst that did not fail beats what did."""
+
+    def below(population):
+        score = hill(population) - 1000.0
+        score[::3] = np.nan
+        return score
+
+    found = searched(settings, evaluate=below)
+    assert found.history.best[-1] > found.history.best[0]
+    assert found.history.best[-1] < 0.0
+    assert (found.history.median < found.history.best).all()
+    tried = np.isfinite(found.archive.score)
+    assert found.archive.score[tried].max() == found.history.best[-1]
+
+
+def test_steps_along_the_derivative_stay_within_the_bounds():
+    """Of a loop whose error falls with every parameter, however far."""
+    settings = RaceSettings(population=40, generations=8, scale_range=1.0, newton_islands=105)
+    seen = []
+
+    def linearised(individual):
+        jacobian = -1.0 - np.random.default_rng(1).random((50, 2 + 5 + 4 * 49))
+        return Linear(np.linspace(1.0, 2.0, 50), jacobian * 1e-4)
+
+    def watched(population):
+        seen.append(population)
+        return hill(population)
+
+    task = Task(genome(settings), linearised)
+    list(generations(searcher(settings, task), task.genome, 8, 0, watched))
+    everyone = joined(*seen)
+    assert np.abs(everyone.consequents[:, :-1]).max() == 4.0
+    assert np.abs(everyone.consequents[:, -1]).max() == 20.0
+    assert (everyone.scales == 10.0).all()
+    assert everyone.gains.min() >= 1.0
