@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hfc_design.batch import folder
 from hfc_design.core.dotted import flat
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
-Floats = NDArray[np.float64]
 State = folder.State | Literal["unreadable"]
 SCENARIO, SEED, JUDGED_BY = "scenario", "run.seed", "judged_by"
 #: What ``config.toml`` says beside the settings.

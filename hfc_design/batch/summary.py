@@ -10,7 +10,8 @@ import numpy as np
 from scipy.stats import mannwhitneyu
 
 from hfc_design.batch.file import LABEL
-from hfc_design.batch.runs import SCENARIO, SEED, Floats, Run, text
+from hfc_design.batch.runs import SCENARIO, SEED, Run, text
+from hfc_design.core.shapes import Floats
 
 #: A difference counts as shown where the corrected p is not above this.
 ALPHA = 0.05

@@ -4,13 +4,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hfc_design.controllers.controller import Controller
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 
 class Population(Protocol):

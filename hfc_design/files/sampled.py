@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from hfc_design.core.shapes import Floats
 from hfc_design.motion.samples import AxisSamples, PathFrame
-from hfc_design.motion.shapes import Floats
 from hfc_design.motion.trajectories import Trajectory
 
 

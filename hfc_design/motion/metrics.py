@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.core.shapes import Floats
 from hfc_design.motion.contour import Glitch, contour_error, glitches
-from hfc_design.motion.shapes import Floats
 from hfc_design.motion.trajectories import PathSamples, Trajectory
 
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hfc_design.motion.shapes import Floats, Path
+from hfc_design.core.shapes import Floats
+from hfc_design.motion.shapes import Path
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
-from hfc_design.motion.shapes import Floats
+from hfc_design.core.shapes import Floats
 
 
 def table_of(path: Path) -> tuple[Floats, Floats]:

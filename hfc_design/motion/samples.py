@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from hfc_design.core.records import Positive, Record
-from hfc_design.motion.shapes import Floats
+from hfc_design.core.shapes import Floats
 
 
 class AxisSamples(NamedTuple):

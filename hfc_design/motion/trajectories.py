@@ -15,9 +15,10 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from hfc_design.core.records import Finite, Positive, Record
+from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
 from hfc_design.motion.motion import Motion, motion
-from hfc_design.motion.shapes import SAME_PLACE, Floats, Path, circle, distance, polyline, ray
+from hfc_design.motion.shapes import SAME_PLACE, Path, circle, distance, polyline, ray
 
 
 class PathSamples(NamedTuple):

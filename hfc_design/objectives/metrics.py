@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hfc_design.core.records import NotNegative, Positive, Record
+from hfc_design.core.shapes import Floats
 from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.stick_share import is_stuck
 from plants import Drive, in_a_name
-
-Floats = NDArray[np.float64]
 
 #: The loop has settled once its error stays below this share of its maximum.
 SETTLED = 0.1

@@ -13,12 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-from numpy.typing import NDArray
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
-
-Floats = NDArray[np.float64]
 
 WIDTH = 5.4  # of every figure [in]
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.

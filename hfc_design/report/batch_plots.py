@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from hfc_design.pictures.figure import WIDTH, Floats, finish, framed, logarithmic
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import WIDTH, finish, framed, logarithmic
 
 #: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hfc_design.pictures.figure import OTHER, OWN, Floats, finish, framed, logarithmic
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import OTHER, OWN, finish, framed, logarithmic
 from hfc_design.search.loop import History
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hfc_design.controllers.genome import Floats, Integers
+from hfc_design.core.shapes import Floats, Integers
 
 #: A double may score this much of its original before luck is suspected.
 LUCK = 0.99

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Floats, Genome, Integers, Population, joined
+from hfc_design.controllers.genome import Genome, Population, joined
+from hfc_design.core.shapes import Floats, Integers
 from hfc_design.search.strategy import Searcher
 
 #: What a population is ranked by, no finite number where an individual failed.

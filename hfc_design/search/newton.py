@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hfc_design.controllers.genome import Floats, Mask, Space
+from hfc_design.controllers.genome import Space
+from hfc_design.core.shapes import Floats, Mask
 
 
 class Linear(NamedTuple):

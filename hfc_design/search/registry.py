@@ -7,9 +7,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import SerializeAsAny
 
-from hfc_design.controllers.genome import Floats
 from hfc_design.core.plugins import Group, chosen, found_in
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 from hfc_design.search import strategies
 from hfc_design.search.strategy import (
     Searcher,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario
@@ -28,7 +29,6 @@ from hfc_design.simulation.evaluation import (
 )
 from hfc_design.simulation.population import Machines
 
-Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.

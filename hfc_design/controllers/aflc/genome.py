@@ -10,8 +10,8 @@ from hfc_design.controllers.aflc.settings import AflcSettings
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc import genome as flc
 from hfc_design.controllers.flc.genome import FuzzyGenome, FuzzyTables, alike
-from hfc_design.controllers.genome import Floats
 from hfc_design.controllers.kind import Target, per_axis
+from hfc_design.core.shapes import Floats
 
 
 class AflcGenome(FuzzyGenome):

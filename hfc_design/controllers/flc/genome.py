@@ -12,10 +12,11 @@ from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.flc.rule_bases import LABELS, nearest_labels
 from hfc_design.controllers.flc.sectors import ZR, Sectors, bounded
 from hfc_design.controllers.flc.settings import FuzzySettings
-from hfc_design.controllers.genome import Floats, Integers, Mask, some, taken
+from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.core.records import TERMS
 from hfc_design.core.scalars import ARRAYS
+from hfc_design.core.shapes import Floats, Integers, Mask
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].

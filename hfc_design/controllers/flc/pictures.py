@@ -11,7 +11,8 @@ from hfc_design.controllers.flc.law import infer, memberships
 from hfc_design.controllers.flc.record import FuzzyRecord, Triangles
 from hfc_design.controllers.flc.rule_bases import LABELS
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Floats, framed, round_above
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, round_above
 from hfc_design.pictures.heat_map import heat_map
 
 ERROR, CHANGE = "error e [BLU]", "change of error [BLU per sample]"

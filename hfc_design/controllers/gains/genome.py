@@ -7,9 +7,10 @@ import numpy as np
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.gains.law import Range
 from hfc_design.controllers.gains.settings import GainsSettings
-from hfc_design.controllers.genome import Floats, Integers, Mask, some, taken
+from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Kind, Target
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 
 class GainVectors(NamedTuple):

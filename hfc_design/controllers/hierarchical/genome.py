@@ -6,12 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.genome import Floats, Integers, Mask, Space, some, taken
+from hfc_design.controllers.genome import Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.bounds import Bounds, bounds_of
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
 from hfc_design.controllers.hierarchical.settings import HierarchicalSettings
 from hfc_design.controllers.kind import Target, per_axis
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 
 class Hierarchies(NamedTuple):

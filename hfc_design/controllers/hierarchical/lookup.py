@@ -3,14 +3,12 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hfc_design.controllers.hierarchical.law import outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.unit import Degrees, memberships
 from hfc_design.core.scalars import ARRAYS
-
-Floats = NDArray[np.float64]
+from hfc_design.core.shapes import Floats
 
 
 class Lookup(NamedTuple):

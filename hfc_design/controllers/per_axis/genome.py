@@ -5,10 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import Controller, PerAxis
-from hfc_design.controllers.genome import Floats, Genome, Integers, Mask, taken
+from hfc_design.controllers.genome import Genome, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.controllers.per_axis.record import PerAxisSettings, kinds
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 #: Structures of all axes together, at most; each is an island of a search.
 MOST = 20_000

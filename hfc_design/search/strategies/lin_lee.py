@@ -6,9 +6,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from hfc_design.controllers.genome import Floats, Integers, Mask, joined
+from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.core.records import NotNegative, Positive
+from hfc_design.core.shapes import Floats, Integers, Mask
 from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 
 
