@@ -51,7 +51,7 @@ class Machine:
         """States ``time`` [s] later: so many substeps under held commands.
 
         ``loads`` are, of each axis, the load at the start, the middle and the end of every
-        substep (2 substeps + 1). Forces between axes are those at the start of a substep.
+        substep (2 substeps + 1).
         """
         dt = time / substeps
         if substeps == 1:
@@ -65,14 +65,25 @@ class Machine:
         return tuple(lax.fori_loop(0, substeps, substep, states))
 
     def _step(self, fixed: Any, states: Any, commands: Any, loads: Any, dt: Any) -> Any:
-        if self.forces is not None:
-            pushed = self.forces(fixed, states, commands)
-            loads = tuple(
-                tuple(load + force for load in own)
-                for own, force in zip(loads, pushed, strict=True)
-            )
+        if self.forces is None:
+            return self._pushed(fixed, states, commands, loads, dt)
+        # The forces at the end are those of a first try, so that the step is of second order.
+        before = self.forces(fixed, states, commands)
+        held = [(force, force, force) for force in before]
+        tried = self._pushed(fixed, states, commands, _sums(loads, held), dt)
+        after = self.forces(fixed, tried, commands)
+        rising = [(a, 0.5 * (a + b), b) for a, b in zip(before, after, strict=True)]
+        return self._pushed(fixed, states, commands, _sums(loads, rising), dt)
+
+    def _pushed(self, fixed: Any, states: Any, commands: Any, loads: Any, dt: Any) -> Any:
         each = zip(self.drives, fixed, states, commands, loads, strict=True)
         return tuple(drive.step(c, x, u, load, dt) for drive, c, x, u, load in each)
+
+
+def _sums(loads: Any, forces: Any) -> Any:
+    """Loads and forces of each axis at the start, the middle and the end of a step."""
+    pairs = zip(loads, forces, strict=True)
+    return tuple(tuple(a + b for a, b in zip(*own, strict=True)) for own in pairs)
 
 
 @cache

@@ -2,6 +2,7 @@
 
 import signal
 import sys
+import sysconfig
 
 import numpy as np
 import oracle
@@ -14,6 +15,9 @@ from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.core.plugins import GROUPS
 from hfc_design.report import rivals
 from hfc_design.simulation.evaluation import load_design
+
+#: Where the modules lie that no test brings.
+INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell began the tests in its background; the commands that they interrupt would not hear.
@@ -67,7 +71,8 @@ def own_plugins(monkeypatch):
         known.clear()
         known.update(before)
     for name in set(sys.modules) - modules:
-        if not name.startswith(("jax", "numpy", "scipy", "matplotlib", "hfc_design")):
+        file = getattr(sys.modules[name], "__file__", None) or ""
+        if not name.startswith(("hfc_design", "plants")) and not file.startswith(INSTALLED):
             del sys.modules[name]
 
 

@@ -21,11 +21,17 @@ from hfc_design.cli.plugin_options import knowing_plugins
     metavar="SIGNAL=NUMBER,...",
     help="Signals of a sample; given again for each sample that follows, the last is explained.",
 )
+@click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
 @click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
 @knowing_plugins
 def explain(
-    design: str, others: tuple[str, ...], samples: tuple[str, ...], least: float, as_json: bool
+    design: str,
+    others: tuple[str, ...],
+    samples: tuple[str, ...],
+    axis: str,
+    least: float,
+    as_json: bool,
 ) -> None:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
@@ -35,12 +41,13 @@ def explain(
     the controller steps through them from rest, and adapts.
     """
     from hfc_design.files.machine import PlantSettings
-    from hfc_design.runtime.explain import explanation
+    from hfc_design.runtime.explain import explanation, part
     from hfc_design.simulation.evaluation import load_design
 
-    read = load_design(design, others)
+    read = part(load_design(design, others), axis)
     plant = PlantSettings(**read.plant.model_dump())
-    found = explanation(read, plant.machine.drives[0], plant.values()[0], samples)
+    k = plant.machine.axes.index(axis) if axis else 0
+    found = explanation(read, plant.machine.drives[k], plant.values()[k], samples)
     if as_json:
         click.echo(json.dumps(found))
         return

@@ -2,6 +2,8 @@
 
 import click
 
+from hfc_design.cli.plugin_options import knowing_plugins
+
 
 @click.command("list")
 @click.argument(
@@ -10,6 +12,7 @@ import click
         ["scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"]
     ),
 )
+@knowing_plugins
 def list_(what: str) -> None:
     """What is built in."""
     from rich.table import Table

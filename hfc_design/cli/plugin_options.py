@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 Command = Callable[..., None]
+USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
     "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
@@ -43,26 +44,34 @@ def knowing_plugins(command: Command) -> Command:
 def _with_options(helps: dict[str, str], command: Command) -> Command:
 
     @wraps(command)
-    def wrapped(**given: Any) -> None:
+    def wrapped(used: tuple[str, ...], **given: Any) -> None:
         texts = {key: given.pop(key) for key in helps}
-        command(chosen=chosen({key: text for key, text in texts.items() if text}), **given)
+        told = {key: text for key, text in texts.items() if text}
+        command(chosen=chosen(told, used), **given)
 
+    wrapped = click.option("--use", "used", multiple=True, metavar="MODULE:OBJECT", help=USE)(
+        wrapped
+    )
     for key, text in reversed(helps.items()):
         wrapped = click.option(f"--{key}", help=text)(wrapped)
     return wrapped
 
 
-def chosen(texts: dict[str, str]) -> dict[str, str]:
+def chosen(texts: dict[str, str], used: tuple[str, ...]) -> dict[str, str]:
     """Make known what each option names; option -> a change of the scenario that chooses it.
+
+    What is ``used`` only becomes known.
 
     Raises:
         UserError: something cannot be imported or used.
     """
-    if not texts:
+    if not texts and not used:
         return {}
     import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
-    from hfc_design.core.plugins import GROUPS
+    from hfc_design.core.plugins import GROUPS, use
 
+    for text in used:
+        use(text)
     changes = {}
     for key, text in texts.items():
         group = GROUPS[key]

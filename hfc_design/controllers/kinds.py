@@ -30,7 +30,7 @@ def _adopted(thing: object) -> object:
 
 KINDS: Group[Kind] = Group(
     "controller",
-    Kind,
+    (Law, Kind),  # of a law a kind is made
     "hfc_design.controllers",
     found_in(controllers, "KIND"),
     fault=_fault,

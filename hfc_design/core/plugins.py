@@ -122,9 +122,6 @@ class Group(Generic[Thing]):
         """
         if ":" not in text:
             return self.get(text)
-        here = str(Path.cwd())
-        if here not in sys.path:
-            sys.path.append(here)
         thing = self._imported(text, f"--{self.what} {text}")
         self.given[str(getattr(thing, "name", ""))] = text
         return thing
@@ -146,6 +143,23 @@ class Group(Generic[Thing]):
             return self.add(_object(reference))
         except UserError as error:
             raise UserError(f"{source}: {error}") from error
+
+
+def use(text: str) -> None:
+    """Make what ``module:OBJECT`` names known, whichever group it is for.
+
+    Raises:
+        UserError: it cannot be imported, or is nothing that a group takes.
+    """
+    try:
+        thing = _object(text)
+    except UserError as error:
+        raise UserError(f"--use {text}: {error}") from error
+    for group in GROUPS.values():
+        if group.takes(thing):
+            group.resolve(text)
+            return
+    raise UserError(f"--use {text}: is a {type(thing).__name__} and none of {', '.join(GROUPS)}")
 
 
 def given() -> References:
@@ -179,7 +193,7 @@ def missing(named: Any) -> str:
     groups = named.items() if isinstance(named, dict) else ()
     own = [(GROUPS[what], parts) for what, parts in groups if what in GROUPS]
     needed = [
-        f"--{group.what} {source}"
+        f"--use {source}"
         for group, parts in own
         if isinstance(parts, dict)
         for name, source in parts.items()
@@ -233,6 +247,9 @@ def _object(reference: str) -> Any:
     module, _, name = reference.partition(":")
     if not module or not name:
         raise UserError("has to look like module:OBJECT")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
     try:
         found = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises

@@ -73,6 +73,7 @@ class Scenario(Record):
             )
         self._has_windows()
         self._can_follow()
+        self._can_be_judged()
         if fault := self.controller.fault(self.target):
             raise ValueError(fault)
         preset = self.search.preset
@@ -105,8 +106,6 @@ class Scenario(Record):
         check_axes("limits.axes", self.limits.axes, axes)
         check_axes("sensors.axes", self.sensors.axes, axes)
         check_axes("load.axes", self.load.axes, axes)
-        if fault := objective_of(self.fitness).fault(len(axes), self.follows_path):
-            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
         reference = self.reference
         if isinstance(reference, Trajectory):
             self._can_follow_path(reference)
@@ -122,6 +121,11 @@ class Scenario(Record):
             )
         for drive, own, parameters in self._axes():
             self._is_slow_enough(drive, self.reference_of(own), parameters)
+
+    def _can_be_judged(self) -> None:
+        axes = len(self.plant.machine.axes)
+        if fault := objective_of(self.fitness).fault(axes, self.follows_path):
+            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
 
     def _can_follow_path(self, path: Trajectory) -> None:
         key, axes = f"reference.kind = {path.kind!r}", self._axes()

@@ -17,6 +17,19 @@ Sample = dict[str, float]
 PREVIOUS = "previous_"
 
 
+def part(design: Design, axis: str) -> Design:
+    """The design of one axis; itself where ``axis`` is "" and all have the same.
+
+    Raises:
+        UserError: it has no such axis, or axes that differ.
+    """
+    parts = design.by_axis()
+    if axis not in parts and (axis or len(parts) > 1):
+        listed = ", ".join(filter(None, parts)) or "none of its own"
+        raise UserError(f"--axis {axis!r}: design {design.name} has {listed}")
+    return parts.get(axis, design)
+
+
 def explanation(
     design: Design, drive: Drive, parameters: Any, texts: Sequence[str]
 ) -> dict[str, Any]:

@@ -109,6 +109,8 @@ def population_of_one(gains: Any) -> Any:
         return None
     if hasattr(gains, "_fields"):
         return type(gains)(*(population_of_one(part) for part in gains))
+    if isinstance(gains, tuple) and any(hasattr(part, "_fields") for part in gains):
+        return tuple(population_of_one(part) for part in gains)  # of each axis
     table = np.array(gains)
     return table.astype(np.int32 if table.dtype.kind == "i" else np.float64)[..., None]
 

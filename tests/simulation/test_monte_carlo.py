@@ -286,8 +286,9 @@ def test_the_command_tells_the_same_as_json_table_and_picture(tmp_path):
     assert done.exit_code == 0, done.output
     found = json.loads(done.stdout)
     assert (found["samples"], found["seed"], found["stable_share"]) == (5, 4, 1.0)
-    wanted = robustness(*case("pd-only", seconds=0.2), 0.2, 5, seed=4).numbers()
-    assert found == {"design": "pd-only", "scenario": "c-axis-ramp", **wanted}
+    design, scenario = case("pd-only", seconds=0.2)
+    own = {"design": "pd-only", "scenario": "c-axis-ramp", "judged_by": scenario.judge().title}
+    assert found == own | robustness(design, scenario, 0.2, 5, seed=4).numbers()
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert done.stderr.startswith("5 machines in ")
     table = hfc("score", "pd-only", *SHORT, "--seed", 4)

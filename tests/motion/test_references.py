@@ -8,16 +8,16 @@ import pytest
 
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
-from hfc_design.motion.samples import (
+from hfc_design.motion.references import (
     Load,
     LoadSine,
     Ramp,
-    Simulation,
     Sine,
     Step,
     Table,
     Trapezoidal,
 )
+from hfc_design.motion.samples import Simulation
 
 
 def at(signal, *times):
