@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
+from hfc_design.controllers.gains import genome_of_gains, settings_of
 from hfc_design.controllers.gains.law import Law
 from hfc_design.controllers.kind import (
     ControllerRecord,
@@ -208,6 +209,7 @@ __all__ = [
     "evaluate",
     "evaluate_many",
     "export",
+    "genome_of_gains",
     "held",
     "load_design",
     "load_scenario",
@@ -217,6 +219,7 @@ __all__ = [
     "register",
     "rk4",
     "robustness",
+    "settings_of",
     "side_by_side",
     "strategies",
     "total",

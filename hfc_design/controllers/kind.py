@@ -55,11 +55,11 @@ class Target(NamedTuple):
 class Template(NamedTuple):
     """A controller in another language: its templates, and what they need of a record.
 
-    For C the folders hold ``c.j2`` (``NAME_init`` and a static ``commanded``) and ``state.j2``
+    For C there is ``c.j2`` (``NAME_init`` and a static ``commanded``) and ``state.j2``
     (``NAME_state``), for Structured Text ``st.j2`` (statements that end with ``command``).
     """
 
-    folders: tuple[Path, ...]  # searched in this order
+    places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
     values: Callable[[Any], dict[str, Any]]
 
 

@@ -92,7 +92,7 @@ def _write(design: Design, path: Path, others: dict[str, Any]) -> None:
     }
     files = {"h": "c/header.h.j2", "c": "c/source.c.j2"}
     texts = {
-        f"{name}.{end}": rendered(file, design, template.folders, **values)
+        f"{name}.{end}": rendered(file, design, template.places, **values)
         for end, file in files.items()
     }
     write_folder(path, texts)

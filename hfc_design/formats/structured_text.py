@@ -74,7 +74,7 @@ def write(design: Design, path: Path) -> None:
     text = rendered(
         "controller.st.j2",
         design,
-        template.folders,
+        template.places,
         signals={signal: known.get(signal, "") for signal in signals},
         block=name,
         limit=limit,

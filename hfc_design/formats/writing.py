@@ -4,7 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import (
+    BaseLoader,
+    ChoiceLoader,
+    DictLoader,
+    Environment,
+    FileSystemLoader,
+    StrictUndefined,
+)
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
@@ -14,13 +21,15 @@ from hfc_design.formats.units import facts
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def rendered(template: str, design: Design, folders: Sequence[Path] = (), **values: Any) -> str:
-    """A template of ``folders`` or of ``formats/templates``, with ``design`` and its ``facts``.
+def rendered(
+    template: str, design: Design, places: Sequence[Path | dict[str, str]] = (), **values: Any
+) -> str:
+    """A template of ``places`` or of ``formats/templates``, with ``design`` and its ``facts``.
 
     ``x | number`` writes a float so that it reads back bit for bit.
     """
     environment = Environment(
-        loader=FileSystemLoader([*folders, TEMPLATES]),
+        loader=ChoiceLoader([_loader(place) for place in (*places, TEMPLATES)]),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -30,6 +39,10 @@ def rendered(template: str, design: Design, folders: Sequence[Path] = (), **valu
     environment.filters["number"] = lambda value: repr(float(value))
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")
     return environment.get_template(template).render(design=design, facts=facts(design), **values)
+
+
+def _loader(place: Path | dict[str, str]) -> BaseLoader:
+    return DictLoader(place) if isinstance(place, dict) else FileSystemLoader(place)
 
 
 def make_folder(path: Path) -> None:

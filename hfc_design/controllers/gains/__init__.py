@@ -12,7 +12,8 @@ from hfc_design.controllers.gains.settings import GainsSettings
 from hfc_design.controllers.kind import ControllerRecord, Kind, later
 from hfc_design.core.records import Finite, Label, UserError
 
-HERE = "hfc_design.controllers.gains"
+#: The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``.
+genome_of_gains = later("hfc_design.controllers.gains.genome", "genome_of")
 
 
 class LawDesign(ControllerRecord):
@@ -45,7 +46,7 @@ def kind_of(law: Law) -> Kind:
         settings=settings_of(law.ranges),
         gains=lambda record: type(law.ranges)(**record.gains),
         law=lambda record, limit: own(law, record.sample_time_s, limit),
-        genome=later(f"{HERE}.genome", "genome_of"),
+        genome=genome_of_gains,
         of_gains=lambda gains: {"gains": gains},
     )
 

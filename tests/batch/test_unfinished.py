@@ -1,0 +1,111 @@
+"""Reports of runs that are damaged or have not finished, and folders without any."""
+
+import shutil
+
+import pytest
+from run_folders import HOSTILE, batch_folder, hfc, run_folder, table
+
+DAMAGED = {
+    "no JSON": ("design.json", "{", "design.json: "),
+    "no score": ("design.json", "{}", "has no score"),
+    "a list": ("design.json", "[]", "has no score"),
+    "nan": ("design.json", '{"score": {"fitness": NaN}}', "no fitness that is a number"),
+    "a word": ("design.json", '{"score": {"fitness": "high"}}', "no fitness that is a number"),
+    "not UTF-8": ("design.json", b"\xff", "design.json: "),
+    "empty": ("history.csv", "", "history.csv: has no column best"),
+    "head": ("history.csv", "generation,best\n", "no generation"),
+    "cut": ("history.csv", "generation,best,median\n0,1.0,1.0\n1,1.", "row 3 is damaged"),
+    "lost": ("history.csv", "generation,best\n0,1.0\n2,1.0\n", "row 3 is damaged"),
+    "a folder": ("history.csv", None, "history.csv: Is a directory"),
+    "words": ("history.csv", "generation,best\n0,one\n", "could not convert"),
+    "infinite": ("history.csv", "generation,best\n0,inf\n", "no number"),
+}
+
+
+@pytest.mark.parametrize("case", DAMAGED)
+def test_what_is_damaged_is_listed_and_stops_nothing(case, tmp_path):
+    file, content, words = DAMAGED[case]
+    names = batch_folder(tmp_path, [({}, [1.0, 2.0, 3.0])])
+    path = tmp_path / names[1] / file
+    path.unlink()
+    if content is None:
+        path.mkdir()
+    else:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    assert hfc("report", tmp_path).exit_code == 0
+    runs = table(tmp_path / "runs.csv")
+    assert words in runs[1]["reason"]
+    assert [run["reason"] for run in runs[::2]] == ["", ""]
+    unread = file == "design.json"
+    assert runs[1]["state"] == ("unreadable" if unread else "finished")
+    (group,) = table(tmp_path / "groups.csv")
+    assert (group["runs"], group["finished"]) == ("3", "2" if unread else "3")
+    page = (tmp_path / "report.html").read_text()
+    assert words in page
+
+
+def test_a_damaged_configuration_belongs_to_no_group(tmp_path):
+    for name, text in (("one", 'name = "mine"\n[run]\nseed = 3\n'), ("two", "name = ")):
+        run_folder(tmp_path / name, 1.0)
+        (tmp_path / name / "config.toml").write_text(text)
+    (tmp_path / "loop").symlink_to(tmp_path)
+    run_folder(tmp_path / "three", 1.0)
+    assert hfc("report", tmp_path).exit_code == 0
+    found = [(r["run"], r["group"], r["state"], r["reason"]) for r in table(tmp_path / "runs.csv")]
+    assert found[0] == ("one", "1", "finished", "")
+    assert found[1] == ("three", "", "unreadable", "config.toml: No such file or directory")
+    assert found[2][:3] == ("two", "", "unreadable")
+    assert found[2][3].startswith("config.toml: Invalid value")
+    assert len(found) == 3
+
+
+def test_what_has_not_finished_is_listed_with_its_reason(tmp_path):
+    names = batch_folder(tmp_path, [({}, [1.0] * 5)])
+    for name in names[1:]:
+        (tmp_path / name / "design.json").unlink()
+    (tmp_path / ".batch").mkdir()
+    (tmp_path / ".batch" / f"{names[1]}.failed").write_text(f"RunError: {HOSTILE}\n")
+    (tmp_path / names[2] / "config.toml").touch()
+    shutil.rmtree(tmp_path / names[4])
+    run_folder(tmp_path / "elsewhere", 1.0)  # not in the plan
+    assert hfc("report", tmp_path).exit_code == 0
+    found = [(run["state"], run["reason"]) for run in table(tmp_path / "runs.csv")]
+    assert found == [
+        ("finished", ""),
+        ("failed", f"RunError: {HOSTILE}"),
+        ("broken off", "after 3 generations"),
+        ("waiting", ""),
+        ("waiting", ""),
+    ]
+    text = (tmp_path / "report.html").read_text()
+    assert "5 runs: 1 finished, 1 failed, 1 broken off, 2 waiting." in text
+
+
+def test_nothing_has_finished(tmp_path):
+    batch_folder(tmp_path, [({}, [1.0])])
+    shutil.rmtree(tmp_path / ("0" * 16))
+    assert hfc("report", tmp_path).exit_code == 0
+    assert "No run has finished." in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        ({}, ["holds no runs", "batch.json"]),
+        ({"notes.txt": "hello"}, ["holds no runs"]),
+        ({"batch.json": "{"}, ["batch.json", "cannot be read"]),
+        ({"batch.json": "[1]"}, ["batch.json", "table of keys"]),
+        ({"config.toml": ""}, ["holds no finished run", "design.json"]),
+        ({"design.json": "{}"}, ["holds no finished run", "config.toml"]),
+    ],
+)
+def test_folders_that_cannot_be_reported(files, words, tmp_path):
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    found = hfc("report", tmp_path)
+    assert found.exit_code == 2
+    assert found.stderr.count("\n") == 1
+    for word in [str(tmp_path), *words]:
+        assert word in found.stderr
+    assert not (tmp_path / "report.html").exists()
+    assert "is no folder" in hfc("report", tmp_path / "none").stderr
