@@ -8,6 +8,8 @@ from experiments import shared
 from experiments.designed_tables import page as designed_tables
 from hfc_design.cli import main
 
+pytestmark = pytest.mark.slow
+
 
 def test_lin_lee_at_a_reduced_budget(tmp_path):
     """The tables score what an independent program found; 15 generations already beat them."""
