@@ -65,7 +65,9 @@ def test_the_race_finds_the_best_gains():
 @pytest.mark.parametrize(
     ("name", "kind", "seconds"), [("c-axis-ramp", "pd", 0.5), ("feed-drive-line", "pid", 1.0)]
 )
-def test_design_of_gains_ends_with_a_report_and_resumes(name, kind, seconds, tmp_path):
+def test_design_of_gains_ends_with_a_report_and_resumes(
+    name, kind, seconds, tmp_path, no_baselines
+):
     scenario = api.load_scenario(
         name,
         {
