@@ -9,9 +9,7 @@ from pathlib import Path
 
 import pytest
 from batches import batch, files, left_behind, written
-from click.testing import CliRunner
 
-from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.runs.batch import folder
 from hfc_design.runs.batch.plan import read_batch

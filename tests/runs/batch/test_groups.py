@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy.stats
-from run_folders import PRESETS, batch_folder, hfc, run_folder, table
+from run_folders import PRESETS, batch_folder, hfc, run_folder
 
 from hfc_design.runs.batch.runs import runs_below
 from hfc_design.runs.batch.summary import compared, grouped, holm, runs_needed, smallest_p

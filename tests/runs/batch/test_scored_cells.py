@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from batches import batch, files, written
+from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.core.records import UserError

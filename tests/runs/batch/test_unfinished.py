@@ -5,7 +5,6 @@ import shutil
 import pytest
 from run_folders import HOSTILE, batch_folder, hfc, run_folder, table
 
-
 DAMAGED = {
     "no JSON": ("design.json", "{", "design.json: "),
     "no score": ("design.json", "{}", "has no score"),
