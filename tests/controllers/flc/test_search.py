@@ -126,11 +126,14 @@ def test_the_run_folder_holds_a_design_that_adapts(run):
 
 @pytest.fixture(scope="module")
 def adaptive(tmp_path_factory):
-    """The design of a short search on the contour."""
-    folder = tmp_path_factory.mktemp("runs") / "aflc"
-    sizes = ["search.population=128", "search.generations=30"]
-    scenario = load_scenario("feed-drive-contour", ["controller.kind=aflc", *sizes])
-    return design.run(design.new_run(scenario, folder), folder).design
+    """The designs of short searches on the contour."""
+    small = ["controller.kind=aflc", "search.population=64", "search.generations=15"]
+    found = []
+    for seed in range(3):
+        folder = tmp_path_factory.mktemp("runs") / "aflc"
+        scenario = load_scenario("feed-drive-contour", [*small, f"run.seed={seed}"])
+        found.append(design.run(design.new_run(scenario, folder), folder).design)
+    return found
 
 
 UNSEEN = {
@@ -153,11 +156,12 @@ UNSEEN = {
 def test_designed_table_beats_table_3_where_it_was_not_searched(adaptive, name):
     """From the first 10 s on, which are less than a cycle; both adapt."""
     scenario = load_scenario(CIRCLE, [*UNSEEN[name], "simulation.duration_s=10.0"])
-    own = evaluate(adaptive, scenario).metrics
     published = evaluate(load_design("jee-koren-2004-aflc"), scenario).metrics
-    assert own["rms_contour_error_BLU"] < 0.8 * published["rms_contour_error_BLU"]
-    if name != "line":  # on which no axis reverses
-        assert own["worst_glitch_BLU"] < 0.8 * published["worst_glitch_BLU"]
+    for found in adaptive:
+        own = evaluate(found, scenario).metrics
+        assert own["rms_contour_error_BLU"] < 0.8 * published["rms_contour_error_BLU"]
+        if name != "line":  # on which no axis reverses
+            assert own["worst_glitch_BLU"] < 0.8 * published["worst_glitch_BLU"]
 
 
 def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
