@@ -47,7 +47,7 @@ class Work(NamedTuple):
 
 def prepared(design: str, scenario: str, machines: int) -> Work:
     """A population around ``design``, scored once."""
-    found = load_scenario(scenario)
+    found = load_scenario(scenario, ["search.stick_penalty=0"])  # the fitness alone
     controller, one = from_design(load_design(design).controller)
     loop = closed_loop(found, controller)
     plants, samples = found.plant.values(), found.samples()

@@ -7,7 +7,8 @@ import numpy as np
 from work import Constants, Machine, Work
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import HierarchicalGains, from_design, hierarchical
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
+from hfc_design.controllers.kinds import from_design
 from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
@@ -25,7 +26,7 @@ def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
 
     def run() -> np.ndarray:
-        return simulate.scores(loop, plants, samples, gains, dtype)
+        return simulate.scores(loop, plants, samples, gains, dtype).merit
 
     run()  # compiles
     return run
@@ -65,7 +66,9 @@ def pick(work: Work, individuals: np.ndarray) -> Work:
 
 
 def _scenario(samples: int) -> Scenario:
-    return load_scenario("c-axis-ramp", [f"simulation.duration_s={samples / 1000}"])
+    return load_scenario(
+        "c-axis-ramp", [f"simulation.duration_s={samples / 1000}", "search.stick_penalty=0"]
+    )
 
 
 def _float32(values: Any) -> np.ndarray:

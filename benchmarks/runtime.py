@@ -22,7 +22,8 @@ import report
 from rich.console import Console
 from rich.table import Table
 
-from hfc_design.files.design import Design, HierarchicalDesign
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.files.design import Design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import c_source
 from hfc_design.formats.units import rule_units

@@ -28,12 +28,12 @@ def update(sums: Any, moments: tuple[hfc.Moment, ...], path: Any) -> Any:
 
 
 def score(sums: Any) -> Any:
-    """The larger the better, and more than zero: a loop that diverges counts 0."""
+    """The larger the better; a loop that diverges has no such number and ranks last."""
     largest, roughness, _ = sums
     return 1.0 / (1000.0 * largest + 0.001 * roughness)  # 1 mrad weighs as much as 1000 V2
 
 
-GENTLE = hfc.Fitness(initial, update, score, name="gentle")
+GENTLE = hfc.Objective(initial, update, score, name="gentle", title="fitness, gentle")
 
 
 def main(generations: int = 40) -> None:

@@ -1,45 +1,74 @@
 """The package for scripts, in one import: ``import hfc_design.api as hfc``.
 
-Load a scenario, design, evaluate, export; add an own plant, fitness or control law. The page
+Load a scenario, design, evaluate, export; add an own plant, fitness, strategy or control law.
 ``docs/python.md`` shows all of it at work.
 """
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from hfc_design import formats as _export
-from hfc_design.controllers.gains.law import LAWS, Law
+from hfc_design.controllers.controller import AxisLaw, View, held
+from hfc_design.controllers.gains import genome_of_gains, settings_of
+from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.kind import (
+    ControllerRecord,
+    ControllerSettings,
+    Explain,
+    Kind,
+    Shown,
+    Target,
+    Template,
+    per_axis,
+)
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
-from hfc_design.core.records import RunError, UserError, checked
+from hfc_design.core.plugins import GROUPS
+from hfc_design.core.records import RunError, UserError
+from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
-from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.fitness import OWN_FITNESSES, Fitness, Moment
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
+from hfc_design.pictures.section import Listing, Section
 from hfc_design.runs import problem as _problem
 from hfc_design.runs import run as _design
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Search
+from hfc_design.search.registry import STRATEGIES
+from hfc_design.search.strategy import Strategy, StrategySettings, Task
 from hfc_design.simulation import evaluation as _evaluate
+from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
-from plants import Plant, only_positive, rk4
+from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
-Registered = TypeVar("Registered", Plant, Fitness, Law)
+#: The name that a drive had before machines had several of them.
+Plant = Drive
+#: What objectives are called where a scenario names one.
+Fitness = Objective
+#: Name -> search strategy, of those that are built in or registered.
+strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
+Registered = TypeVar("Registered")
 
 
 def register(thing: Registered) -> Registered:
-    """Let scenarios and designs of this program name an own plant, fitness or control law.
+    """Let scenarios and designs of this program name an own part.
+
+    A drive or machine, a fitness, a search strategy, a control law or a kind of controller.
 
     Raises:
-        UserError: it is none of these, cannot work, or its name is that of a built-in one.
+        UserError: it is none of these, lacks something, or its name is that of a built-in one.
     """
-    if isinstance(thing, Plant):
-        return ALL_PLANTS.add(thing)
-    return OWN_FITNESSES.add(thing) if isinstance(thing, Fitness) else LAWS.add(thing)
+    for group in GROUPS.values():
+        if group.takes(thing):
+            group.add(thing)
+            return thing
+    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
 
 
 def load_scenario(
@@ -53,7 +82,7 @@ def load_scenario(
     if not isinstance(source, Mapping):
         return _scenarios.load_scenario(str(source), changes or {})
     data = changed({"name": "scenario"} | dict(source), changes or {})
-    return checked(Scenario, data, "scenario", Path())
+    return _scenarios.scenario_of(data, "scenario", Path())
 
 
 def load_design(source: str | Path, changes: Mapping[str, Any] | None = None) -> Design:
@@ -108,8 +137,10 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
     Raises:
         UserError: no such kind, or it has other gains.
     """
-    own = {"kind": kind, kind if kind in ("pd", "pid") else "gains": dict(gains)}
-    return _problem.design_with(own, scenario)
+    found = KINDS.get(kind)
+    if found.of_gains is None:
+        raise UserError(f"a controller of kind {kind} is no list of gains")
+    return _problem.design_with({"kind": kind, **found.of_gains(dict(gains))}, scenario)
 
 
 def export(found: Design, to: str, path: str | Path) -> Path:
@@ -121,7 +152,7 @@ def export(found: Design, to: str, path: str | Path) -> Path:
     """
     if to not in _export.FORMATS:
         raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
-    _export.FORMATS[to][1](found, Path(path))
+    _export.FORMATS[to].write(found, Path(path))
     return Path(path)
 
 
@@ -131,37 +162,67 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     Raises:
         RunError: ``path`` cannot be written.
     """
+    from hfc_design.pictures.figure import save
     from hfc_design.report.contour_plots import motion
-    from hfc_design.report.plots import save
 
     save(motion(evaluation, title), Path(path))
     return Path(path)
 
 
 __all__ = [
+    "AxisLaw",
     "Controller",
+    "ControllerRecord",
+    "ControllerSettings",
     "Design",
+    "Drive",
     "Evaluation",
+    "Explain",
     "Fitness",
+    "Judgements",
+    "Kind",
     "Law",
+    "Listing",
+    "Machine",
     "Moment",
+    "Objective",
+    "ObjectiveSettings",
     "Plant",
     "Result",
     "Robustness",
     "RunError",
     "Scenario",
     "Search",
+    "Section",
+    "Shown",
+    "Strategy",
+    "StrategySettings",
+    "Target",
+    "Task",
+    "Template",
     "UserError",
+    "View",
+    "Xp",
+    "clipped",
+    "coupled",
     "design",
     "evaluate",
+    "evaluate_many",
     "export",
+    "genome_of_gains",
+    "held",
     "load_design",
     "load_scenario",
     "only_positive",
+    "per_axis",
     "plot",
     "register",
     "rk4",
     "robustness",
+    "settings_of",
+    "side_by_side",
+    "strategies",
+    "total",
     "trajectory_csv",
     "with_gains",
 ]

@@ -1,24 +1,40 @@
-"""Drive models: what a controller is designed against.
+"""Drives and machines: what a controller is designed against.
 
-A plant is plain data and pure functions written for one machine in scalars;
-``hfc_design.simulation.population`` turns them into whole populations.
+Plain data and pure functions written for one machine in scalars; ``hfc_design.simulation`` turns
+them into whole populations.
 """
 
+import importlib
+import pkgutil
+
 from plants.c_axis import C_AXIS
-from plants.drive import Plant, in_a_name, only_positive, plant_fault
+from plants.drive import Drive, drive_fault, in_a_name, only_positive
 from plants.feed_drive import FEED_DRIVE
 from plants.integrate import rk4
+from plants.machine import Machine, alone, coupled, machine_fault, side_by_side
 
-#: By name; what users add comes in here too, see ``hfc_design.core.plugins``.
-PLANTS: dict[str, Plant] = {plant.name: plant for plant in (C_AXIS, FEED_DRIVE)}
+_MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__))
+#: Every drive and machine that a module here holds, by name; what users add comes in here too,
+#: see ``hfc_design.core.plugins``.
+PLANTS: dict[str, Drive | Machine] = {
+    thing.name: thing
+    for name in _MODULES
+    for thing in vars(importlib.import_module(f"{__name__}.{name}")).values()
+    if isinstance(thing, Drive | Machine)
+}
 
 __all__ = [
     "C_AXIS",
     "FEED_DRIVE",
     "PLANTS",
-    "Plant",
+    "Drive",
+    "Machine",
+    "alone",
+    "coupled",
+    "drive_fault",
     "in_a_name",
+    "machine_fault",
     "only_positive",
-    "plant_fault",
     "rk4",
+    "side_by_side",
 ]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
-from plants.drive import Plant
+from plants.drive import Drive
 from plants.friction import LuGre, bristle_rate, friction_torque
 from plants.integrate import rk4
 
@@ -168,7 +168,7 @@ def fault(changes: dict[str, float]) -> str | None:
     return None
 
 
-C_AXIS = Plant(
+C_AXIS = Drive(
     name="c-axis",
     parameters=CAxisParameters,
     exact=frozenset({"poles", "gear_ratio"}),

@@ -1,4 +1,4 @@
-"""What a plant is."""
+"""What a drive is: one axis with one command, as somebody writes it in thirty lines."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,6 +7,10 @@ from typing import Any
 
 
 def _unlimited(parameters: Any, dt: float) -> float:
+    return inf
+
+
+def _no_end(parameters: Any) -> float:
     return inf
 
 
@@ -28,16 +32,16 @@ def in_a_name(unit: str) -> str:
     return unit.replace(" ", "").replace("/", "_")
 
 
-@dataclass(frozen=True, eq=False)  # compared by identity: a plant is a key of compiled code
-class Plant:
+@dataclass(frozen=True, eq=False)  # compared by identity: a drive is a key of compiled code
+class Drive:
     """A drive as data and pure functions of scalars.
 
     The closed loop calls them for one machine at a time; ``jax.vmap`` makes the population::
 
-        fixed = plant.coefficients(parameters)
-        state = plant.initial_state(zero)
-        readings = plant.signals(fixed, plant.measured(fixed, state))
-        state = plant.step(fixed, state, plant.accepted(fixed, command), loads, dt)
+        fixed = drive.coefficients(parameters)
+        state = drive.initial_state(zero)
+        readings = drive.signals(fixed, drive.measured(fixed, state))
+        state = drive.step(fixed, state, drive.accepted(fixed, command), loads, dt)
 
     ``loads`` are the load at the start, the middle and the end of the step, because a
     fourth-order integrator asks for all three.
@@ -72,6 +76,30 @@ class Plant:
     measured: Callable[[Any, Any], Any] = _same
     #: A reference (steps,) as the control is told it, in the steps of its interpolator.
     commanded: Callable[[Any], Any] = _as_it_is
+    #: State field that the control measures and feeds back, and that of its rate: an encoder at
+    #: the motor, say. Left out: what is to follow the reference, a scale at the table.
+    feedback: tuple[str, str] | None = None
+    #: Length of a unit of the position [mm]; None: not a length, so no path can be followed.
+    millimetres: Callable[[Any], float] | None = None
+    #: Speed [of the position, per s] that the largest command holds; a faster path is refused.
+    top_speed: Callable[[Any], float] = _no_end
+    #: K and tau of K/(s (tau s + 1)), where that is the drive without its friction.
+    linear: Callable[[Any], tuple[float, float]] | None = None
+
+    @property
+    def seen(self) -> tuple[str, str]:
+        """State fields of the position and the velocity that are fed back."""
+        return self.feedback or (self.position, self.velocity)
+
+    @property
+    def inputs(self) -> list[str]:
+        """Signals that a controller can read."""
+        return [name for name in self.units if name not in ("command", "load")]
+
+    def largest_commands(self, parameters: Any) -> tuple[float, float]:
+        """The lowest and the highest command that can reach the drive; infinite without a limit."""
+        fixed = self.coefficients(parameters)
+        return float(self.accepted(fixed, -inf)), float(self.accepted(fixed, inf))
 
     @property
     def command_name(self) -> str:
@@ -85,7 +113,7 @@ class Plant:
 
 
 def only_positive(parameters: type[Any]) -> Callable[[dict[str, float]], str | None]:
-    """A ``Plant.fault``: every parameter has to be one of the record's and more than zero."""
+    """A ``Drive.fault``: every parameter has to be one of the record's and more than zero."""
 
     def fault(changes: dict[str, float]) -> str | None:
         for name, value in changes.items():
@@ -98,23 +126,24 @@ def only_positive(parameters: type[Any]) -> Callable[[dict[str, float]], str | N
     return fault
 
 
-#: Signals that every plant has.
+#: Signals that every drive has.
 COMMON = ("error", "error_rate", "command", "load")
 
 
-def plant_fault(plant: Plant) -> str | None:
-    """What keeps a plant from working, in a line; None if nothing that is seen at once."""
+def drive_fault(drive: Drive) -> str | None:
+    """What keeps a drive from working, in a line; None if nothing that is seen at once."""
     try:
-        fixed = plant.coefficients(plant.parameters())
+        fixed = drive.coefficients(drive.parameters())
     except TypeError:
         return "each of its parameters needs a default, the nominal machine"
-    state = plant.initial_state(0.0)
-    signals = plant.signals(fixed, state)
-    fields = [plant.position, plant.velocity, *plant.encoders, *plant.encoders.values()]
+    state = drive.initial_state(0.0)
+    signals = drive.signals(fixed, state)
+    fields = [drive.position, drive.velocity, *drive.seen]
+    fields += [*drive.encoders, *drive.encoders.values()]
     faults = [
-        *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in plant.units),
+        *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in drive.units),
         *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
         *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
-        plant.fault({}),
+        drive.fault({}),
     ]
     return next(filter(None, faults), None)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import Plant
+from plants.drive import Drive
 
 
 class FeedDriveParameters(NamedTuple):
@@ -235,7 +235,7 @@ def _driving_friction(p: FeedDriveParameters) -> str | None:
 #: Settings of encoder and converter, and how far the fit of the friction reaches.
 EXACT = frozenset({"blu", "lowest_command", "highest_command", "low_velocity"})
 
-FEED_DRIVE = Plant(
+FEED_DRIVE = Drive(
     name="feed-drive",
     parameters=FeedDriveParameters,
     exact=EXACT,
@@ -258,4 +258,7 @@ FEED_DRIVE = Plant(
     accepted=accepted,
     measured=measured,
     commanded=np.round,
+    millimetres=lambda p: p.blu,
+    top_speed=lambda p: p.gain * max(min(p.highest_command, -p.lowest_command) - p.coulomb, 0.0),
+    linear=lambda p: (p.gain, p.time_constant),
 )

@@ -2,17 +2,22 @@
 
 import signal
 import sys
+import sysconfig
 
 import numpy as np
 import oracle
 import pytest
+from lifted import controller_of
 from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import HierarchicalGains, from_design
-from hfc_design.files.plugin_groups import GROUPS
+from hfc_design.controllers.hierarchical.law import HierarchicalGains
+from hfc_design.core.plugins import GROUPS
 from hfc_design.report import rivals
 from hfc_design.simulation.evaluation import load_design
+
+#: Where the modules lie that no test brings.
+INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell began the tests in its background; the commands that they interrupt would not hear.
@@ -44,7 +49,7 @@ def random_population():
 @pytest.fixture
 def published():
     """(controller, gains of a population of one) of a built-in design."""
-    return lambda name: from_design(load_design(name).controller)
+    return lambda name: controller_of(load_design(name))
 
 
 @pytest.fixture
@@ -67,7 +72,8 @@ def own_plugins(monkeypatch):
         known.clear()
         known.update(before)
     for name in set(sys.modules) - modules:
-        if not name.startswith(("jax", "numpy", "scipy", "matplotlib", "hfc_design")):
+        file = getattr(sys.modules[name], "__file__", None) or ""
+        if not name.startswith(("hfc_design", "plants")) and not file.startswith(INSTALLED):
             del sys.modules[name]
 
 

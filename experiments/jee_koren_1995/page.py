@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from experiments.shared import HEAD, Batch, curves, markdown, number
-from hfc_design.report.plots import save
+from hfc_design.pictures.figure import save
 
 CYCLES = tuple(f"cycle_{k}_rms_contour_error_BLU" for k in (1, 2, 3))
 AXIAL = tuple(f"cycle_{k}_x_rms_error_BLU" for k in (1, 3))

@@ -33,7 +33,7 @@ def export(
     if path.exists():
         raise UserError(f"--out {path}: exists already; name another path")
     if lookup is None:
-        FORMATS[target][1](found, path)
+        FORMATS[target].write(found, path)
     else:
         deviation = c_source.write_lookup(found, path, lookup)
         click.echo(f"largest deviation from the exact command: {deviation}")

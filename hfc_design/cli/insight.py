@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -20,11 +21,17 @@ from hfc_design.cli.plugin_options import knowing_plugins
     metavar="SIGNAL=NUMBER,...",
     help="Signals of a sample; given again for each sample that follows, the last is explained.",
 )
+@click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
 @click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
 @knowing_plugins
 def explain(
-    design: str, others: tuple[str, ...], samples: tuple[str, ...], least: float, as_json: bool
+    design: str,
+    others: tuple[str, ...],
+    samples: tuple[str, ...],
+    axis: str,
+    least: float,
+    as_json: bool,
 ) -> None:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
@@ -33,10 +40,14 @@ def explain(
     error_change. Integral and adaptation are then as before the first sample. With several --at
     the controller steps through them from rest, and adapts.
     """
-    from hfc_design.runtime.explain import explanation
+    from hfc_design.files.machine import PlantSettings
+    from hfc_design.runtime.explain import explanation, part
     from hfc_design.simulation.evaluation import load_design
 
-    found = explanation(load_design(design, others), samples)
+    read = part(load_design(design, others), axis)
+    plant = PlantSettings(**read.plant.model_dump())
+    k = plant.machine.axes.index(axis) if axis else 0
+    found = explanation(read, plant.machine.drives[k], plant.values()[k], samples)
     if as_json:
         click.echo(json.dumps(found))
         return
@@ -67,8 +78,8 @@ def stability(
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
     2004.
     """
-    from hfc_design.controllers.flc import gains as report
     from hfc_design.core.records import UserError
+    from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
     given = {key: value for key, value in options.items() if value is not None}
@@ -78,18 +89,31 @@ def stability(
         points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
-        from hfc_design.simulation.evaluation import load_design
-
-        record = load_design(design, others)
-        points = report.points(record)
-        drive = report.drive(record, given)
+        points, drive = _of_design(design, others, given)
     found = stable_range(**drive)
     if plot is not None:
-        from hfc_design.controllers.flc.range_picture import stability_figure
-        from hfc_design.report.plots import save
+        from hfc_design.pictures.figure import save
+        from hfc_design.stability.picture import stability_figure
 
         save(stability_figure(found, points), plot)
     if as_json:
         click.echo(json.dumps(report.numbers(found, points)))
     else:
         report.show(found, points)
+
+
+def _of_design(name: str, others: tuple[str, ...], given: dict[str, float]) -> Any:
+    """Gains of a design's rule table, and the drive that it is for."""
+    from hfc_design.controllers.kind import needed
+    from hfc_design.files.machine import PlantSettings
+    from hfc_design.simulation.evaluation import load_design
+    from hfc_design.stability import report
+
+    design = load_design(name, others)
+    points = needed(design.kind.table_gains, design, "no flc, aflc or soflc")
+    plant = PlantSettings(**design.plant.model_dump())
+    axes = zip(plant.machine.drives, plant.values(), strict=True)
+    linear = [drive.linear(parameters) for drive, parameters in axes if drive.linear]
+    told = f"design {design.name} is for the plant {design.plant.name}"
+    every = design.controller.sample_time_s
+    return points(design.controller), report.drive_of(told, linear, every, given)

@@ -2,37 +2,54 @@
 
 import click
 
+from hfc_design.cli.plugin_options import knowing_plugins
+
 
 @click.command("list")
 @click.argument(
-    "what", type=click.Choice(["scenarios", "designs", "plants", "controllers", "formats"])
+    "what",
+    type=click.Choice(
+        ["scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"]
+    ),
 )
+@knowing_plugins
 def list_(what: str) -> None:
     """What is built in."""
     from rich.table import Table
 
-    from hfc_design.controllers import kinds as controllers
-    from hfc_design.controllers.gains.law import LAWS
+    from hfc_design.controllers.kinds import KINDS
     from hfc_design.core.console import terminal
     from hfc_design.files import design as rulebase
     from hfc_design.files import scenario as scenarios
     from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS
-    from hfc_design.simulation import evaluation as evaluate
+    from hfc_design.objectives.registry import OBJECTIVES
+    from hfc_design.search.registry import STRATEGIES
+    from plants import Machine
 
     if what == "scenarios":
         names = scenarios.builtin_names()
         lines = {name: scenarios.load_scenario(name).description for name in names}
     elif what == "designs":
         names = rulebase.builtin_designs()
-        lines = {name: str(evaluate.load_design(name).provenance["source"]) for name in names}
+        lines = {name: str(rulebase.named_design(name).provenance["source"]) for name in names}
     elif what == "plants":
-        plants = {name: ALL_PLANTS.get(name) for name in ALL_PLANTS.names()}
-        lines = {name: ", ".join(plant.parameters._fields) for name, plant in plants.items()}
+        lines = {}
+        for name in ALL_PLANTS.names():
+            plant = ALL_PLANTS.get(name)
+            if isinstance(plant, Machine):
+                pairs = zip(plant.axes, plant.drives, strict=True)
+                lines[name] = ", ".join(f"{axis}: {drive.name}" for axis, drive in pairs)
+            else:
+                lines[name] = ", ".join(plant.parameters._fields)
     elif what == "controllers":
-        lines = dict.fromkeys(LAWS.names(), "an own law") | controllers.KINDS
+        lines = {name: KINDS.get(name).summary for name in KINDS.names()}
+    elif what == "fitnesses":
+        lines = {name: OBJECTIVES.get(name).meaning for name in OBJECTIVES.names()}
+    elif what == "strategies":
+        lines = {name: STRATEGIES.get(name).summary for name in STRATEGIES.names()}
     else:
-        lines = {name: text for name, (text, _) in FORMATS.items()}
+        lines = {name: found.text for name, found in FORMATS.items()}
     table = Table(box=None, show_header=False)
     for name, text in lines.items():
         table.add_row(name, text)

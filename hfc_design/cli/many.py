@@ -18,7 +18,7 @@ def report(folder: Path, each: bool, parquet: bool) -> None:
     Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
     the same numbers as runs.csv, groups.csv and comparisons.csv.
     """
-    from hfc_design.runs.batch.report import report
+    from hfc_design.batch.report import report
 
     report(folder, each, parquet)
 
@@ -51,8 +51,8 @@ def batch(
     What is finished is skipped, what broke off goes on where it stopped, what fails stops nothing.
     Without --workers or --scheduler one cell after the other, each on every core.
     """
+    from hfc_design.batch import session
     from hfc_design.core.records import UserError
-    from hfc_design.runs.batch import session
 
     if (file is None) == (status is None):
         raise UserError("give either a batch file or --status DIR")

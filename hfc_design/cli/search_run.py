@@ -8,7 +8,7 @@ from hfc_design.cli.terminal import progress_bar, show_table
 from hfc_design.core.console import terminal
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.scenario import Scenario, load_scenario
-from hfc_design.report.rivals import BASELINES, write_page
+from hfc_design.report import rivals
 from hfc_design.runs import run as designs
 from hfc_design.search.loop import Search
 
@@ -36,9 +36,9 @@ def design(
             result = designs.run(scenario, folder, watch.generation)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
-    rivals = write_page(scenario, result, folder)
-    baselines = BASELINES.get(scenario.plant.name, {})
-    beside = {baselines[name]: rival for name, rival in rivals.items()}
+    others = rivals.write_page(scenario, result, folder)
+    baselines = rivals.BASELINES.get(scenario.plant.name, {})
+    beside = {baselines[name]: rival for name, rival in others.items()}
     show_table(scenario, {"this design": result.evaluation, **beside}, watch.summary())
     terminal().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
@@ -67,6 +67,7 @@ class Watch(Quiet):
         self._console = terminal(stderr=True)
         self._total = scenario.search.generations
         self._steps = scenario.search.population * scenario.simulation.steps
+        self._title = scenario.judge().title
         self._begun = self._said = time.monotonic()
         self._first: tuple[int, float] | None = None
         self._diverged = 0
@@ -74,6 +75,8 @@ class Watch(Quiet):
         self._task = self._bar.add_task("compiling", total=self._total, line="")
 
     def __enter__(self) -> "Watch":
+        if self._console.is_terminal:
+            self._console.print(self._title, markup=False)
         self._bar.start()
         return self
 
@@ -97,13 +100,14 @@ class Watch(Quiet):
         self._bar.update(self._task, description="generation", completed=done, line=line)
         if not self._console.is_terminal and (now - self._said > 5.0 or done == self._total):
             left = (self._total - done) * (now - since) / max(done - begun, 1)
-            print(f"generation {done}/{self._total}  {line}  {left:.0f} s left", file=sys.stderr)
+            told = f"generation {done}/{self._total}  {self._title}: {line}  {left:.0f} s left"
+            print(told, file=sys.stderr)
             self._said = now
 
     def summary(self) -> str:
         """Time and divergence of the whole run."""
         seconds = time.monotonic() - self._begun
-        return f"{seconds:.1f} s; {self._diverged} individuals diverged and scored 0"
+        return f"{seconds:.1f} s; {self._diverged} individuals diverged"
 
 
 def _free_folder(name: str) -> Path:

@@ -15,7 +15,7 @@ from hfc_design.cli.plugin_options import choosing_plugins
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
 @click.option("--population", type=int, help="Individuals in a generation.")
 @click.option("--generations", type=int, help="Generations.")
-@click.option("--preset", help="Search strategy: race (default) or lin-lee-1999.")
+@click.option("--preset", help="Search strategy [default: race]; see hfc list strategies.")
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")

@@ -31,7 +31,7 @@ def score(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Fitness and metrics of DESIGN (a built-in name, a design file or a run folder).
+    """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
     With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
     share that is stable, and quantiles of every metric. Stable is a motion that stays finite and
@@ -55,9 +55,8 @@ def score(
         line = {
             "design": found.name,
             "scenario": where.name,
-            "fitness": evaluation.fitness,
             "diverged": evaluation.diverged,
-            **evaluation.metrics,
+            **evaluation.score(where.judge()),
         }
         click.echo(json.dumps(line))
     else:
@@ -90,8 +89,8 @@ def simulate(
     found, where = loaded(design, others, scenario, chosen, changes)
     evaluation = evaluate(found, where)
     if plot is not None:
+        from hfc_design.pictures.figure import save
         from hfc_design.report.contour_plots import motion
-        from hfc_design.report.plots import save
 
         save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:

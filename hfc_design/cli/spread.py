@@ -41,13 +41,14 @@ def score_spread(
     with bar:
         found = robustness(design, scenario, spread, samples, seed, progress)
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
-    numbers = {"design": design.name, "scenario": scenario.name, **found.numbers()}
+    own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
+    numbers = own | found.numbers()
     if as_json:
         print(json.dumps(numbers))
     else:
         _show_spread(numbers)
     if plot is not None:
-        from hfc_design.report.plots import save
+        from hfc_design.pictures.figure import save
         from hfc_design.report.spread_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
@@ -61,7 +62,7 @@ def _show_spread(numbers: dict[str, Any]) -> None:
         title_style="",
         caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
-        "quantiles of the stable ones that have the metric\n"
+        f"quantiles of the stable ones that have the metric; merit is {numbers['judged_by']}\n"
         f"impossible machines drawn again: {numbers['refused_draws']}\n"
         f"simulated again with shorter steps: {numbers['refined']}",
         caption_justify="left",

@@ -8,19 +8,16 @@ from hfc_design.core.console import column, terminal
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation
 
-#: What the fitness of a kind is called in a table.
-FITNESSES = {"lin-lee": "fitness, LL eq. 5", "contour": "fitness [1/BLU]"}
-
 
 def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:
-    """Fitness and metrics of some designs side by side, one column a design."""
+    """Fitness, merit and metrics of some designs side by side, one column a design."""
     table = Table(caption=caption or None, caption_justify="left")
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
-    cells = [f"{row.fitness:.4f}" if not row.diverged else "diverged" for row in rows.values()]
-    kind = scenario.fitness.kind
-    table.add_row(FITNESSES.get(kind, f"fitness, {kind}"), *cells)
+    for key, title in scenario.judge().titles.items():
+        scores = (f"{getattr(r, key):.4f}" if not r.diverged else "diverged" for r in rows.values())
+        table.add_row(title.replace(" / ", "\n/ "), *scores)
     first = next(iter(rows.values()))
     for key in first.metrics:
         found = (row.metrics[key] for row in rows.values())

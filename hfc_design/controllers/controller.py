@@ -1,33 +1,108 @@
-"""What a controller is."""
+"""What a controller is: it sees the whole machine and gives every command. Never imports JAX.
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+Most controllers are the law of one axis, lifted to the machine by ``PerAxis``.
+"""
 
-#: (gains, memory, signals) -> (command or what it is made of, memory)
-Step = Callable[[Any, Any, dict[str, Any]], tuple[Any, Any]]
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
+
+from hfc_design.core.scalars import Scalar, Xp, clipped
+
+#: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``reference``,
+#: ``reference_rate``, ``reference_acceleration``) and the readings of its drive.
+Signals = Mapping[str, Any]
 
 
-class Controller(NamedTuple):
-    """A controller as pure functions of scalars, called once a sample::
+class PathView(NamedTuple):
+    """The path of an X-Y machine, as the control knows it."""
 
-    memory = controller.initial_memory(zero)
-    command, memory = controller.step(gains, memory, signals)
+    tangent_x: Scalar  # unit vector along the path, where the machine should be
+    tangent_y: Scalar
+    curvature: Scalar  # positive to the left [1 / unit of the position]
+    contour_error: Scalar  # of the measured position, positive to the left
 
-    ``gains`` is the record that a search changes, ``memory`` what has to be remembered from one
-    sample to the next, ``signals`` a dict of the tracking error, its rate and the plant's
-    readings.
+
+class View(NamedTuple):
+    """Everything that a controller sees of its machine at a sample."""
+
+    axes: tuple[Signals, ...]
+    path: PathView | None = None  # None: the machine follows no path
+    told: Any = None  # the parameters of each axis, as the control believes them to be
+
+
+class Controller(Protocol):
+    """Pure functions of scalars, called once a sample. Hashable: a key of compiled code.
+
+    ``gains`` are what a search changes, ``memory`` is what is remembered from one sample to the
+    next.
     """
 
+    @property
+    def kind(self) -> str:
+        """Name of the kind."""
+
+    def initial_memory(self, zero: Scalar) -> Any:
+        """Memory before the first sample."""
+
+    def step(self, xp: Xp, gains: Any, memory: Any, view: View) -> tuple[tuple[Any, ...], Any]:
+        """The command of every axis, and what to remember."""
+
+
+class AxisLaw(NamedTuple):
+    """The law of one axis, in scalars: the same text for the simulator and the runtime.
+
+    ``parts(xp, law, gains, memory, signals)`` gives what the command is made of, a record with
+    a method ``command()``, and what to remember.
+    """
+
+    parts: Callable[..., tuple[Any, Any]]
+    start: Callable[["AxisLaw", Any], Any]  # (law, zero) -> memory before the first sample
+    sample_time: float  # [s]
+    limit: float | None = None  # largest command of either sign
+    structure: Any = None  # what is code and no number: forms, names of inputs, terms
+
+    def initial_memory(self, zero: Scalar) -> Any:
+        """Memory before the first sample."""
+        return self.start(self, zero)
+
+    def step(self, xp: Xp, gains: Any, memory: Any, signals: Signals) -> tuple[Any, Any]:
+        """The command within its limit, and what to remember."""
+        parts, memory = self.parts(xp, self, gains, memory, signals)
+        return limited(xp, self.limit, parts.command()), memory
+
+
+class PerAxis(NamedTuple):
+    """A controller of a law for each axis, with gains that all share or each its own."""
+
     kind: str
-    initial_memory: Callable[[Any], Any]
-    step: Step
+    laws: tuple[AxisLaw, ...]
+    own_gains: bool = False
+
+    def initial_memory(self, zero: Scalar) -> tuple[Any, ...]:
+        """Memory of each axis before the first sample."""
+        return tuple(law.initial_memory(zero) for law in self.laws)
+
+    def step(self, xp: Xp, gains: Any, memory: Any, view: View) -> tuple[tuple[Any, ...], Any]:
+        """The command of every axis, and what each remembers."""
+        every = gains if self.own_gains else (gains,) * len(self.laws)
+        each = zip(self.laws, every, memory, view.axes, strict=True)
+        stepped = [law.step(xp, own, before, signals) for law, own, before, signals in each]
+        commands, memories = zip(*stepped, strict=True)
+        return commands, memories
 
 
-def summed(parts: Step) -> Step:
-    """The step of a law that gives its command in parts: their sum, and what to remember."""
+def limited(xp: Xp, limit: float | None, command: Any) -> Any:
+    """``command``, no larger than its limit in either direction."""
+    return command if limit is None else clipped(xp, command, -limit, limit)
 
-    def step(gains: Any, memory: Any, signals: dict[str, Any]) -> tuple[Any, Any]:
-        found, memory = parts(gains, memory, signals)
-        return found.command(), memory
 
-    return step
+def held(xp: Xp, limit: float | None, command: Any, before: Any, after: Any) -> Any:
+    """An integral that went from ``before`` to ``after``, or stays where that would wind it up.
+
+    It stays while the ``command`` that it is part of is beyond the limit and the step would push
+    it further (clamping anti-windup).
+    """
+    if limit is None:
+        return after
+    further = (after - before) * command > 0.0
+    return xp.where((abs(command) > limit) & further, before, after)

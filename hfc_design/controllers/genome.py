@@ -1,15 +1,12 @@
 """What a search strategy needs to know of what it varies."""
 
-from typing import Any, Protocol, Self, TypeVar
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hfc_design.controllers.kinds import Controller
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from hfc_design.controllers.controller import Controller
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 
 class Population(Protocol):
@@ -26,8 +23,21 @@ class Population(Protocol):
 AnyPopulation = TypeVar("AnyPopulation", bound=Population)
 
 
+class Space(NamedTuple):
+    """Individuals as points, so that the derivative of a loop tells where to go from one."""
+
+    vectors: Callable[[Any], Floats]  # population -> (n, parameters), ordered as ``gains`` are
+    from_vectors: Callable[[Floats, Any], Any]  # points, an individual of their structure -> they
+    frozen: Mask  # (parameters,) those that stay
+    low: Floats  # (parameters,)
+    high: Floats  # (parameters,)
+
+
 class Genome(Protocol):
-    """Individuals of one kind of controller: how they begin, vary and become a controller."""
+    """Individuals of one kind of controller: how they begin, vary and become a controller.
+
+    One whose individuals are points too says so by a method ``space() -> Space``.
+    """
 
     @property
     def controller(self) -> Controller:
@@ -55,24 +65,45 @@ class Genome(Protocol):
     def gains(self, population: Any) -> Any:
         """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
 
+    def notation(self, structure: int) -> str:
+        """A structure as people read it."""
+
     def record(self, individual: Any) -> dict[str, Any]:
         """A population of one as the controller of a design file."""
 
 
+def some(rng: np.random.Generator, shape: tuple[int, ...], share: Any) -> Floats:
+    """Normal numbers in a ``share`` of all places, 0 elsewhere."""
+    return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
+
+
 def taken(population: Any, chosen: Integers | Mask | slice) -> Any:
-    """The chosen individuals of a NamedTuple of arrays."""
-    return type(population)(*(array[chosen] for array in population))
+    """The chosen individuals of a NamedTuple of arrays, or of such."""
+    return _mapped(lambda array: array[chosen], population)
 
 
 def joined(*populations: AnyPopulation) -> AnyPopulation:
     """Populations one after the other."""
-    arrays: Any = zip(*populations, strict=True)
-    return type(populations[0])(*(np.concatenate(parts) for parts in arrays))
+    found: AnyPopulation = _mapped(lambda *parts: np.concatenate(parts), *populations)
+    return found
 
 
 def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
     """The population with other individuals at some places."""
-    changed = [array.copy() for array in population]  # type: ignore[attr-defined]
-    for array, values in zip(changed, by, strict=True):  # type: ignore[call-overload]
+
+    def changed(array: Any, values: Any) -> Any:
+        array = array.copy()
         array[places] = values
-    return type(population)(*changed)
+        return array
+
+    found: AnyPopulation = _mapped(changed, population, by)
+    return found
+
+
+def _mapped(function: Callable[..., Any], *trees: Any) -> Any:
+    """``function`` of the arrays that stand at the same place in tuples of tuples."""
+    first = trees[0]
+    if not isinstance(first, tuple):
+        return function(*trees)
+    parts = [_mapped(function, *own) for own in zip(*trees, strict=True)]
+    return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)

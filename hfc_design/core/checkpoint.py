@@ -11,7 +11,9 @@ import numpy as np
 
 from hfc_design.core.records import RunError
 
-FORMAT = "hfc-checkpoint-1"
+FORMAT = "hfc-checkpoint-2"
+#: In which what had failed scored 0, and everything else more.
+FIRST_FORMAT = "hfc-checkpoint-1"
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -43,8 +45,11 @@ def save(path: Path, search: Any, config: str) -> None:
     write_whole(path, buffer.getvalue())
 
 
-def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
-    """The search of type ``kind`` in ``path``; ``fields`` are the types of some fields in it.
+def load(path: Path, kind: type, fields: dict[Any, Any], config: str) -> Any:
+    """The search of type ``kind`` in ``path``.
+
+    ``fields`` has, of some fields in it by their name or annotation, the type, or one that is
+    built like them.
 
     Raises:
         RunError: the file is damaged, is no checkpoint, or belongs to another run.
@@ -52,7 +57,10 @@ def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
-        if str(arrays["format"]) != FORMAT:
+        if str(arrays["format"]) == FIRST_FORMAT:
+            scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
+            arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
+        elif str(arrays["format"]) != FORMAT:
             raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
         if str(arrays["config"]) != config:
             raise RunError(f"{path}: belongs to a run with another config.toml")
@@ -62,16 +70,30 @@ def load(path: Path, kind: type, fields: dict[str, type], config: str) -> Any:
 
 
 def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
-    if hasattr(record, "_fields"):
-        parts = zip(record._fields, record, strict=True)
+    if isinstance(record, tuple):
+        names = getattr(record, "_fields", map(str, range(len(record))))
+        parts = zip(names, record, strict=True)
         return [item for name, part in parts for item in _flat(part, f"{prefix}{name}.")]
     return [(prefix.rstrip("."), np.asarray(record))]
 
 
-def _built(kind: type, prefix: str, arrays: dict[str, np.ndarray], known: dict[str, type]) -> Any:
+def _built(kind: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
+    if isinstance(kind, tuple):
+        return _like(kind, prefix, arrays)
     if hasattr(kind, "_fields"):
-        hints = get_type_hints(kind) | {k: v for k, v in known.items() if k in kind._fields}
+        hints = {k: known.get(k, known.get(own, own)) for k, own in get_type_hints(kind).items()}
         parts = (_built(hints[name], f"{prefix}{name}.", arrays, known) for name in kind._fields)
         return kind(*parts)
     value = arrays[prefix.rstrip(".")]
-    return int(value) if kind is int else value
+    return kind(value) if kind in (int, float, bool) else value
+
+
+def _like(record: Any, prefix: str, arrays: dict[str, np.ndarray]) -> Any:
+    """What is built like ``record``, tuples of tuples of arrays."""
+    if not isinstance(record, tuple):
+        return arrays[prefix.rstrip(".")]
+    names = getattr(record, "_fields", map(str, range(len(record))))
+    parts = [
+        _like(part, f"{prefix}{name}.", arrays) for name, part in zip(names, record, strict=True)
+    ]
+    return type(record)(*parts) if hasattr(record, "_fields") else tuple(parts)

@@ -1,9 +1,10 @@
 """The functions of the control laws on JAX scalars, which the simulator makes vectors of."""
 
-from types import SimpleNamespace
-
 import jax
 import jax.numpy as jnp
+
+from hfc_design.core.scalars import Xp
+from plants.scalar import decay, ratio
 
 
 def once(x: jax.Array) -> jax.Array:
@@ -15,4 +16,4 @@ def once(x: jax.Array) -> jax.Array:
     return x / (1.0 + 0.0 * x)
 
 
-LANES = SimpleNamespace(where=jnp.where, minimum=jnp.minimum, maximum=jnp.maximum, once=once)
+LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once)

@@ -1,4 +1,4 @@
-"""What users add without changing the package: plants, fitnesses and control laws of their own.
+"""What users add without changing the package: plants, fitnesses, strategies, laws of their own.
 
 A file names one by a plain name. It is looked up among what is built in, what the program has
 added, and the entry points of installed packages. Modules are named on the command line and in
@@ -6,13 +6,18 @@ scripts only, so that nothing a file says is ever imported. Never imports JAX.
 """
 
 import importlib
+import pkgutil
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Generic, TypeVar
+
+from pydantic import ValidationError, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic_core import InitErrorDetails
 
 from hfc_design.core.records import UserError
 
@@ -20,6 +25,8 @@ Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
 References = list[tuple[str, str]]
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+#: Every group, by the option that names one of it, without its dashes.
+GROUPS: "dict[str, Group[Any]]" = {}
 
 
 @dataclass(frozen=True)
@@ -27,21 +34,34 @@ class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
     what: str  # as in --plant
-    kind: type[Thing]  # has a ``name``
+    kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
-    built_in: frozenset[str]  # names that nobody may take
+    #: Names that nobody may take: those known at first.
+    built_in: frozenset[str] = frozenset()
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
+    adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
 
-    def add(self, thing: Thing) -> Thing:
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "built_in", self.built_in or frozenset(self.known))
+        GROUPS[self.what] = self
+
+    def takes(self, thing: Any) -> bool:
+        """Whether ``thing`` is one of this kind."""
+        return isinstance(self.adopt(thing), self.kind)
+
+    def add(self, thing: Any) -> Thing:
         """Make ``thing`` known; one of the same name that was added earlier is replaced.
 
         Raises:
             UserError: it is none of this kind, cannot work, or has a name that is taken.
         """
+        thing = self.adopt(thing)
         if not isinstance(thing, self.kind):
-            raise UserError(f"is a {type(thing).__name__} and no {self.kind.__name__}")
+            kinds = self.kind if isinstance(self.kind, tuple) else (self.kind,)
+            wanted = " or ".join(kind.__name__ for kind in kinds)
+            raise UserError(f"is a {type(thing).__name__} and no {wanted}")
         name = str(getattr(thing, "name", ""))
         if not NAME.fullmatch(name):
             raise UserError(f"{self.what} {name!r}: a name has letters, digits, '.', '_' and '-'")
@@ -87,6 +107,11 @@ class Group(Generic[Thing]):
             raise ValueError(str(error).removeprefix(f"{name!r} ")) from None
         return name
 
+    def source(self, name: str) -> str | None:
+        """Where an own one comes from, as ``module:OBJECT``; None where it is not known."""
+        found = metadata.entry_points(group=self.entry_points, name=name)
+        return self.given.get(name) or next((entry.value for entry in found), None)
+
     def resolve(self, text: str) -> Thing:
         """What the command line means: a name, or ``module:OBJECT``.
 
@@ -97,9 +122,6 @@ class Group(Generic[Thing]):
         """
         if ":" not in text:
             return self.get(text)
-        here = str(Path.cwd())
-        if here not in sys.path:
-            sys.path.append(here)
         thing = self._imported(text, f"--{self.what} {text}")
         self.given[str(getattr(thing, "name", ""))] = text
         return thing
@@ -123,11 +145,111 @@ class Group(Generic[Thing]):
             raise UserError(f"{source}: {error}") from error
 
 
+def use(text: str) -> None:
+    """Make what ``module:OBJECT`` names known, whichever group it is for.
+
+    Raises:
+        UserError: it cannot be imported, or is nothing that a group takes.
+    """
+    try:
+        thing = _object(text)
+    except UserError as error:
+        raise UserError(f"--use {text}: {error}") from error
+    for group in GROUPS.values():
+        if group.takes(thing):
+            group.resolve(text)
+            return
+    raise UserError(f"--use {text}: is a {type(thing).__name__} and none of {', '.join(GROUPS)}")
+
+
+def given() -> References:
+    """What this process was told on its command line; never what a file or a package says."""
+    return [(what, text) for what, group in GROUPS.items() for text in group.given.values()]
+
+
+def know(references: References) -> None:
+    """Make these known, and no longer those that an earlier call made known.
+
+    Raises:
+        UserError: one cannot be imported or used here.
+    """
+    for group in GROUPS.values():
+        group.forget()
+    for what, text in references:
+        GROUPS[what].resolve(text)
+
+
+def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
+    """Group -> name -> where it comes from, of what is used and not built in."""
+    found: dict[str, dict[str, str]] = {}
+    for what, name in used:
+        if name not in GROUPS[what].built_in and (source := GROUPS[what].source(name)):
+            found.setdefault(what, {})[name] = source
+    return found
+
+
+def missing(named: Any) -> str:
+    """A hint at the plug-ins that are needed and not known here, of ``sources``; "" without any."""
+    groups = named.items() if isinstance(named, dict) else ()
+    own = [(GROUPS[what], parts) for what, parts in groups if what in GROUPS]
+    needed = [
+        f"--use {source}"
+        for group, parts in own
+        if isinstance(parts, dict)
+        for name, source in parts.items()
+        if name not in group.names()
+    ]
+    return f"; its provenance names {' '.join(needed)}" if needed else ""
+
+
+def chosen(
+    group: Group[Any] | Callable[[], Group[Any]],
+    part: str,
+    key: str = "kind",
+    default: str = "",
+) -> WrapValidator:
+    """Validates a table of a file by the record that is ``part`` of what its ``key`` names.
+
+    ``default`` is the name where the key is left out.
+    """
+
+    def validated(data: Any, base: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+        if isinstance(data, dict) and default:
+            data = {key: default} | data
+        if not isinstance(data, dict) or not isinstance(data.get(key), str):
+            return base(data)  # a record already, or refused
+        try:
+            known = group if isinstance(group, Group) else group()
+            record = getattr(known.get(data[key]), part)
+            if record is None:
+                raise UserError(f"{data[key]!r} has none: nothing searches it")
+        except UserError as error:
+            why = ValueError(str(error).removeprefix(f"{data[key]!r} "))
+            found = InitErrorDetails(
+                type="value_error", loc=(key,), input=data[key], ctx={"error": why}
+            )
+            raise ValidationError.from_exception_data(key, [found]) from None
+        return record.model_validate(data, context=info.context)
+
+    return WrapValidator(validated)
+
+
+def found_in(package: ModuleType, attribute: str) -> dict[str, Any]:
+    """What the modules and folders of a package hold under one name, by the names of these."""
+    modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    parts = (importlib.import_module(f"{package.__name__}.{name}") for name in modules)
+    things = (getattr(part, attribute) for part in parts if hasattr(part, attribute))
+    return {thing.name: thing for thing in things}
+
+
 def _object(reference: str) -> Any:
     """What ``module:OBJECT`` names."""
     module, _, name = reference.partition(":")
     if not module or not name:
         raise UserError("has to look like module:OBJECT")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
     try:
         found = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises

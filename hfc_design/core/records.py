@@ -10,6 +10,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 Name = Annotated[str, Field(pattern=NAME)]
+Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
 
 #: Linguistic terms of an input; a rule table is TERMS x TERMS.
 TERMS = 7
@@ -55,14 +56,18 @@ def by_kind(*kinds: str) -> Discriminator:
 Checked = TypeVar("Checked", bound=BaseModel)
 
 
-def checked(model: type[Checked], data: Any, source: str | Path, folder: Path) -> Checked:
+def checked(
+    model: type[Checked], data: Any, source: str | Path, folder: Path, **context: Any
+) -> Checked:
     """``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
+
+    ``context`` is for the validators.
 
     Raises:
         UserError: data is not what the model allows; one line with file, key, value and rule.
     """
     try:
-        return model.model_validate(data, context={"folder": folder})
+        return model.model_validate(data, context={"folder": folder, **context})
     except ValidationError as error:
         raise UserError(f"{source}: {_explained(error, data)}") from None
 

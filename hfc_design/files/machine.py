@@ -1,24 +1,34 @@
-"""The machine of a scenario: which plant, its limits, what its sensors see."""
+"""The machine of a scenario: which drives, what their sensors see."""
 
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
 from hfc_design.core.plugins import Group
-from hfc_design.core.records import Finite, NotNegative, Positive, Record
-from hfc_design.files.design import Label
-from plants import PLANTS, Plant, plant_fault
+from hfc_design.core.records import Finite, Label, NotNegative, Record
+from hfc_design.files.limits import PerAxisRecord
+from plants import PLANTS, Drive, Machine, alone, drive_fault, machine_fault, side_by_side
 
-#: Every plant that a scenario can name.
-ALL_PLANTS: Group[Plant] = Group(
-    "plant", Plant, "hfc_design.plants", PLANTS, frozenset(PLANTS), plant_fault
+
+def _fault(plant: Drive | Machine) -> str | None:
+    if isinstance(plant, Drive):
+        return drive_fault(plant)
+    faults = (drive_fault(drive) for drive in plant.drives)
+    return next(filter(None, faults), None) or machine_fault(plant)
+
+
+#: Every drive and machine that a scenario can name.
+ALL_PLANTS: Group[Drive | Machine] = Group(
+    "plant", (Drive, Machine), "hfc_design.plants", PLANTS, fault=_fault
 )
 
 
 class PlantSettings(Record):
-    """Which plant, and the parameters that differ from its nominal machine.
+    """Which drive or machine, and the parameters that differ from the nominal one.
 
-    A machine of several axes names them in ``axes``, each with what differs once more.
+    A drive that moves several axes names them in ``axes``, each with what differs once more; a
+    machine has names for its axes already.
     """
 
     name: Annotated[str, AfterValidator(ALL_PLANTS.checked)] = "c-axis"
@@ -27,34 +37,47 @@ class PlantSettings(Record):
 
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
-        for place, changes in self._changes().items():
-            fault = self.plant.fault(changes)
+        machine = self.machine
+        check_axes("axes", self.axes, machine.axes)
+        for axis, drive in zip(machine.axes, machine.drives, strict=True):
+            fault = drive.fault(self._changes(axis))
             if fault:
-                raise ValueError(place + fault)
+                raise ValueError((f"axes.{axis}: " if axis in self.axes else "") + fault)
         return self
 
-    def _changes(self) -> dict[str, dict[str, float]]:
-        """What differs from the nominal machine in each axis, with its place in a message."""
-        own = {f"axes.{name}: ": changes for name, changes in self.axes.items()}
-        return {place: self.parameters | changes for place, changes in (own or {"": {}}).items()}
+    def _changes(self, axis: str) -> dict[str, float]:
+        """What differs from the nominal drive of an axis."""
+        return self.parameters | self.axes.get(axis, {})
 
     @property
-    def plant(self) -> Plant:
-        """The plant's functions."""
-        return PLANTS[self.name]
+    def machine(self) -> Machine:
+        """The machine's functions."""
+        plant = ALL_PLANTS.get(self.name)
+        if isinstance(plant, Machine):
+            return plant
+        if not self.axes:
+            return alone(plant)
+        return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
 
     def values(self) -> tuple[Any, ...]:
         """The parameter record of each axis."""
-        return tuple(self.plant.parameters(**changes) for changes in self._changes().values())
+        pairs = zip(self.machine.axes, self.machine.drives, strict=True)
+        return tuple(drive.parameters(**self._changes(axis)) for axis, drive in pairs)
 
 
-class Limits(Record):
-    """Limits of the drive, in the units of the plant."""
+def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
+    """Whether every axis that a file names is one of the machine's.
 
-    command: Positive | None = None
+    Raises:
+        ValueError: one is not.
+    """
+    for axis in named:
+        if axis not in known:
+            listed = ", ".join(known)
+            raise ValueError(f"{key}.{axis}: the machine has no such axis; it has {listed}")
 
 
-class SensorSettings(Record):
+class SensorSettings(PerAxisRecord):
     """What the controller sees of the machine, in the units of the plant; ideal without any."""
 
     encoder_resolution: NotNegative = 0.0

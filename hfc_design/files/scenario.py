@@ -10,44 +10,31 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, SerializeAsAny, model_validator
 
-from hfc_design.controllers.hierarchical.law import PREVIOUS
+from hfc_design.controllers.kind import ControllerSettings, Target
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.records import TERMS, Name, Record, UserError, checked
-from hfc_design.files.controller import (
-    AflcSettings,
-    ControllerSettings,
-    FlcSettings,
-    HierarchicalSettings,
-    LawSettings,
-)
-from hfc_design.files.machine import Limits, PlantSettings, SensorSettings
-from hfc_design.motion.signals import (
-    AxisSamples,
-    Load,
-    PathFrame,
-    Ramp,
-    Reference,
-    Samples,
-    Simulation,
-)
-from hfc_design.motion.trajectories import (
-    PathReference,
-    Trajectory,
-    check_speed,
-    largest_drive_speed,
-)
-from hfc_design.objectives.fitness import settled_samples
-from hfc_design.objectives.settings import ContourSettings, FitnessSettings, LinLeeSettings, Window
-from hfc_design.search.settings import LinLeeSettings as SearchLinLee
-from hfc_design.search.settings import RaceSettings, SearchSettings
-from plants import Plant
-from plants.feed_drive import FeedDriveParameters
+from hfc_design.core.plugins import chosen
+from hfc_design.core.records import Name, Record, UserError, checked
+from hfc_design.files.design import named_design
+from hfc_design.files.limits import Limits
+from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes
+from hfc_design.files.sampled import axis_samples, path_samples
+from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
+from hfc_design.motion.samples import AxisSamples, Samples, Simulation
+from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
+from hfc_design.objectives.judge import Judge, judge
+from hfc_design.objectives.metrics import Window, settled_samples
+from hfc_design.objectives.registry import FitnessSettings, objective_of
+from hfc_design.search.registry import STRATEGIES, SearchSettings
+from plants import Drive
 
 MAX_STEPS = 10_000_000
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
+#: Of a controller that does not say its kind.
+DEFAULT_KIND = "pd+hierarchical-fuzzy"
 
 
 class RunSettings(Record):
@@ -57,20 +44,6 @@ class RunSettings(Record):
     precision: Literal["float32", "float64"] = "float32"
 
 
-def _with_kind(fitness: Any) -> Any:
-    return {"kind": "lin-lee"} | fitness if isinstance(fitness, dict) else fitness
-
-
-def _with_controller(controller: Any) -> Any:
-    if isinstance(controller, dict):
-        return {"kind": "pd+hierarchical-fuzzy"} | controller
-    return controller
-
-
-def _with_preset(search: Any) -> Any:
-    return {"preset": "race"} | search if isinstance(search, dict) else search
-
-
 class Scenario(Record):
     """Everything that a design run needs, with the defaults of LL section 4."""
 
@@ -78,15 +51,15 @@ class Scenario(Record):
     description: str = ""
     plant: PlantSettings = PlantSettings()
     simulation: Simulation = Simulation()
-    reference: Annotated[Reference | PathReference, Field(discriminator="kind")] = Ramp()
+    reference: Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")] = Ramp()
     load: Load = Load()
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
-    fitness: Annotated[FitnessSettings, BeforeValidator(_with_kind)] = LinLeeSettings()
-    controller: Annotated[ControllerSettings, BeforeValidator(_with_controller)] = (
-        HierarchicalSettings()
-    )
-    search: Annotated[SearchSettings, BeforeValidator(_with_preset)] = RaceSettings()
+    fitness: FitnessSettings = Field({}, validate_default=True)
+    controller: Annotated[
+        SerializeAsAny[ControllerSettings], chosen(KINDS, "settings", default=DEFAULT_KIND)
+    ] = Field(default={}, validate_default=True)
+    search: SearchSettings = Field({}, validate_default=True)
     run: RunSettings = RunSettings()
     windows: tuple[Window, ...] = ()
 
@@ -100,13 +73,21 @@ class Scenario(Record):
             )
         self._has_windows()
         self._can_follow()
-        if isinstance(self.controller, HierarchicalSettings):
-            self._can_read(self.controller)
-        elif isinstance(self.search, SearchLinLee):
-            raise ValueError("search.preset = 'lin-lee-1999': searches hierarchies; use race")
-        elif not isinstance(self.controller, LawSettings):
-            self._can_start(self.controller)
+        self._can_be_judged()
+        if fault := self.controller.fault(self.target):
+            raise ValueError(fault)
+        preset = self.search.preset
+        if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
+            raise ValueError(f"search.preset = {preset!r}: {fault}")
         return self
+
+    @property
+    def target(self) -> Target:
+        """What a controller is designed for."""
+        machine = self.plant.machine
+        limits = {axis: self.limits.of(axis).command for axis in machine.axes}
+        every = self.simulation.sample_time_s
+        return Target(machine, self.plant.values(), every, limits, self.search)
 
     def _has_windows(self) -> None:
         names = [window.name for window in self.windows]
@@ -119,100 +100,118 @@ class Scenario(Record):
                     f"two samples of a simulation of {self.simulation.duration_s} s"
                 )
 
-    def _can_read(self, controller: HierarchicalSettings) -> None:
-        known = input_names(self.plant.plant)
-        names = [item.name for item in controller.inputs]
-        for name in names:
-            if name not in known:
-                raise ValueError(
-                    f"controller.inputs: {name!r} is no signal of the {self.plant.name}; "
-                    f"there is {', '.join(known)}"
-                )
-            if names.count(name) > 1:
-                raise ValueError(f"controller.inputs: {name!r} stands there twice")
-
-    def _can_start(self, controller: FlcSettings | AflcSettings) -> None:
-        if not isinstance(self.plant.values()[0], FeedDriveParameters):
-            raise ValueError(
-                f"controller.kind = {controller.kind!r}: is for a feed drive, not for the "
-                f"{self.plant.name}"
-            )
-        if controller.start.sample_time_s != self.simulation.sample_time_s:
-            raise ValueError(
-                f"controller.start: runs every {controller.start.sample_time_s} s, "
-                f"simulation.sample_time_s is {self.simulation.sample_time_s}"
-            )
-        for key in ("error_terms", "error_change_terms"):
-            middle = getattr(controller.start, key)[TERMS // 2]
-            if middle.centre != 0.0:
-                raise ValueError(
-                    f"controller.start: {middle.label} of its {key} is centred on "
-                    f"{middle.centre}; a search keeps it on 0"
-                )
-
     def _can_follow(self) -> None:
-        axes = self.plant.values()
-        if isinstance(self.reference, Trajectory) != (len(axes) == 2):
-            raise ValueError(
-                f"reference.kind = {self.reference.kind!r}: a machine of {len(axes)} axes follows "
-                f"{'a path in X-Y' if len(axes) == 2 else 'a reference for one axis'}"
-            )
-        if isinstance(self.fitness, ContourSettings) and len(axes) != 2:
-            raise ValueError("fitness.kind = 'contour': a machine of one axis has no contour")
-        if isinstance(self.reference, Trajectory):
-            if not isinstance(axes[0], FeedDriveParameters):
-                raise ValueError(
-                    f"reference.kind = {self.reference.kind!r}: is for feed drives, not for the "
-                    f"{self.plant.name}"
-                )
-            fastest = min(largest_drive_speed(axis.gain, axis.coulomb) for axis in axes)
-            try:
-                check_speed(self.reference, fastest, "reference")
-            except UserError as error:
-                raise ValueError(str(error)) from None
+        """Whether the machine has the axes that other parts speak of, and can follow."""
+        axes = self.plant.machine.axes
+        check_axes("limits.axes", self.limits.axes, axes)
+        check_axes("sensors.axes", self.sensors.axes, axes)
+        check_axes("load.axes", self.load.axes, axes)
+        reference = self.reference
+        if isinstance(reference, Trajectory):
+            self._can_follow_path(reference)
             return
-        speed = float(np.abs(self.reference.rate(self.simulation.time)).max())
+        if isinstance(reference, EachAxis):
+            check_axes("reference.axes", reference.axes, axes)
+            if missing := [axis for axis in axes if axis not in reference.axes]:
+                raise ValueError(f"reference.axes.{missing[0]}: is missing")
+        elif len(axes) > 1:
+            raise ValueError(
+                f"reference.kind = {reference.kind!r}: a machine of {len(axes)} axes follows "
+                f"{'a path in X-Y, or ' if len(axes) == 2 else ''}kind 'per-axis'"
+            )
+        for drive, own, parameters in self._axes():
+            self._is_slow_enough(drive, self.reference_of(own), parameters)
+
+    def _can_be_judged(self) -> None:
+        axes = len(self.plant.machine.axes)
+        if fault := objective_of(self.fitness).fault(axes, self.follows_path):
+            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
+
+    def _can_follow_path(self, path: Trajectory) -> None:
+        key, axes = f"reference.kind = {path.kind!r}", self._axes()
+        if len(axes) != 2:
+            raise ValueError(f"{key}: a machine of {len(axes)} axes follows {ONE_AXIS}")
+        lengths: list[float] = []
+        for (drive, _, _), length in zip(axes, self.lengths, strict=True):
+            if length is None:
+                raise ValueError(f"{key}: is for feed drives, not for the {drive.name}")
+            lengths.append(length)
+        if lengths[0] != lengths[1]:
+            raise ValueError(
+                f"{key}: the axes of a path have to count in the same length, not in "
+                f"{lengths[0]:g} and {lengths[1]:g} mm"
+            )
+        speeds = [drive.top_speed(own) * lengths[0] for drive, _, own in axes]
+        fault = speed_fault(path, speeds)
+        if fault:
+            raise ValueError(f"reference: {fault}")
+
+    def _is_slow_enough(self, drive: Drive, reference: Any, parameters: Any) -> None:
+        """Whether the steps of the integration are short enough for the fastest reference."""
+        speed = float(np.abs(reference.rate(self.simulation.time)).max())
         step = self.simulation.sample_time_s / self.simulation.substeps
-        limit = min(self.plant.plant.fastest(axis, step) for axis in axes)
+        limit = drive.fastest(parameters, step)
         if speed > limit:
-            unit = self.plant.plant.units["error_rate"]
             needed = int(np.ceil(self.simulation.substeps * speed / limit))
             raise ValueError(
                 f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
-                f"{speed:.3g} {unit} needs at least {needed} with this friction and sample time"
+                f"{speed:.3g} {drive.units['error_rate']} needs at least {needed} with this "
+                "friction and sample time"
             )
+
+    def _axes(self) -> list[tuple[Drive, str, Any]]:
+        """Drive, name and parameters of each axis."""
+        machine = self.plant.machine
+        return list(zip(machine.drives, machine.axes, self.plant.values(), strict=True))
+
+    @property
+    def follows_path(self) -> bool:
+        """Whether it is an X-Y machine on a path."""
+        return isinstance(self.reference, Trajectory)
+
+    @property
+    def lengths(self) -> list[float | None]:
+        """Length of a unit of the position of each axis [mm]; None where it is none."""
+        return [
+            None if drive.millimetres is None else drive.millimetres(own)
+            for drive, _, own in self._axes()
+        ]
+
+    def reference_of(self, axis: str) -> Any:
+        """The reference of one axis of a machine that follows no path."""
+        return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
+
+    def judge(self) -> Judge:
+        """How its closed loops are judged, by a search and by everybody else."""
+        return judge(objective_of(self.fitness), getattr(self.search, "stick_penalty", 0.0))
 
     def samples(self) -> Samples:
         """What happens to the loop, sampled, in float64."""
-        time = self.simulation.time
-        points = np.arange(2 * self.simulation.substeps + 1) / (2 * self.simulation.substeps)
-        axes = self.plant.values()
-        generator = np.random.default_rng(self.sensors.seed)
-        shape = (len(axes), len(self.plant.plant.encoders), len(time))
-        noise = self.sensors.noise * generator.standard_normal(shape)
-        loads = np.stack([self.load.at(time + p * self.simulation.sample_time_s) for p in points])
+        time, path = self.simulation.time, self.reference
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
-        if not isinstance(self.reference, Trajectory):
-            place, rate = self.reference.at(time), self.reference.rate(time)
-            told = self.plant.plant.commanded(place)
-            found = (AxisSamples(told, rate, loads, noise[0], place),)
-            return Samples(found, None, settled, self.simulation.sample_time_s)
-        way, blu = self.reference.samples(time), axes[0].blu
-        target = (way.position - way.position[:, :1]) / blu  # the machine starts where it stands
-        both = tuple(
-            AxisSamples(told, velocity / blu, loads, noise_of_axis, place)
-            for told, place, velocity, noise_of_axis in zip(
-                self.plant.plant.commanded(target), target, way.velocity, noise, strict=True
+        generator = np.random.default_rng(self.sensors.seed)
+        told: list[AxisSamples] = []
+        frame = None
+        if isinstance(path, Trajectory):
+            told, frame = path_samples(path, time, self.lengths[0])
+        axes = []
+        for k, (drive, axis, _) in enumerate(self._axes()):
+            motion = told[k] if told else axis_samples(self.reference_of(axis), time)
+            sensors, load = self.sensors.of(axis), self.load.of(axis)
+            noise = generator.standard_normal((len(drive.encoders), len(time)))
+            loads = [load.at(moment) for moment in self.simulation.moments]
+            axes.append(
+                motion._replace(
+                    reference=drive.commanded(motion.target),
+                    loads=np.stack(loads),
+                    noise=sensors.noise * noise,
+                )
             )
-        )
-        frame = PathFrame(way.tangent[0], way.tangent[1], way.curvature * blu)
-        return Samples(both, frame, settled, self.simulation.sample_time_s)
+        return Samples(tuple(axes), frame, settled, self.simulation.sample_time_s)
 
 
-def input_names(plant: Plant) -> list[str]:
-    """Every signal of ``plant`` that can be an input of the hierarchy."""
-    names = [name for name in plant.units if name not in ("command", "load")]
-    return names + [f"{PREVIOUS}{name}" for name in names]
+#: What a machine that has not two axes follows.
+ONE_AXIS = "a reference for one axis, or kind 'per-axis'"
 
 
 def builtin_names() -> list[str]:
@@ -247,7 +246,21 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
     if name in builtin_names() and "file" in own:  # a file in a change lies where the user is
         own["file"] = str(BUILTIN / own["file"])
     data = changed({"name": Path(source).stem} | data, changes)
-    return checked(Scenario, data, source, folder)
+    return scenario_of(data, source, folder)
+
+
+def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
+    """The scenario in ``data``, which a file in ``folder`` says.
+
+    Raises:
+        UserError: its text or a value is not allowed.
+    """
+
+    def beside(name: str) -> Any:
+        path = folder / name
+        return named_design(str(path) if path.exists() else name)
+
+    return checked(Scenario, data, source, folder, named_design=beside)
 
 
 def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import Input
 from hfc_design.formats.fuzzy_files import write as write_files
-from hfc_design.formats.units import FlatGaussian, Term
 
 #: Straight lines on either side of a Gaussian.
 LINES = 64
@@ -126,3 +127,9 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
     points = {shoulder + side * float(x): math.exp(-0.5 * (float(x) / sigma) ** 2) for x in places}
     points.pop(shoulder, None)  # a term can be narrower than its centre is written
     return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]
+
+
+FORMATS = (
+    Format("fcl", "a folder with Fuzzy Control Language of IEC 61131-7, one block a unit", write),
+    Format("fcl-jfuzzylogic", "the same in the dialect of jFuzzyLogic", write_jfuzzylogic),
+)

@@ -7,12 +7,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from hfc_design.controllers.rules import FlatGaussian, RuleUnit
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import Input, head, inputs, texts
-from hfc_design.formats.units import FlatGaussian, RuleUnit, rule_units
+from hfc_design.formats.units import rule_units, signal_units
 from hfc_design.formats.writing import rendered, write_folder
-from plants import PLANTS
 
 #: Keywords of MATLAB and Octave; a signal is the field of a struct.
 RESERVED = {
@@ -74,7 +75,7 @@ def _faintest(side: Input) -> float:
     """-ln of the lowest that the highest degree of an input can be (LL eq. 3)."""
     terms = [term for term in side.terms if isinstance(term, FlatGaussian)]
     if not terms:
-        return 0.0  # triangles leave no gap, see feed_records
+        return 0.0  # triangles leave no gap, see flc.record
     ends = (edge for term in terms for edge in (term.low, term.high))
     marks = sorted({side.lowest, side.highest, *ends})
     middles = [0.5 * (a + b) for a, b in pairwise(marks)]
@@ -91,7 +92,7 @@ def _signals(design: Design, about: dict[str, Any]) -> tuple[dict[str, str], lis
     if "inputs" not in about:
         low = {"velocity": "BLU/s"} if about["low_velocity"] else {}
         return {"error": "BLU"} | low, ["error", "action", "integral"]
-    units = PLANTS[design.plant.name].units if design.plant.name in PLANTS else {}
+    units = signal_units(design)
     names = ["error", "error_rate", *(item["signal"] for item in about["inputs"])]
     earlier = {item["signal"] for item in about["inputs"] if item["samples_ago"]}
     return {name: units.get(name, "") for name in names}, sorted(earlier)
@@ -110,3 +111,8 @@ def _wires(units: list[RuleUnit]) -> list[tuple[str, str]]:
         for source in (unit.row, unit.column)
         if source in names
     ]
+
+
+FORMATS = (
+    Format("fis", "a folder for MATLAB and Octave, one .fis a unit, and controller.m", write),
+)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import write as write_files
 
 RESERVED = {
@@ -19,3 +20,6 @@ def write(design: Design, path: Path) -> None:
         RunError: the folder cannot be written.
     """
     write_files(design, path, "fll", "fll", RESERVED)
+
+
+FORMATS = (Format("fll", "a folder with FuzzyLite Language, one engine a unit", write),)

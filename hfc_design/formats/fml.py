@@ -4,10 +4,11 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
 
+from hfc_design.controllers.rules import Triangle
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import Input, texts
-from hfc_design.formats.units import Triangle
 from hfc_design.formats.writing import write_folder
 
 
@@ -40,3 +41,8 @@ def _check_names(text: str) -> None:
     for name, count in names.items():
         if count > 1:
             raise UserError(f"--to fml: two things are called {name} there; rename one of them")
+
+
+FORMATS = (
+    Format("fml", "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit", write),
+)

@@ -5,11 +5,11 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
+from hfc_design.controllers.rules import RuleUnit, Term, Triangle
 from hfc_design.core.records import Table
-from hfc_design.files.design import Design, HierarchicalDesign
+from hfc_design.files.design import Design
 from hfc_design.formats.manifest import distinct, surroundings
-from hfc_design.formats.units import RuleUnit, Term, Triangle, comment, facts
+from hfc_design.formats.units import comment, facts, rule_base
 from hfc_design.formats.writing import rendered, write_folder
 
 
@@ -107,24 +107,4 @@ def _rules(unit: RuleUnit) -> list[Rule]:
 
 def head(design: Design) -> list[str]:
     """What made a unit's file, and what it leaves out."""
-    return comment([*facts(design), *_notes(design)])
-
-
-def _notes(design: Design) -> list[str]:
-    """Units of the signals, and what of the controller a rule table does not hold."""
-    controller = design.controller
-    if isinstance(controller, HierarchicalDesign):
-        notes = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
-        if controller.adaptation is not None:
-            notes.append("the root's table is the one that its adaptation starts from")
-        return notes
-    assert isinstance(controller, FuzzyRecord)
-    notes = ["error and error_change in BLU, output in units of the command"]
-    if not isinstance(controller, FlcDesign):
-        notes.append(
-            f"terms and rules are those that the adaptation of an {controller.kind} "
-            "starts from; the adaptation itself is not here"
-        )
-    elif controller.form == "PI":
-        notes.append("form PI: the output is the change of the command in a sample")
-    return notes
+    return comment([*facts(design), *rule_base(design).notes(design.controller)])

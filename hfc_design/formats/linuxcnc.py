@@ -7,13 +7,16 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
+from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
 from hfc_design.formats import c_source
+from hfc_design.formats.format import Format
 from hfc_design.formats.linuxcnc_loop import Loop, plant_component, simulated_loop
-from hfc_design.formats.units import comment, facts, identifier
+from hfc_design.formats.units import comment, facts
 from hfc_design.formats.writing import rendered, write_folder
-from plants import PLANTS, Plant
+from plants import Drive
 
 #: Characters of a component's name: its longest pin, NAME.0.spindle-velocity, has to fit into 47.
 LONGEST_NAME = 28
@@ -71,29 +74,29 @@ def _values(design: Design) -> dict[str, Any]:
             f"design {design.name}: HAL has no component of the plant {design.plant.name}; there "
             f"is {known}"
         )
-    plant = PLANTS[design.plant.name]
+    drive = PlantSettings(**design.plant.model_dump()).machine.drives[0]
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
         raise UserError(
             f"design {design.name}: controller.sample_time_s = {every}: the period of a HAL thread "
             "is 1e-6 to 1"
         )
-    return _signals(design, plant) | {
+    return _signals(design, drive) | {
         "component": component_name(design),
         "controller": c_source.c_name(design),
         "head": comment(facts(design)),
         "every": every,
         "nanoseconds": round(every * 1e9),
         "adapts": getattr(design.controller, "adaptation", None) is not None,
-        "plant": f"hfc_{identifier(plant.name)}",
-        "plant_name": plant.name,
-        "command_unit": plant.units["command"],
-        "load_unit": plant.units["load"],
-        "true_position": TRUE_POSITION[plant.name],
+        "plant": f"hfc_{identifier(drive.name)}",
+        "plant_name": drive.name,
+        "command_unit": drive.units["command"],
+        "load_unit": drive.units["load"],
+        "true_position": TRUE_POSITION[drive.name],
     }
 
 
-def _signals(design: Design, plant: Plant) -> dict[str, Any]:
+def _signals(design: Design, plant: Drive) -> dict[str, Any]:
     """What the controller reads; an error comes in as the two values that it is between."""
     read = c_source.signals(design)
     for name in read:
@@ -122,3 +125,6 @@ def _signals(design: Design, plant: Plant) -> dict[str, Any]:
             plant.velocity: "how fast it is",
         },
     }
+
+
+FORMATS = (Format("linuxcnc", "a folder with a HAL component and a simulated machine", write),)

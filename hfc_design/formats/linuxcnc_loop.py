@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.units import identifier
+from hfc_design.files.machine import PlantSettings
 from hfc_design.formats.writing import rendered
 from hfc_design.simulation.evaluation import machine, own_scenario
-from plants import PLANTS
+from plants import Drive
 
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
 MOST_ROWS = 2000
@@ -49,11 +50,13 @@ def simulated_loop(design: Design) -> Loop:
     return Loop(
         scenario.name,
         {
-            name: coefficients(design.plant.name, parameters)
-            for name, parameters in zip(names, plants.values(), strict=True)
+            name: coefficients(drive, parameters)
+            for name, drive, parameters in zip(
+                names, plants.machine.drives, plants.values(), strict=True
+            )
         },
         scenario.simulation.substeps,
-        scenario.limits.command,
+        smaller(scenario.limits.command, design.limits.command),
         len(table),
         "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist()),
     )
@@ -62,14 +65,20 @@ def simulated_loop(design: Design) -> Loop:
 def plant_component(design: Design) -> str:
     """The component of the nominal machine; it is the same for every design for that plant."""
     name = design.plant.name
-    nominal = coefficients(name, PLANTS[name].parameters())
+    drive = PlantSettings(name=name).machine.drives[0]
+    nominal = coefficients(drive, drive.parameters())
     template = f"linuxcnc/hfc_{name.replace('-', '_')}.comp.j2"
     return rendered(template, design, coefficients=nominal)
 
 
-def coefficients(plant: str, parameters: Any) -> Coefficients:
-    """The coefficients of a machine by name; those of a part have the part's name before theirs."""
-    return list(_flat("", PLANTS[plant].coefficients(parameters)))
+def coefficients(drive: Drive, parameters: Any) -> Coefficients:
+    """The coefficients of a drive by name; those of a part have the part's name before theirs."""
+    return list(_flat("", drive.coefficients(parameters)))
+
+
+def smaller(*limits: float | None) -> float | None:
+    """The smallest of limits, as far as there are any."""
+    return min((limit for limit in limits if limit is not None), default=None)
 
 
 def _prefix(axis: str) -> str:

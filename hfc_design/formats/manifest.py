@@ -5,20 +5,16 @@ with what they read; ``controller.json`` has everything else that the command ta
 gains, and the steps of one sample in words.
 """
 
-import csv
-import io
 import json
 import re
 from collections.abc import Collection
 from typing import Any
 
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
+from hfc_design.controllers.rules import RuleUnit, identifier
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, HierarchicalDesign, InputRecord
-from hfc_design.formats.units import RuleUnit, facts, identifier, rule_units
-from plants import PLANTS
-
-PREVIOUS = "previous_"
+from hfc_design.files.design import Design
+from hfc_design.formats.csv_tables import csv_text
+from hfc_design.formats.units import facts, rule_base, rule_units, signal_units
 
 
 def surroundings(design: Design, suffix: str) -> dict[str, str]:
@@ -40,9 +36,7 @@ def distinct(design: Design, target: str, reserved: Collection[str]) -> list[Rul
         UserError: they are not.
     """
     units = rule_units(design)
-    inputs = ["error", "error_change"]
-    if isinstance(design.controller, HierarchicalDesign):
-        inputs = [identifier(item.name) for item in design.controller.inputs]
+    inputs = [identifier(name) for name in rule_base(design).inputs(design.controller)]
     rows, columns = (
         [t.label for t in terms] for terms in (units[0].row_terms, units[0].column_terms)
     )
@@ -66,82 +60,14 @@ def distinct(design: Design, target: str, reserved: Collection[str]) -> list[Rul
 def _manifest(units: list[RuleUnit], suffix: str) -> str:
     rows = [["unit", "column_input", "row_input", "file"]]
     rows += [[unit.name, unit.column, unit.row, f"{unit.name}.{suffix}"] for unit in units]
-    buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(rows)
-    return buffer.getvalue()
+    return csv_text(rows)
 
 
 def _controller(design: Design) -> dict[str, Any]:
-    controller = design.controller
-    signal_units = PLANTS[design.plant.name].units if design.plant.name in PLANTS else {}
-    head = {
+    units = signal_units(design)
+    return {
         "facts": facts(design),
-        "sample_time_s": controller.sample_time_s,
-        "command_unit": signal_units.get("command", ""),
-    }
-    if isinstance(controller, HierarchicalDesign):
-        return head | _hierarchy(controller, signal_units)
-    assert isinstance(controller, FuzzyRecord)  # rule_units refuses all others
-    return head | _feed_drive(controller)
-
-
-def _hierarchy(controller: HierarchicalDesign, signal_units: dict[str, str]) -> dict[str, Any]:
-    root = f"unit_{controller.units[-1].id}"
-    steps = [
-        "input = min(max(scale * signal, lowest), highest); with samples_ago 1 the signal is that "
-        "of the previous sample, before the first one 0",
-        "the units of manifest.csv in its order; each reads inputs or earlier units",
-        f"command = kp * error + kd * error_rate + output_scale * {root}",
-    ]
-    if controller.adaptation is not None:
-        steps.append(f"the adaptation of {root} is not here: its table is the one to start from")
-    return {
-        "steps": steps,
-        "inputs": [_input(item, signal_units) for item in controller.inputs],
-        "output": root,
-        "output_scale": controller.output_scale,
-        "kp": controller.pd.kp,
-        "kd": controller.pd.kd,
-    }
-
-
-def _input(item: InputRecord, signal_units: dict[str, str]) -> dict[str, Any]:
-    signal = item.name.removeprefix(PREVIOUS)
-    return {
-        "name": identifier(item.name),
-        "signal": signal,
-        "signal_unit": signal_units.get(signal, ""),
-        "samples_ago": int(item.name.startswith(PREVIOUS)),
-        "scale": item.scale,
-        "lowest": -1.0,
-        "highest": 1.0,
-    }
-
-
-def _feed_drive(controller: FuzzyRecord) -> dict[str, Any]:
-    form = controller.form if isinstance(controller, FlcDesign) else "PD"
-    low = controller.low_velocity
-    change = "0" if form == "P" else "error - error of the previous sample, before the first one 0"
-    action = "rules" if form != "PI" else "sum of the outputs of rules up to this sample"
-    steps = [
-        f"error_change = {change}",
-        "the unit rules reads both in BLU; they are neither scaled nor limited",
-        "integral = sum of integral_gain * sample_time_s * error up to this sample",
-        f"command = {action} + integral" + (" + compensation" if low else ""),
-    ]
-    if low:
-        steps += [
-            "v = 0.01 * velocity [BLU/s] in mm/s; at |v| < 0.5 compensation = breakaway[0] where "
-            "error >= smallest_error, breakaway[1] where error <= -smallest_error, else 0",
-            "at 0.5 <= |v| < highest_velocity_mm_s compensation = a v^2 + b v + c with forward for "
-            "v >= 0 and backward for v < 0; beyond it 0",
-        ]
-    if not isinstance(controller, FlcDesign):
-        steps.append("the adaptation is not here: the rules and terms are those to start from")
-    return {
-        "steps": steps,
-        "form": form,
-        "output": "rules",
-        "integral_gain": controller.integral_gain,
-        "low_velocity": low.model_dump(mode="json") if low else None,
+        "sample_time_s": design.controller.sample_time_s,
+        "command_unit": units.get("command", ""),
+        **rule_base(design).about(design.controller, units),
     }

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from scipy.io import savemat
 
-from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.controllers.rules import RuleUnit
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, HierarchicalDesign
-from hfc_design.formats.units import RuleUnit, facts, rule_units
+from hfc_design.files.design import Design
+from hfc_design.formats.format import Format
+from hfc_design.formats.units import facts
 
 #: Characters of a field's name.
 LONGEST = 63
@@ -40,8 +41,8 @@ def write(design: Design, path: Path) -> None:
         },
         "controller": controller.model_dump(mode="json"),
     }
-    if isinstance(controller, HierarchicalDesign | FuzzyRecord):
-        units = rule_units(design)
+    if rules := design.kind.rules:
+        units = rules.units(controller)
         data["units"] = [
             {
                 "name": unit.name,
@@ -51,10 +52,7 @@ def write(design: Design, path: Path) -> None:
             }
             for unit in units
         ]
-        names = ["error_change", "error"]
-        if isinstance(controller, HierarchicalDesign):
-            names = [item.name for item in controller.inputs]
-        data["wiring"] = _wiring(units, names)
+        data["wiring"] = _wiring(units, rules.inputs(controller))
     buffer: Any = io.BytesIO()  # the stubs know paths only
     savemat(buffer, {key: _matlab(value) for key, value in data.items()}, long_field_names=True)
     head = f"MATLAB 5.0 MAT-file, {facts(design)[0]}".encode("ascii")
@@ -93,3 +91,6 @@ def _field(name: str) -> str:
     if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST):
         raise UserError(f"--to mat: {name} is no name of a field in MATLAB; rename it")
     return name
+
+
+FORMATS = (Format("mat", "a MAT file with tables, terms, gains and wiring", write, ".mat"),)

@@ -5,32 +5,18 @@ LREAL, arrays of one dimension and no arrays as arguments: what every compiler g
 
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from hfc_design.controllers.flc.record import (
-    AflcDesign,
-    FlcDesign,
-    FuzzyRecord,
-    PidDesign,
-    SoflcDesign,
-)
+from hfc_design.controllers.kind import Template, needed
+from hfc_design.controllers.rules import identifier
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, HierarchicalDesign, PdDesign
+from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
-from hfc_design.formats.units import (
-    RuleUnit,
-    Triangle,
-    built_in,
-    comment,
-    facts,
-    identifier,
-    rule_units,
-)
+from hfc_design.formats.format import Format
+from hfc_design.formats.units import comment, facts, signal_units
 from hfc_design.formats.writing import rendered
-from plants import PLANTS
 
-PREVIOUS = "previous_"
 #: No two underscores in a row, none at the end.
 NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
 _WORDS = """
@@ -50,18 +36,11 @@ wstring xor ld ldn st stn s r jmp cal ret
 RESERVED = set(_WORDS.split())
 #: What the block itself calls by these names within a sample.
 WITHIN = ["weighted", "part", "firing_row", "firing_column"]
+LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 
 
-class Block(NamedTuple):
-    """What the template needs: variables by name, and how the controller goes."""
-
-    signals: list[str]
-    constants: dict[str, Any]  # number, or numbers of an array
-    remembered: list[str]
-    within: list[str]
-    units: list[RuleUnit]
-    inputs: tuple[str, ...] = ()  # of a hierarchy
-    form: str = ""
+#: What a kind's values say of the block's variables, beside what only its template reads.
+USUAL: dict[str, Any] = {"constants": {}, "remembered": [], "within": [], "units": []}
 
 
 def write(design: Design, path: Path) -> None:
@@ -70,117 +49,41 @@ def write(design: Design, path: Path) -> None:
     An adaptation is left out: the block holds the table that it starts from and says so.
 
     Raises:
-        UserError: a name is none of IEC 61131-3.
+        UserError: the kind has no Structured Text, or a name is none of IEC 61131-3.
         RunError: the file cannot be written.
     """
-    block = _block(design)
+    lacks = "json holds its gains, its law is in Python only"
+    template: Template = needed(design.kind.st, design, lacks)
+    values = USUAL | template.values(design.controller)
+    units = values["units"]
+    limit = design.limits.command
+    values["constants"] = values["constants"] | {
+        f"table_{unit.name}": [value for row in unit.table for value in row] for unit in units
+    }
+    if limit is not None:
+        values["constants"] = values["constants"] | {"largest": limit}
+    if units:
+        values["within"] = [*values["within"], *WITHIN, *(unit.name for unit in units)]
+    signals = [identifier(name) for name in design.kind.reads(design.controller)]
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    _check_names([name, *_declared(block)])
-    units = PLANTS[design.plant.name].units if design.plant.name in PLANTS else {}
-    names = {unit.name for unit in block.units}
+    names = [*signals, *values["constants"], *values["remembered"], *values["within"]]
+    indices = ["i", "j", "in_column", "in_row"] if units else []
+    _check_names([name, "reset", "command", *names, *indices])
+    known = signal_units(design)
+    notes = [LEFT_OUT] if values.get("leaves_out") else []
     text = rendered(
         "controller.st.j2",
         design,
-        **block._asdict()
-        | {"signals": {signal: units.get(signal, "") for signal in block.signals}},
+        template.places,
+        signals={signal: known.get(signal, "") for signal in signals},
         block=name,
-        kind=design.controller.kind,
-        command_unit=units.get("command", ""),
-        head=comment([*facts(design), *_notes(design)]),
-        scaled=lambda source: source if source in names else f"scaled_{source}",
+        limit=limit,
+        command_unit=known.get("command", ""),
+        head=comment([*facts(design), *notes]),
         literals=lambda row: ", ".join(map(real, row)),
+        **values,
     )
     write_whole(path, text.encode())
-
-
-def _block(design: Design) -> Block:
-    controller = built_in(design)
-    if isinstance(controller, HierarchicalDesign):
-        return _hierarchy(controller, rule_units(design))
-    if isinstance(controller, FuzzyRecord):
-        return _feed_drive(controller, rule_units(design))
-    if isinstance(controller, PdDesign):
-        gains = {"kp": controller.pd.kp, "kd": controller.pd.kd}
-        return Block(["error", "error_rate"], gains, [], [], [])
-    assert isinstance(controller, PidDesign)
-    part = controller.pid
-    gains = {
-        "kp": part.k_p,
-        "ki": part.k_i,
-        "kd": part.k_d,
-        "sample_time": controller.sample_time_s,
-    }
-    return Block(["error"], gains, ["previous_error", "error_sum"], [], [])
-
-
-def _hierarchy(controller: HierarchicalDesign, units: list[RuleUnit]) -> Block:
-    names = [identifier(item.name) for item in controller.inputs]
-    signals = ["error", "error_rate", *(name.removeprefix(PREVIOUS) for name in names)]
-    pd = controller.pd
-    scales = {f"scale_{n}": item.scale for n, item in zip(names, controller.inputs, strict=True)}
-    terms = {
-        f"term_{key}": [getattr(term, key) for term in controller.terms]
-        for key in ("centre", "half_width", "rate")
-    }
-    gains = {"kp": pd.kp, "kd": pd.kd, "output_scale": controller.output_scale}
-    return Block(
-        list(dict.fromkeys(signals)),
-        gains | scales | terms | _tables(units),
-        [name for name in names if name.startswith(PREVIOUS)],
-        ["distance", *WITHIN, *(f"scaled_{n}" for n in names), *(unit.name for unit in units)],
-        units,
-        inputs=tuple(names),
-    )
-
-
-def _feed_drive(controller: FuzzyRecord, units: list[RuleUnit]) -> Block:
-    constants: dict[str, Any] = {
-        "integral_gain": controller.integral_gain,
-        "sample_time": controller.sample_time_s,
-    }
-    unit = units[0]
-    for name, terms in ((unit.row, unit.row_terms), (unit.column, unit.column_terms)):
-        triangles = [term for term in terms if isinstance(term, Triangle)]
-        # The outermost edges are infinite and not read.
-        constants[f"{name}_left"] = [0.0, *(term.left for term in triangles[1:])]
-        constants[f"{name}_centre"] = [term.centre for term in triangles]
-        constants[f"{name}_right"] = [*(term.right for term in triangles[:-1]), 0.0]
-    low = controller.low_velocity
-    if low:
-        constants |= {
-            "forward": low.forward,
-            "backward": low.backward,
-            "breakaway": low.breakaway,
-            "highest_velocity": low.highest_velocity_mm_s,
-            "smallest_error": low.smallest_error,
-        }
-    return Block(
-        ["error", "velocity"] if low else ["error"],
-        constants | _tables(units),
-        ["previous_error", "control_action", "integral"],
-        ["degree", *WITHIN, "error_change", unit.name, *(["v"] if low else [])],
-        units,
-        form=controller.form if isinstance(controller, FlcDesign) else "PD",
-    )
-
-
-def _tables(units: list[RuleUnit]) -> dict[str, list[float]]:
-    return {f"table_{unit.name}": [value for row in unit.table for value in row] for unit in units}
-
-
-def _notes(design: Design) -> list[str]:
-    controller = design.controller
-    if isinstance(controller, HierarchicalDesign):
-        adapts = controller.adaptation is not None
-    else:
-        adapts = isinstance(controller, AflcDesign | SoflcDesign)
-    notes = ["the adaptation is not here: terms and rules are those that it starts from"]
-    return notes if adapts else []
-
-
-def _declared(block: Block) -> list[str]:
-    names = ["reset", "command", *block.signals, *block.constants, *block.remembered]
-    return names + (["i", "j", "in_column", "in_row", *block.within] if block.units else [])
 
 
 def _check_names(names: list[str]) -> None:
@@ -194,3 +97,6 @@ def _check_names(names: list[str]) -> None:
             raise UserError(
                 f"--to st: IEC 61131-3 takes {name} for {other}; rename it in the design file"
             )
+
+
+FORMATS = (Format("st", "Structured Text of IEC 61131-3, one function block", write, ".st"),)

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.motion.shapes import Floats, Path
+from hfc_design.core.shapes import Floats
+from hfc_design.motion.shapes import Path
 from hfc_design.motion.trajectories import Circle, Line, PathSamples, Trajectory
 
 #: The nearest point is looked for this many tracking errors before and after the commanded place:

@@ -4,23 +4,26 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.core.shapes import Floats
 from hfc_design.motion.contour import Glitch, contour_error, glitches
-from hfc_design.motion.shapes import Floats
 from hfc_design.motion.trajectories import PathSamples, Trajectory
 
-#: Unit and meaning of each metric, in the order of every table.
-CONTOUR_METRICS = {
-    "rms_contour_error_BLU": "root mean square of the contour error [BLU]",
-    "max_contour_error_BLU": "largest contour error [BLU]",
-    "worst_glitch_BLU": "largest contour error after an axis reverses [BLU]",
-    "x_rms_error_BLU": "root mean square of the tracking error of X [BLU]",
-    "y_rms_error_BLU": "root mean square of the tracking error of Y [BLU]",
-    "x_max_error_BLU": "largest tracking error of X [BLU]",
-    "y_max_error_BLU": "largest tracking error of Y [BLU]",
-    "peak_command": "largest command of an axis [unit]",
-    "rms_command_change": "root mean square of the change of the command from sample to sample, "
-    "of the axis that chatters more [unit]",
-}
+
+def contour_meanings(unit: str, command: str) -> dict[str, str]:
+    """Meaning and unit of each metric, in the order of every table."""
+    own = unit.replace(" ", "")
+    return {
+        f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
+        f"max_contour_error_{own}": f"largest contour error [{unit}]",
+        f"worst_glitch_{own}": f"largest contour error after an axis reverses [{unit}]",
+        f"x_rms_error_{own}": f"root mean square of the tracking error of X [{unit}]",
+        f"y_rms_error_{own}": f"root mean square of the tracking error of Y [{unit}]",
+        f"x_max_error_{own}": f"largest tracking error of X [{unit}]",
+        f"y_max_error_{own}": f"largest tracking error of Y [{unit}]",
+        "peak_command": f"largest command of an axis [{command}]",
+        "rms_command_change": "root mean square of the change of the command from sample to "
+        f"sample, of the axis that chatters more [{command}]",
+    }
 
 
 class Contour(NamedTuple):
@@ -29,16 +32,21 @@ class Contour(NamedTuple):
     trajectory: Trajectory
     samples: PathSamples
     actual: Floats  # (2, steps) [mm]
-    error: Floats  # (steps,) [BLU]
-    glitches: list[Glitch]  # errors in BLU
+    error: Floats  # (steps,) [unit]
+    glitches: list[Glitch]  # errors in the unit
+    unit: str  # of the positions
+    millimetres: float  # of the unit
 
 
-def contour(trajectory: Trajectory, time: Floats, positions: Floats, blu: float) -> Contour:
-    """The contour error of ``positions`` (2, steps) [BLU], counted from where the path starts."""
+def contour(
+    trajectory: Trajectory, time: Floats, positions: Floats, unit: str, millimetres: float
+) -> Contour:
+    """The contour error of ``positions`` (2, steps) [unit], counted from where the path starts."""
     samples = trajectory.samples(time)
-    actual = positions * blu + samples.position[:, :1]
-    error = contour_error(trajectory, samples, actual) / blu
-    return Contour(trajectory, samples, actual, error, glitches(time, samples, error))
+    actual = positions * millimetres + samples.position[:, :1]
+    error = contour_error(trajectory, samples, actual) / millimetres
+    found = glitches(time, samples, error)
+    return Contour(trajectory, samples, actual, error, found, unit, millimetres)
 
 
 def during(found: Contour, time: Floats, part: slice) -> Contour:
@@ -48,16 +56,19 @@ def during(found: Contour, time: Floats, part: slice) -> Contour:
     return found._replace(error=found.error[part], glitches=glitched)
 
 
-def contour_metrics(found: Contour, errors: Floats, commands: Floats) -> dict[str, float | None]:
-    """``CONTOUR_METRICS``; all None where the motion diverged.
+def contour_metrics(
+    meanings: dict[str, str], found: Contour, errors: Floats, commands: Floats
+) -> dict[str, float | None]:
+    """``contour_meanings`` in numbers; all None where the motion diverged.
 
     Args:
+        meanings: of each metric.
         found: the path and its contour error.
-        errors: (2, steps) tracking errors of both axes [BLU].
-        commands: (2, steps) [unit].
+        errors: (2, steps) tracking errors of both axes [unit].
+        commands: (2, steps).
     """
     if not all(np.isfinite(part).all() for part in (found.error, errors, commands)):
-        return dict.fromkeys(CONTOUR_METRICS)
+        return dict.fromkeys(meanings)
     values = (
         _rms(found.error),
         np.abs(found.error).max(),
@@ -68,7 +79,7 @@ def contour_metrics(found: Contour, errors: Floats, commands: Floats) -> dict[st
         max(_rms(change) for change in np.diff(commands)) if commands.shape[1] > 1 else None,
     )
     numbers = (None if value is None else float(value) for value in values)
-    return dict(zip(CONTOUR_METRICS, numbers, strict=True))
+    return dict(zip(meanings, numbers, strict=True))
 
 
 def _rms(values: Floats) -> float:

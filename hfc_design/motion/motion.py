@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hfc_design.motion.shapes import Floats, Path
+from hfc_design.core.shapes import Floats
+from hfc_design.motion.shapes import Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,11 @@ class Motion:
         way = self.distance[k] + (self.speed[k] + 0.5 * self.acceleration[k] * since) * since
         speed = np.maximum(self.speed[k] + self.acceleration[k] * since, 0.0)
         return np.minimum(way, self.distance[-1]), speed
+
+    def acceleration_at(self, time: Floats) -> Floats:
+        """Along the path at ``time`` (steps,) [mm/s2]."""
+        k = np.maximum(np.searchsorted(self.start, time, side="right") - 1, 0)
+        return self.acceleration[k]
 
 
 def motion(path: Path, acceleration: float | None) -> Motion:

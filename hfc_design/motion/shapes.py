@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from hfc_design.core.shapes import Floats
+
 Point = tuple[float, float]
 
 

@@ -5,6 +5,7 @@ the origin, a polyline at its first point, a G-code program at X0 Y0.
 """
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from itertools import pairwise
 from math import pi, radians
 from pathlib import Path as FilePath
@@ -13,13 +14,11 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
 
-from hfc_design.core.records import Finite, Positive, Record, UserError
+from hfc_design.core.records import Finite, Positive, Record
+from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
 from hfc_design.motion.motion import Motion, motion
-from hfc_design.motion.shapes import SAME_PLACE, Floats, Path, circle, distance, polyline, ray
-
-BLU = 0.01  # [mm]
-LARGEST_COMMAND = 127  # [unit], JK04: an 8-bit command
+from hfc_design.motion.shapes import SAME_PLACE, Path, circle, distance, polyline, ray
 
 
 class PathSamples(NamedTuple):
@@ -30,11 +29,13 @@ class PathSamples(NamedTuple):
     tangent: Floats  # (2, steps) unit vector in the direction of motion
     curvature: Floats  # (steps,) [1/mm], positive to the left
     distance: Floats  # (steps,) length of the path so far [mm]
+    acceleration: Floats  # (2, steps) [mm/s2]; the jump at a start without a limit is left out
 
 
 class Trajectory(Record):
     """A path and a limit of acceleration; each kind has its own path."""
 
+    kind: str
     #: None: full feed at once, corners included, as in the papers' simulations.
     acceleration_mm_s2: Positive | None = None
 
@@ -55,10 +56,12 @@ class Trajectory(Record):
 
     def samples(self, time: Floats) -> PathSamples:
         """The trajectory at ``time`` (steps,) [s]."""
-        path = self.path
-        way, speed = motion(path, self.acceleration_mm_s2).at(time)
+        path, along = self.path, self.motion
+        way, speed = along.at(time)
         position, tangent, curvature = path.at(way)
-        return PathSamples(position, speed * tangent, tangent, curvature, way)
+        left = np.stack([-tangent[1], tangent[0]])
+        bent = along.acceleration_at(time) * tangent + curvature * speed**2 * left
+        return PathSamples(position, speed * tangent, tangent, curvature, way, bent)
 
 
 class Circle(Trajectory):
@@ -139,33 +142,22 @@ class GCode(Trajectory):
 PathReference = Annotated[Circle | Line | Polyline | GCode, Field(discriminator="kind")]
 
 
-def largest_drive_speed(gain: float, friction: float) -> float:
-    """Speed [mm/s] that a feed drive reaches with its largest command.
+def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | None:
+    """A line if a trajectory asks an axis for more than its drive's speed [mm/s].
 
-    Args:
-        gain: K of JK04 eq. 18 [(BLU/s)/unit].
-        friction: level of the friction at that speed [unit].
-    """
-    return BLU * gain * max(LARGEST_COMMAND - friction, 0.0)
-
-
-def check_speed(trajectory: Trajectory, drive_speed: float, name: str) -> None:
-    """Refuse a trajectory that asks an axis for more than ``drive_speed`` [mm/s].
-
-    On a segment that is too short for its feed, the speed that it does reach counts.
-
-    Raises:
-        UserError: the line names the trajectory (``name``), the feed and the one allowed.
+    On a segment that is too short for its feed, the speed that it does reach counts. The line
+    names the feed and the one allowed.
     """
     path = trajectory.path
     share = path.largest_components()  # (2, segments)
     wanted = share * trajectory.motion.peak
-    if wanted.max() <= drive_speed:
-        return
-    axis, k = np.unravel_index(int(wanted.argmax()), wanted.shape)
-    allowed = np.floor(60.0 * drive_speed / share[axis, k])
-    raise UserError(
-        f"{name}: a feed of {path.feed[k]:g} mm/min asks the {'XY'[axis]} axis for "
-        f"{wanted[axis, k]:.4g} mm/s, but its drive reaches {drive_speed:.4g} mm/s; "
+    excess = wanted / np.reshape(drive_speeds, (2, 1))
+    if excess.max() <= 1.0:
+        return None
+    axis, k = map(int, np.unravel_index(int(excess.argmax()), excess.shape))
+    allowed = np.floor(60.0 * drive_speeds[axis] / share[axis, k])
+    return (
+        f"a feed of {path.feed[k]:g} mm/min asks the {'XY'[axis]} axis for "
+        f"{wanted[axis, k]:.4g} mm/s, but its drive reaches {drive_speeds[axis]:.4g} mm/s; "
         f"the largest feed here is {allowed:g} mm/min"
     )

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.report.plots import WIDTH, Floats, framed
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import WIDTH, framed
 
 
 def heat_map(

@@ -1,5 +1,6 @@
 """What the page shows of a controller, whatever its kind."""
 
+from math import isfinite
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
@@ -32,6 +33,8 @@ class Section(NamedTuple):
     drawings: list[Drawing]
 
 
-def score(fitness: float) -> str:
-    """A fitness as people read it: contour errors make small ones, Lin & Lee's are large."""
-    return f"{fitness:.1f}" if fitness >= 10 else f"{fitness:.4g}"
+def score(value: float) -> str:
+    """A fitness or a merit as people read it: of contour errors small, by Lin & Lee large."""
+    if not isfinite(value):
+        return "diverged"
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.4g}"

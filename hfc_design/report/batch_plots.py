@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from hfc_design.report.plots import WIDTH, Floats, finish, framed, logarithmic
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import WIDTH, finish, framed, logarithmic
 
 #: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -30,11 +31,12 @@ LINE = 0.16
 def convergence(
     labels: Sequence[str], searches: Sequence[Sequence[Floats]], order: Sequence[int]
 ) -> Figure:
-    """Best score so far against generation: the median of each group over a band of quartiles.
+    """Best merit so far against generation: the median of each group over a band of quartiles.
 
     Args:
         labels: of each group.
-        searches: of each group the scores of its runs, (generations,) each; at least one run.
+        searches: of each group the merits of its runs, (generations,) each, nan while all failed;
+            at least one run.
         order: of each group the number that chooses its colour and line style.
     """
     top = 0.15 + LINE * len(labels)
@@ -44,7 +46,7 @@ def convergence(
     bands = [_band(runs) for runs in searches]
     for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
         axes.plot(generation, median, color=_colour(k), ls=_style(k), lw=1.6, label=plain(label))
-    finish(axes, "best score so far")
+    finish(axes, "best merit so far")
     logarithmic(axes)
     floor = _smallest(axes)
     for (generation, low, _, high), k in zip(bands, order, strict=True):
@@ -64,17 +66,23 @@ def convergence(
     return figure
 
 
-def outcomes(numbers: Sequence[int], fitness: Sequence[Floats], order: Sequence[int]) -> Figure:
-    """The final fitness of every run, a column each group, with median and quartiles.
+def outcomes(
+    numbers: Sequence[int], scores: Sequence[Floats], order: Sequence[int], measure: str
+) -> Figure:
+    """The final score of every run, a column each group, with median and quartiles.
 
     Args:
         numbers: of the groups.
-        fitness: of each group (runs,), at least one.
+        scores: of each group (runs,), at least one; what is not finite is not drawn.
         order: as for ``convergence``.
+        measure: what the scores are, merit or fitness.
     """
     figure = framed(3.2, top=0.15)
     axes = figure.subplots()
-    for place, (values, k) in enumerate(zip(fitness, order, strict=True)):
+    for place, (found, k) in enumerate(zip(scores, order, strict=True)):
+        values = found[np.isfinite(found)]
+        if len(values) == 0:
+            continue
         share = (np.arange(len(values)) + 0.5) / len(values) - 0.5
         dots = np.unique(np.round(np.linspace(0, len(values) - 1, 400)).astype(int))
         axes.plot(
@@ -85,7 +93,7 @@ def outcomes(numbers: Sequence[int], fitness: Sequence[Floats], order: Sequence[
         low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
         axes.plot([place] * 2, [low, high], color="0.25", lw=1)
         axes.plot([place - 0.3, place + 0.3], [median] * 2, color="0.1", lw=2)
-    finish(axes, "final fitness")
+    finish(axes, f"final {measure}")
     logarithmic(axes)
     axes.set_xlim(-0.6, len(numbers) - 0.4)
     axes.set_xticks(range(len(numbers)), [str(number) for number in numbers])
@@ -144,8 +152,9 @@ def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Flo
     for row, run in zip(scores, runs, strict=True):
         there = drawn < len(run)
         row[there] = run[drawn[there]]
-    low, median, high = np.nanquantile(scores, (0.25, 0.5, 0.75), axis=0)
-    return drawn + 1, low, median, high
+    known = np.isfinite(scores).any(axis=0)
+    low, median, high = np.nanquantile(scores[:, known], (0.25, 0.5, 0.75), axis=0)
+    return drawn[known] + 1, low, median, high
 
 
 def _smallest(axes: Axes) -> float:

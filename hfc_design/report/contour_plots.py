@@ -5,16 +5,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hfc_design.core.shapes import Floats
 from hfc_design.motion.contour import glitches, nearest
-from hfc_design.motion.shapes import Floats
-from hfc_design.motion.trajectories import BLU, PathSamples, Trajectory
-from hfc_design.report.plots import OTHER, OWN, framed, response
+from hfc_design.motion.metrics import Contour
+from hfc_design.motion.trajectories import PathSamples
+from hfc_design.pictures.figure import OTHER, OWN, framed, round_above
+from hfc_design.report.plots import response
 from hfc_design.simulation.evaluation import Evaluation
 
 #: Share of the path's size that a division of the error takes.
 SHARE = 0.08
-#: The smallest division [mm]; rounding is not worth a picture.
-SMALLEST = 0.1 * BLU
+#: The smallest division, in units of the positions; rounding is not worth a picture.
+SMALLEST = 0.1
 #: Points that an outline of the path is drawn with, at least.
 POINTS = 2000
 
@@ -26,21 +28,21 @@ def motion(evaluation: Evaluation, title: str) -> Figure:
         return response(evaluation, title)
     if evaluation.diverged:
         title += " (diverged)"
-    return contour(path.trajectory, evaluation.time, path.actual, title)
+    return contour(path, evaluation.time, title)
 
 
-def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) -> Figure:
+def contour(found: Contour, time: Floats, title: str) -> Figure:
     """The path with the contour error enlarged across it, and the error against time.
 
     As on the chart of a ballbar test: grey lines run one division on both sides of the path.
     Dots mark what follows where an axis reverses. A diverged motion ends where it is no number.
 
     Args:
-        trajectory: what was commanded.
+        found: what was commanded, and the positions of the machine.
         time: (steps,) [s].
-        actual: (2, steps) positions of the machine [mm].
         title: stands above.
     """
+    trajectory, actual = found.trajectory, found.actual
     drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
     time, actual = time[:drawn], actual[:, :drawn]
     samples = trajectory.samples(time)
@@ -49,23 +51,24 @@ def contour(trajectory: Trajectory, time: Floats, actual: Floats, title: str) ->
     figure = framed(8.0, top=0.85)
     upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
     worst = np.searchsorted(time, [mark.worst_s for mark in marks])
-    _draw_path(upper, trajectory, base, actual - base, worst)
-    _draw_error(lower, time, error / BLU, worst)
+    _draw_path(upper, found, base, actual - base, worst)
+    _draw_error(lower, time, error / found.millimetres, worst, found.unit)
     upper.set_title(title, fontsize=11, pad=38)
     return figure
 
 
 def _draw_path(
-    axes: Axes, trajectory: Trajectory, base: Floats, away: Floats, worst: NDArray[np.intp]
+    axes: Axes, found: Contour, base: Floats, away: Floats, worst: NDArray[np.intp]
 ) -> None:
+    trajectory, length = found.trajectory, found.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
-    division = round_above(max(np.hypot(*away).max() / 2, SMALLEST))
+    division = round_above(max(np.hypot(*away).max() / 2, SMALLEST * length))
     enlarged = SHARE * size / division
     axes.plot(*outline.position, color="black", lw=0.8, label="path")
     drawn = base + enlarged * away
     axes.plot(*drawn, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
-    for offset, label in ((-division, f"{division / BLU:g} BLU off"), (division, None)):
+    for offset, label in ((-division, f"{division / length:g} {found.unit} off"), (division, None)):
         beside = _beside(outline, enlarged * offset)
         axes.plot(*beside, color="0.75", lw=0.8, zorder=1, label=label)
     if len(worst):
@@ -78,14 +81,16 @@ def _draw_path(
     axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
 
 
-def _draw_error(axes: Axes, time: Floats, error: Floats, worst: NDArray[np.intp]) -> None:
+def _draw_error(
+    axes: Axes, time: Floats, error: Floats, worst: NDArray[np.intp], unit: str
+) -> None:
     axes.plot(time, error, color=OWN, lw=1)
     axes.plot(time[worst], error[worst], "o", color=OTHER, ms=4)
     axes.grid(color="0.9")
     axes.set_axisbelow(True)
     axes.margins(x=0)
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("contour error [BLU]")
+    axes.set_ylabel(f"contour error [{unit}]")
 
 
 def _beside(samples: PathSamples, left: float) -> Floats:
@@ -95,9 +100,3 @@ def _beside(samples: PathSamples, left: float) -> Floats:
     ahead = (tangent[:, :-1] * tangent[:, 1:]).sum(axis=0)
     moved[:, :-1][:, ahead < 0.9] = np.nan
     return moved
-
-
-def round_above(value: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))

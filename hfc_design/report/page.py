@@ -5,25 +5,28 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hfc_design.controllers.flc import section as fuzzy
-from hfc_design.controllers.flc.record import FuzzyRecord
+import numpy as np
+
 from hfc_design.controllers.gains import section as gains
-from hfc_design.controllers.hierarchical import section as hierarchical
+from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.files.controller import HierarchicalSettings
-from hfc_design.files.design import Design, HierarchicalDesign
+from hfc_design.files.design import Design
+from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
-from hfc_design.formats import csv_tables
-from hfc_design.objectives.settings import ContourSettings, LinLeeSettings
-from hfc_design.pictures.section import Rows, Section, score
+from hfc_design.formats import FORMATS
+from hfc_design.objectives.judge import Judge
+from hfc_design.pictures.section import Listing, Rows, Section, score
 from hfc_design.report import contour_plots, plots
 from hfc_design.report.template import rendered
+from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
-from hfc_design.search.loop import Search
+from hfc_design.search.loop import Archive, Search
 from hfc_design.simulation.evaluation import Evaluation, meanings
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"
+#: This many structures are listed.
+BEST = 10
 #: What the summary compares with: name of the built-in design -> what a reader calls it.
 PUBLISHED = {
     "lin-lee-1999-table-1": "Table I of Lin & Lee (1999)",
@@ -46,9 +49,9 @@ def write_report(
         RunError: the folder cannot be written.
     """
     design, own, search = result
-    tables = isinstance(design.controller, (HierarchicalDesign, FuzzyRecord))
+    tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
-        csv_tables.write(design, folder / TABLES)
+        FORMATS["csv"].write(design, folder / TABLES)
     evaluations = {OWN: own, **rivals}
     page = rendered(
         "report.html.j2",
@@ -57,7 +60,7 @@ def write_report(
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
         scores=_scores(scenario, evaluations),
-        measure=_measure(scenario),
+        measure=_measure(scenario.judge()),
         contour=own.contour is not None,
         response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
@@ -76,22 +79,45 @@ def write_report(
 
 def _found(search: Search, scenario: Scenario) -> dict[str, Any]:
     """How the design was found."""
-    hierarchy = isinstance(scenario.controller, HierarchicalSettings)
     return {
         "generations": search.generation,
         "diverged": int(search.history.diverged.sum()),
-        "history": plots.history(search.history),
-        "structures": hierarchical.structures(search.archive, scenario) if hierarchy else None,
+        "title": scenario.judge().title,
+        "history": plots.history(search.history, scenario.judge().title),
+        "structures": _structures(search.archive, scenario),
     }
+
+
+def _structures(archive: Archive, scenario: Scenario) -> Listing | None:
+    """The best structures of the search and their scores; None where there is but one."""
+    genome = genome_of(scenario)
+    if genome.structures == 1:
+        return None
+    best = (-archive.score).argsort(kind="stable")[:BEST]
+    order = best[np.isfinite(archive.score[best])]
+    return Listing(
+        "The best structures, each with the best that the search "
+        f"(in {scenario.run.precision}) found for it; the controller above is the best of them in "
+        "float64. A unit is written (column input, row input).",
+        ["structure", scenario.judge().title],
+        [
+            [genome.notation(int(archive.population.tree[k])), score(archive.score[k])]
+            for k in order
+        ],
+    )
 
 
 def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
     """What there is to say about a controller of this kind."""
-    if isinstance(design.controller, HierarchicalDesign):
-        return hierarchical.sections(design)
-    if isinstance(design.controller, FuzzyRecord):
-        return fuzzy.sections(design, own, scenario)
-    return gains.sections(design)
+    sections = design.kind.sections or gains.sections
+    plant = scenario.plant
+    signals = {axis.name: axis.told() for axis in own.axes} if _known(own, scenario) else None
+    return sections(design.controller, Shown(plant.machine, plant.values(), signals))
+
+
+def _known(own: Evaluation, scenario: Scenario) -> bool:
+    """Whether what the control has measured can be told: not with sensors of the scenario's own."""
+    return scenario.sensors == SensorSettings() and not own.diverged
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
@@ -109,43 +135,42 @@ def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluatio
 def _achieved(found: Evaluation) -> str:
     if found.contour is None:
         return f"a fitness of {score(found.fitness)}"
-    return f"a contour error of {_rms(found):.3g} BLU rms"
+    return f"a contour error of {_rms(found):.3g} {found.contour.unit} rms"
 
 
 def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there"
     if own.contour is None:
+        if min(own.fitness, rival.fitness) <= 0.0:
+            return f"that of {name} is {score(rival.fitness)}"
         factor = own.fitness / rival.fitness
         return f"{factor:.3g} times that of {name}, which is {score(rival.fitness)}"
     its = _rms(rival)
-    return f"that of {name} is {its / _rms(own):.3g} times as large ({its:.3g} BLU)"
+    return f"that of {name} is {its / _rms(own):.3g} times as large ({its:.3g} {own.contour.unit})"
 
 
 def _rms(found: Evaluation) -> float:
-    """Root mean square of the contour error [BLU] of a motion that did not diverge."""
-    value = found.metrics["rms_contour_error_BLU"]
+    """Root mean square of the contour error of a motion that did not diverge."""
+    value = next(iter(found.metrics.values()))
     assert value is not None
     return value
 
 
-def _measure(scenario: Scenario) -> str:
-    """What the fitness is, in a sentence."""
-    settings = scenario.fitness
-    if isinstance(settings, ContourSettings):
-        of = f"1 / (rms + {settings.worst:g} × largest + {settings.lag:g} × rms lag)"
-        return f"The fitness is {of} of the contour error [1/BLU]"
-    if isinstance(settings, LinLeeSettings):
-        return "The fitness is eq. 5 of Lin & Lee (1999)"
-    return f"The fitness is {settings.kind}, a user's own"
+def _measure(judge: Judge) -> str:
+    """What the fitness is, and what designs are ranked by."""
+    fitness = judge.objectives[0]
+    told = f"The fitness is {fitness.meaning or f'{fitness.name}, an own one'}"
+    return told + (f"; designs are ranked by {judge.title}" if "merit" in judge.titles else "")
 
 
 def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
-    """Fitness and metrics, a row each; a column for each evaluation."""
+    """Fitness, merit and metrics, a row each; a column for each evaluation."""
     found = evaluations.values()
-    rows = [
-        ["fitness", *("diverged" if item.diverged else f"{item.fitness:.4f}" for item in found)]
-    ]
+    rows = []
+    for key, title in scenario.judge().titles.items():
+        scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
+        rows.append([title, *scores])
     first = next(iter(found))
     told = meanings(scenario)
     for key in first.metrics:

@@ -5,8 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.report.plots import OTHER, OWN, WIDTH
-from hfc_design.simulation.monte_carlo import QUANTILES, Floats, Robustness
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH
+from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 COLUMNS = 2
 PANEL = 1.45  # height [in]

@@ -5,7 +5,7 @@ import base64
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from hfc_design.report import plots
+from hfc_design.pictures.figure import image
 
 
 def rendered(name: str, /, **values: object) -> bytes:
@@ -19,4 +19,4 @@ def rendered(name: str, /, **values: object) -> bytes:
 
 def _picture(figure: Figure) -> str:
     """A figure as the address of an image, so that its names cannot clash with the page's."""
-    return "data:image/svg+xml;base64," + base64.b64encode(plots.image(figure, "svg")).decode()
+    return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()

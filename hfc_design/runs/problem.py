@@ -6,22 +6,20 @@ from typing import Any
 import numpy as np
 
 from hfc_design import __version__
+from hfc_design.controllers.genome import Genome, Population
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.plugins import sources
+from hfc_design.core.records import checked
+from hfc_design.core.shapes import Floats
+from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.search.loop import Search
+from hfc_design.search.newton import Linear
+from hfc_design.search.strategy import Task
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.files.controller import HierarchicalSettings, LawSettings
 from hfc_design.simulation.evaluation import Evaluation, evaluate
-from hfc_design.objectives.fitness import without_sticking
-from hfc_design.files.machine import PlantSettings
-from hfc_design.core.records import checked
-from hfc_design.files.design import Design
-from hfc_design.files.scenario import Scenario, renamed
-from hfc_design.controllers.flc.genome import FuzzyGenome
-from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.genome import Floats, Genome, Population
-from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
-from hfc_design.search.loop import Search
-from hfc_design.search.newton import Linear, Newton
-from hfc_design.stability.stable_range import stable_range
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
@@ -32,32 +30,28 @@ class Problem:
 
     def __init__(self, scenario: Scenario):
         self.genome = genome_of(scenario)
-        loop = closed_loop(scenario, self.genome.controller)
-        penalty = scenario.search.stick_penalty
-        if penalty:
-            loop = loop._replace(fitness=without_sticking(loop.fitness, penalty))
-        self._loop = loop
-        self._plants = scenario.plant.values()
+        self._loop = closed_loop(scenario, self.genome.controller)
+        self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = scenario.samples()
         self._dtype = np.dtype(scenario.run.precision)
 
-    def scores(self, population: Population) -> Floats:
-        """Score of every individual; nan where it diverged."""
+    def rank(self, population: Population) -> Floats:
+        """Merit of every individual; -inf where it failed."""
         gains = self.genome.gains(population)
-        return simulate.scores(self._loop, self._plants, self._samples, gains, self._dtype)
+        judged = simulate.scores(self._loop, self._machines, self._samples, gains, self._dtype)
+        return np.asarray(judged.rank[:, 0])
 
     @property
-    def newton(self) -> Newton | None:
-        """Gauss-Newton steps; only where the score is one of tracking errors of one axis."""
-        if not isinstance(self.genome, HierarchicalGenome) or len(self._plants) > 1:
-            return None
-        return self.genome.stepped(self._linear)
+    def task(self) -> Task:
+        """What a strategy is given; a derivative only where there is one axis to follow."""
+        alone = hasattr(self.genome, "space") and len(self._loop.machine.axes) == 1
+        return Task(self.genome, self._linear if alone else None)
 
     def _linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
         gains = self.genome.gains(individual)
         error, jacobian = simulate.error_jacobian(
-            self._loop, self._plants, self._samples, gains, self._dtype
+            self._loop, self._machines, self._samples, gains, self._dtype
         )
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian) if finite else None
@@ -65,21 +59,10 @@ class Problem:
 
 def genome_of(scenario: Scenario) -> Genome:
     """What the search of ``scenario`` varies."""
-    settings = scenario.controller
-    if isinstance(settings, HierarchicalSettings):
-        return HierarchicalGenome(scenario.search, settings.layout())
-    every = scenario.simulation.sample_time_s
-    if isinstance(settings, LawSettings):
-        return GainsGenome(settings.law, every)
-    axes = scenario.plant.values()
-    ranges = (stable_range(axis.gain, axis.time_constant, every) for axis in axes)
-    return FuzzyGenome(
-        settings.start,
-        min(ranges, key=lambda found: found.k1),
-        min(min(-axis.lowest_command, axis.highest_command) for axis in axes),
-        settings.largest_integral_gain,
-        settings.symmetric,
-    )
+    kind = KINDS.get(scenario.controller.kind)
+    assert kind.genome is not None  # else the scenario could not name it
+    genome: Genome = kind.genome(scenario.controller, scenario.target)
+    return genome
 
 
 def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
@@ -87,19 +70,23 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
 
     float32 and a single try flatter loops that are nearly chaotic.
     """
-    found = []
-    for source in (search.archive, search.state):
-        order = np.argsort(-source.score, kind="stable")[:FINALISTS]
-        for k in order[np.isfinite(source.score[order])]:  # a tree never tried has no score
-            design = design_of(source.population.take(np.array([k])), scenario)
-            found.append((design, evaluate(design, scenario)))
-    penalty = scenario.search.stick_penalty
-
-    def merit(item: tuple[Design, Evaluation]) -> float:
-        return item[1].fitness / (1.0 + penalty * (item[1].metrics.get("stick_share") or 0.0))
-
-    design, evaluation = max(found, key=merit)
+    designs = [design_of(individual, scenario) for individual in _finalists(search)]
+    found = [(design, evaluate(design, scenario)) for design in designs]
+    design, evaluation = max(found, key=lambda item: item[1].merit)
     return with_score(design, evaluation, scenario), evaluation
+
+
+def _finalists(search: Search) -> list[Population]:
+    """The best of the archive and of the last generation; any one where all have failed."""
+    found = []
+    sources: list[Any] = [search.archive]
+    if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
+        sources.append(search.state)
+    for source in sources:
+        order = np.argsort(-source.score, kind="stable")[:FINALISTS]
+        ranked = order[np.isfinite(source.score[order])]
+        found += [source.population.take(np.array([k])) for k in ranked]
+    return found or [sources[-1].population.take(np.array([0]))]
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:
@@ -119,8 +106,10 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
             "name": scenario.name,
             "plant": _plant(scenario.plant),
             "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
+            "limits": scenario.limits.model_dump(exclude_none=True),
             "provenance": {
                 "program": f"hfc-design {__version__}",
+                **_plugins(scenario, controller),
                 "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(
                     mode="json", exclude_none=True
                 ),
@@ -131,16 +120,31 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
     )
 
 
+def _plugins(scenario: Scenario, controller: dict[str, Any]) -> dict[str, Any]:
+    """The user's own parts, and where they come from; nothing where all are built in."""
+    kinds = [controller, *controller.get("axes", {}).values()]
+    found = sources(
+        [
+            ("plant", scenario.plant.name),
+            ("fitness", scenario.fitness.kind),
+            ("strategy", scenario.search.preset),
+            *(("controller", own["kind"]) for own in kinds),
+        ]
+    )
+    return {"plugins": found} if found else {}
+
+
 def _plant(settings: PlantSettings) -> dict[str, Any]:
     """The machine in full, so that the design does not depend on a program's defaults."""
     found = [record._asdict() for record in settings.values()]
-    if not settings.axes:
+    names = settings.machine.axes
+    if len(names) == 1 and not settings.axes:
         return {"name": settings.name, "parameters": found[0]}
-    axes = dict(zip(settings.axes, found, strict=True))
+    axes = dict(zip(names, found, strict=True))
     return {"name": settings.name, "parameters": {}, "axes": axes}
 
 
 def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
-    """The design with its fitness and metrics on a scenario."""
-    score = {"scenario": scenario.name, "fitness": evaluation.fitness, **evaluation.metrics}
+    """The design with its fitness, merit and metrics on a scenario."""
+    score = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
     return design.model_copy(update={"score": score})

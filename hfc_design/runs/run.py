@@ -6,16 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
-from hfc_design.simulation.evaluation import Evaluation, evaluate, load_design
-from hfc_design.runs.problem import Problem, champion, genome_of, with_score
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
-from hfc_design.search.strategies.lin_lee import LinLeeState
-from hfc_design.search.loop import Search, generations, strategy
-from hfc_design.search.strategies.race import RaceState
-from hfc_design.search.settings import RaceSettings
+from hfc_design.runs.problem import Problem, champion, genome_of, with_score
+from hfc_design.search.loop import Search, generations
+from hfc_design.search.registry import STRATEGIES, searcher
+from hfc_design.simulation.evaluation import Evaluation, evaluate, load_design
 
 CONFIG, CHECKPOINT, HISTORY, DESIGN = "config.toml", "checkpoint.npz", "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
@@ -84,12 +83,11 @@ def run(
     search = _stored(path, scenario, config)
     saved = time.monotonic()
     steps = generations(
-        strategy(settings, problem.genome),
+        searcher(settings, problem.task),
         problem.genome,
         settings.generations,
         scenario.run.seed,
-        problem.scores,
-        problem.newton,
+        problem.rank,
         search,
     )
     try:
@@ -142,10 +140,9 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
 def _stored(path: Path, scenario: Scenario, config: str) -> Search | None:
     if not path.exists():
         return None
-    kinds = {
-        "state": RaceState if isinstance(scenario.search, RaceSettings) else LinLeeState,
-        "population": type(genome_of(scenario).empty()),
-    }
+    example = genome_of(scenario).empty()
+    state = STRATEGIES.get(scenario.search.preset).state
+    kinds = {"state": state, "population": example, Population: example}
     search: Search = checkpoint.load(path, Search, kinds, config)
     return search
 

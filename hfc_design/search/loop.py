@@ -1,57 +1,31 @@
 """One loop for every strategy: ask, score, tell, remember the best of each structure."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Floats, Genome, Integers, Population, joined
-from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
-from hfc_design.search.newton import Newton
-from hfc_design.search.settings import LinLeeSettings, RaceSettings
-from hfc_design.search.strategies.lin_lee import LinLee
-from hfc_design.search.strategies.race import Race
+from hfc_design.controllers.genome import Genome, Population, joined
+from hfc_design.core.shapes import Floats, Integers
+from hfc_design.search.strategy import Searcher
 
-#: Scores of a population, nan where an individual diverged.
+#: What a population is ranked by, no finite number where an individual failed.
 Evaluate = Callable[[Population], Floats]
-
-
-class Strategy(Protocol):
-    """What a search strategy is: pure functions of its state and of a random generator."""
-
-    def start(self, rng: np.random.Generator) -> tuple[Any, Any]:
-        """State before the first generation, and its candidates."""
-
-    def ask(
-        self, state: Any, generation: int, newton: Newton | None, rng: np.random.Generator
-    ) -> tuple[Any, Any]:
-        """State and candidates of a later generation."""
-
-    def tell(self, state: Any, asked: Any, score: Floats) -> Any:
-        """State after the candidates have been scored."""
-
-
-def strategy(settings: RaceSettings | LinLeeSettings, genome: Genome) -> Strategy:
-    """The strategy that ``settings`` describes."""
-    if isinstance(settings, RaceSettings):
-        return Race(settings, genome)
-    assert isinstance(genome, HierarchicalGenome)  # the scenario has been checked
-    return LinLee(settings, genome.layout)
 
 
 class Archive(NamedTuple):
     """The best individual ever seen of every tree; nothing that was found gets lost."""
 
     population: Population  # (trees, ...), row t has tree t
-    score: Floats  # (trees,), -inf where a tree was never tried
+    score: Floats  # (trees,), -inf where a tree was never tried or always failed
 
 
 class History(NamedTuple):
     """What became of each generation."""
 
-    best: Floats  # (generations,) best score so far
-    median: Floats  # median score of the generation
-    diverged: Integers  # individuals that diverged
+    best: Floats  # (generations,) best score so far; nan while all have failed
+    median: Floats  # median score of those in the generation that did not fail; nan without any
+    diverged: Integers  # individuals that failed
     structures: Integers  # distinct trees in the generation
 
 
@@ -65,12 +39,11 @@ class Search(NamedTuple):
 
 
 def generations(
-    strategy: Strategy,
+    searcher: Searcher,
     genome: Genome,
     total: int,
     seed: int,
     evaluate: Evaluate,
-    newton: Newton | None,
     search: Search | None = None,
 ) -> Iterator[Search]:
     """Run to ``total`` generations from the start or from ``search``; yields after each.
@@ -84,20 +57,22 @@ def generations(
     for generation in range(search.generation, total):
         rng = np.random.default_rng([seed, generation])
         if generation == 0:
-            state, asked = strategy.start(rng)
+            state, asked = searcher.start(rng)
         else:
-            state, asked = strategy.ask(search.state, generation, newton, rng)
-        found = evaluate(asked.population)
-        score = np.where(np.isfinite(found), found, 0.0)
+            state, asked = searcher.ask(search.state, generation, rng)
+        score = evaluate(asked.population)
+        finished = np.isfinite(score)
+        score = np.where(finished, score, -np.inf)
         archive = _archived(search.archive, asked.population, score)
+        best = archive.score.max()
         entry = (
-            archive.score.max(),
-            np.median(score),
-            np.count_nonzero(~np.isfinite(found)),
+            best if np.isfinite(best) else np.nan,
+            np.median(score[finished]) if finished.any() else np.nan,
+            np.count_nonzero(~finished),
             len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
-        search = Search(generation + 1, strategy.tell(state, asked, score), archive, history)
+        search = Search(generation + 1, searcher.tell(state, asked, score), archive, history)
         yield search
 
 

@@ -6,14 +6,14 @@ equations are solved for many dampings and lengths at once, and the population e
 is fast, decides which of them is any good.
 """
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hfc_design.controllers.genome import Floats, Mask
+from hfc_design.controllers.genome import Space
+from hfc_design.core.shapes import Floats, Mask
 
 
 class Linear(NamedTuple):
@@ -25,10 +25,6 @@ class Linear(NamedTuple):
 
 TINY = float(np.finfo(np.float64).tiny)
 
-#: So many individuals around a single one, from a damping on, and the damping of each; None
-#: where the loop about it has no finite derivative.
-Newton = Callable[[Any, float, int], tuple[Any, Floats] | None]
-
 #: Shares of the motion that are linearised. A loop that still oscillates drifts in phase, which
 #: makes late errors look more sensitive than they are; its beginning alone gives better steps.
 HORIZONS = (0.1, 0.3, 1.0)
@@ -36,6 +32,16 @@ HORIZONS = (0.1, 0.3, 1.0)
 LENGTHS = (1.0, 0.3)
 #: Errors below this share of the largest one weigh no more [1].
 SMALLEST_ERROR = 1e-6
+
+
+def individuals(
+    genome: Any, best: Any, linear: Linear, damping: float, count: int
+) -> tuple[Any, Floats]:
+    """``count`` individuals around a single one, and the damping of each."""
+    space: Space = genome.space()
+    point = space.vectors(best)[0]
+    points, dampings = proposals(point, linear, space.frozen, damping, count)
+    return space.from_vectors(np.clip(points, space.low, space.high), best), dampings
 
 
 def proposals(

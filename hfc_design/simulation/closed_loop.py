@@ -1,70 +1,72 @@
 """What the closed loop of one machine does in a control sample, in scalars.
 
-Sensors, controller, plant, fitness. ``simulate`` runs it over the samples, for a population::
+Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
-    carry = start(loop, axes, zero)
-    carry, recorded = sample(loop, fixed, sample_time, gains, carry, row)  # once a sample
-    score = loop.fitness.score(carry.sums)
+    carry = start(loop, zero)
+    carry, recorded = sample(loop, told, fixed, sample_time, gains, carry, row)  # once a sample
+    judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
 
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jax import lax
 
-from hfc_design.controllers.kinds import Controller
+from hfc_design.controllers.controller import Controller, PathView, View
+from hfc_design.core.lanes import LANES
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.signals import AxisSamples, Samples
-from hfc_design.objectives.fitness import Fitness, Moment
-from plants import Plant
+from hfc_design.motion.contour import local_error
+from hfc_design.motion.samples import AxisSamples, PathFrame, Samples
+from hfc_design.objectives.judge import Judge
+from hfc_design.objectives.objective import Moment
+from plants import Drive, Machine
 
 
 class Sensors(NamedTuple):
-    """What stands between the machine's state and the controller."""
+    """What stands between the state of an axis and the controller."""
 
-    encoder_resolution: float = 0.0  # in the units of the plant; 0 means ideal
+    encoder_resolution: float = 0.0  # in the units of the drive; 0 means ideal
     velocity_from_encoder: bool = False  # else an ideal tachometer
 
 
 class Loop(NamedTuple):
     """The closed loop as code; everything else is data. One ``Loop`` compiles once a shape."""
 
-    plant: Plant
+    machine: Machine
     controller: Controller
-    fitness: Fitness
+    judge: Judge
     substeps: int = 1
-    command_limit: float | None = None
-    sensors: Sensors | None = None
+    limits: tuple[float | None, ...] = ()  # of the drives' commands; (): none
+    sensors: tuple[Sensors | None, ...] = ()  # of each axis, None where ideal; (): all are
 
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it."""
-    wanted = scenario.sensors
-    sensors = Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
-    ideal = sensors == Sensors() and not wanted.noise
-    return Loop(
-        plant=scenario.plant.plant,
-        controller=controller,
-        fitness=scenario.fitness.fitness(),
-        substeps=scenario.simulation.substeps,
-        command_limit=scenario.limits.command,
-        sensors=None if ideal else sensors,
+    machine = scenario.plant.machine
+    own = [scenario.sensors.of(axis) for axis in machine.axes]
+    sensors = tuple(
+        None
+        if wanted.encoder_resolution == wanted.noise == 0.0 and wanted.velocity == "tachometer"
+        else Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
+        for wanted in own
     )
-
-
-class AxisCarry(NamedTuple):
-    """What one axis carries from sample to sample."""
-
-    state: Any  # of the plant
-    memory: Any  # of the controller
-    angles: dict[str, Any]  # what the encoders read at the previous sample [rad]
+    limits = tuple(scenario.target.limits.values())
+    return Loop(
+        machine,
+        controller,
+        scenario.judge(),
+        scenario.simulation.substeps,
+        limits if any(limits) else (),
+        sensors if any(sensors) else (),
+    )
 
 
 class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
-    axes: tuple[AxisCarry, ...]
-    sums: Any  # of the fitness
+    states: tuple[Any, ...]  # of each drive
+    angles: tuple[dict[str, Any], ...]  # what its encoders read at the previous sample
+    memory: Any  # of the controller
+    sums: Any  # of the objectives
 
 
 class Recorded(NamedTuple):
@@ -76,76 +78,102 @@ class Recorded(NamedTuple):
     state: Any
 
 
-def start(loop: Loop, axes: int, zero: Any) -> Carry:
-    """A machine of so many ``axes`` before the first sample: everything is ``zero``."""
-    axis = AxisCarry(
-        loop.plant.initial_state(zero),
+def start(loop: Loop, zero: Any) -> Carry:
+    """A machine before the first sample: everything is ``zero``."""
+    return Carry(
+        loop.machine.initial_state(zero),
+        tuple(dict.fromkeys(drive.encoders, zero) for drive in loop.machine.drives),
         loop.controller.initial_memory(zero),
-        dict.fromkeys(loop.plant.encoders, zero),
+        loop.judge.initial(zero),
     )
-    return Carry((axis,) * axes, loop.fitness.initial(zero))
+
+
+def positions(loop: Loop, carry: Carry) -> list[Any]:
+    """Where each axis is."""
+    pairs = zip(loop.machine.drives, carry.states, strict=True)
+    return [getattr(state, drive.position) for drive, state in pairs]
 
 
 def sample(
-    loop: Loop, fixed: Any, sample_time: Any, gains: Any, carry: Carry, row: Samples
+    loop: Loop, told: Any, fixed: Any, sample_time: Any, gains: Any, carry: Carry, row: Samples
 ) -> tuple[Carry, tuple[Recorded, ...]]:
-    """One control sample of one machine: every axis on its own, then the score of all.
+    """One control sample of one machine: measure, control, hold the commands, move.
 
-    ``fixed`` is what ``Plant.coefficients`` gives for each axis, ``row`` one column of the
-    samples, with loads and noise as tuples of scalars and ``sample_time`` [s] apart from it.
+    ``told`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
+    makes of the true ones, ``row`` one column of the samples, with loads and noise as tuples of
+    scalars and ``sample_time`` [s] apart from it.
     """
-    axes, moments, outputs = [], [], []
-    for coefficients, axis, happens in zip(fixed, carry.axes, row.axes, strict=True):
-        moved, moment, output = _axis_sample(
-            loop, coefficients, sample_time, gains, axis, happens, row.settled
-        )
-        axes.append(moved)
-        moments.append(moment)
-        outputs.append(output)
-    sums = loop.fitness.update(carry.sums, tuple(moments), row.path)
-    return Carry(tuple(axes), sums), tuple(outputs)
-
-
-def _axis_sample(
-    loop: Loop,
-    fixed: Any,
-    sample_time: Any,
-    gains: Any,
-    axis: AxisCarry,
-    row: AxisSamples,
-    settled: Any,
-) -> tuple[AxisCarry, Moment, Recorded]:
-    """One control sample of one axis: measure, control, hold the command, move."""
-    plant = loop.plant
-    state = axis.state
-    seen, angles = _measured(
-        loop, plant.measured(fixed, state), axis.angles, row.noise, sample_time
+    machine, axes = loop.machine, range(len(loop.machine.drives))
+    seen, angles = zip(
+        *(_measured(loop, k, fixed[k], carry, row.axes[k], sample_time) for k in axes), strict=True
     )
-    readings = plant.signals(fixed, seen)
-    readings["error"] = row.reference - getattr(seen, plant.position)
-    readings["error_rate"] = row.reference_rate - getattr(seen, plant.velocity)
-    command, memory = loop.controller.step(gains, axis.memory, readings)
-    if loop.command_limit is not None:
-        command = jnp.clip(command, -loop.command_limit, loop.command_limit)
-    command = plant.accepted(fixed, command)
-    position = getattr(state, plant.position)
-    error = row.reference - position
-    error_rate = row.reference_rate - getattr(state, plant.velocity)
-    moved = _moved(loop, fixed, state, command, row.loads, sample_time / loop.substeps)
-    deviation = position - row.target
-    moment = Moment(error, error_rate, deviation, command, row.reference_rate, settled)
-    return AxisCarry(moved, memory, angles), moment, Recorded(error, error_rate, command, state)
+    signals = tuple(axis_signals(machine.drives[k], fixed[k], seen[k], row.axes[k]) for k in axes)
+    view = View(signals, _path_view(loop, seen, row), told)
+    commands, memory = loop.controller.step(LANES, gains, carry.memory, view)
+    commands = tuple(_accepted(loop, k, fixed[k], commands[k]) for k in axes)
+    loads = tuple(axis.loads for axis in row.axes)
+    states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
+    moments, outputs = [], []
+    for drive, state, command, happens in zip(
+        machine.drives, carry.states, commands, row.axes, strict=True
+    ):
+        position = getattr(state, drive.position)
+        error = happens.reference - position
+        error_rate = happens.reference_rate - getattr(state, drive.velocity)
+        deviation = position - happens.target
+        moments.append(
+            Moment(error, error_rate, deviation, command, happens.reference_rate, row.settled)
+        )
+        outputs.append(Recorded(error, error_rate, command, state))
+    sums = loop.judge.update(carry.sums, tuple(moments), row.path)
+    return Carry(states, angles, memory, sums), tuple(outputs)
+
+
+def axis_signals(drive: Drive, fixed: Any, seen: Any, row: AxisSamples) -> dict[str, Any]:
+    """What an axis tells the controller."""
+    position, velocity = drive.seen
+    return {
+        **drive.signals(fixed, seen),
+        "error": row.reference - getattr(seen, position),
+        "error_rate": row.reference_rate - getattr(seen, velocity),
+        "reference": row.reference,
+        "reference_rate": row.reference_rate,
+        "reference_acceleration": row.reference_acceleration,
+    }
+
+
+def _path_view(loop: Loop, seen: tuple[Any, ...], row: Samples) -> PathView | None:
+    """The path and the contour error as the control can know it: by what it measures."""
+    path: PathFrame | None = row.path
+    if path is None:
+        return None
+    x, y = (
+        getattr(state, drive.seen[0]) - axis.reference
+        for drive, state, axis in zip(loop.machine.drives, seen, row.axes, strict=True)
+    )
+    error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
+    return PathView(path.tangent_x, path.tangent_y, path.curvature, error)
+
+
+def _accepted(loop: Loop, k: int, fixed: Any, command: Any) -> Any:
+    """The command that reaches drive ``k``."""
+    limit = loop.limits[k] if loop.limits else None
+    if limit is not None:
+        command = jnp.clip(command, -limit, limit)
+    return loop.machine.drives[k].accepted(fixed, command)
 
 
 def _measured(
-    loop: Loop, state: Any, previous: dict[str, Any], noise: Any, sample_time: Any
+    loop: Loop, k: int, fixed: Any, carry: Carry, row: AxisSamples, sample_time: Any
 ) -> tuple[Any, dict[str, Any]]:
-    """The state as the controller sees it, and the angles its encoders read."""
-    sensors = loop.sensors
+    """The state of axis ``k`` as the controller sees it, and the angles its encoders read."""
+    drive, previous = loop.machine.drives[k], carry.angles[k]
+    state = drive.measured(fixed, carry.states[k])
+    sensors = loop.sensors[k] if loop.sensors else None
     if sensors is None:
         return state, previous
     angles = {}
-    for (angle, _), disturbance in zip(loop.plant.encoders.items(), noise, strict=True):
+    for (angle, _), disturbance in zip(drive.encoders.items(), row.noise, strict=True):
         value = getattr(state, angle) + disturbance
         if sensors.encoder_resolution:
             step = sensors.encoder_resolution
@@ -153,19 +181,6 @@ def _measured(
         angles[angle] = value
     seen = dict(angles)
     if sensors.velocity_from_encoder:
-        for angle, velocity in loop.plant.encoders.items():
+        for angle, velocity in drive.encoders.items():
             seen[velocity] = (angles[angle] - previous[angle]) / sample_time
     return state._replace(**seen), angles
-
-
-def _moved(loop: Loop, fixed: Any, state: Any, command: Any, loads: Any, dt: Any) -> Any:
-    """The state at the next sample: all substeps under one held command."""
-    if loop.substeps == 1:
-        return loop.plant.step(fixed, state, command, loads, dt)
-    points = jnp.stack(loads)
-
-    def substep(k: Any, state: Any) -> Any:
-        here = (points[2 * k], points[2 * k + 1], points[2 * k + 2])
-        return loop.plant.step(fixed, state, command, here, dt)
-
-    return lax.fori_loop(0, loop.substeps, substep, state)

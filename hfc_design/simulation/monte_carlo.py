@@ -1,8 +1,8 @@
 """One design on many machines: every physical parameter of every axis varies on its own.
 
 A parameter is uniform within +-spread of its nominal value, independent of all others and of the
-other axis; one that is 0 stays 0, and what ``Plant.exact`` names does not vary. A machine that
-cannot exist (``Plant.fault``) is drawn again.
+other axes; one that is 0 stays 0, and what ``Drive.exact`` names does not vary. A machine that
+cannot exist (``Drive.fault``) is drawn again.
 """
 
 from collections.abc import Callable, Iterator
@@ -12,16 +12,23 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.controllers import kinds as controllers
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation import population as simulate
+from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import Evaluation, evaluation, individual, machine
+from hfc_design.simulation.evaluation import (
+    Evaluation,
+    controller_of,
+    evaluation,
+    individual,
+    machine,
+    picked,
+)
+from hfc_design.simulation.population import Machines
 
-Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.
@@ -40,10 +47,10 @@ MAX_DRAWS = 100
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-class Machines(NamedTuple):
-    """Machines whose parameters are spread."""
+class Drawn(NamedTuple):
+    """Machines whose parameters are spread, the nominal one first."""
 
-    plants: tuple[Any, ...]  # record of each axis; leaves (1 + samples,), the nominal one first
+    machines: Machines
     refused: int  # draws that gave no possible machine
 
 
@@ -52,11 +59,11 @@ class Robustness(NamedTuple):
 
     spread: float
     seed: int
-    machines: Machines
+    drawn: Drawn
     refined: int  # machines that were simulated again with shorter steps
     stable: NDArray[np.bool_]  # (samples,)
     nominal_stable: bool
-    nominal: dict[str, float]  # fitness and metrics; nan where there is none
+    nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
 
     def spread_of(self, key: str) -> Floats:
@@ -83,7 +90,7 @@ class Robustness(NamedTuple):
             "seed": self.seed,
             "stable_share": float(self.stable.mean()),
             "nominal_stable": self.nominal_stable,
-            "refused_draws": self.machines.refused,
+            "refused_draws": self.drawn.refused,
             "refined": self.refined,
             "metrics": metrics,
         }
@@ -106,10 +113,10 @@ def robustness(
         UserError: spread or samples are not allowed, or design and scenario do not fit.
     """
     _check(spread, samples, seed)
-    settings = machine(design, scenario)
-    machines = drawn(settings, spread, samples, seed)
-    _check_steps(scenario, machines.plants)
-    found = list(_motions(design, scenario, machines.plants, progress))
+    found_machines = drawn(machine(design, scenario), spread, samples, seed)
+    machines = found_machines.machines
+    _check_steps(scenario, machines)
+    found = list(_motions(design, scenario, machines, progress))
     again = np.flatnonzero([one.diverged for one, _ in found])
     if len(again):
         # A motion may diverge because the step is too long for it: ask again with shorter ones.
@@ -120,23 +127,22 @@ def robustness(
         motions = _motions(
             design,
             scenario.model_copy(update={"simulation": finer}),
-            _picked(machines.plants, again),
+            machines.take(again),
             lambda done, _: progress(len(found) + done, total),
         )
         for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
+    judge = scenario.judge()
+    scores = [one.score(judge) for one in evaluations]
     columns = {
-        "fitness": np.array([np.nan if one.diverged else one.fitness for one in evaluations]),
-        **{
-            key: np.array([one.metrics[key] for one in evaluations], float)
-            for key in evaluations[0].metrics
-        },
+        key: np.array([score[key] for score in scores], float)
+        for key in (*judge.titles, *evaluations[0].metrics)
     }
     return Robustness(
         spread,
         seed,
-        machines,
+        found_machines,
         len(again),
         np.array(stable[1:]),
         stable[0],
@@ -146,33 +152,29 @@ def robustness(
 
 
 def _motions(
-    design: Design, scenario: Scenario, plants: tuple[Any, ...], progress: Progress
+    design: Design, scenario: Scenario, machines: Machines, progress: Progress
 ) -> Iterator[tuple[Evaluation, bool]]:
     """Of every machine in turn its evaluation, without the motion, and whether it is stable."""
-    controller, gains = controllers.from_design(design.controller)
+    controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller)
     samples = scenario.samples()
-    count = len(plants[0][0])
-    room = KEPT // (scenario.simulation.steps * len(plants))
+    count = machines.size
+    room = KEPT // (scenario.simulation.steps * len(loop.machine.axes))
     size = max(min(CHUNK, room, count), 1)
     gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
-        some = _picked(plants, np.minimum(np.arange(start, start + size), count - 1))
-        scores, motions = simulate.trajectory(loop, some, samples, gains)
+        some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
+        judged, motions = population.trajectory(loop, some, samples, gains)
         for k in range(min(size, count - start)):
-            own = _picked(some, k)
-            found = evaluation(scenario, own, samples, scores[k], individual(motions, k))
+            own = some.take(k).true
+            found = evaluation(scenario, own, samples, picked(judged, k), individual(motions, k))
             stable = is_stable(loop, own, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)
 
 
-def _picked(plants: tuple[Any, ...], which: Any) -> Any:
-    return jax.tree.map(lambda leaf: leaf[which], plants)
-
-
-def is_stable(loop: Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bool:
+def is_stable(loop: Loop, parameters: tuple[Any, ...], evaluation: Evaluation) -> bool:
     """Whether a loop keeps the machine in hand.
 
     The motion is finite, and in the last quarter of it no tracking error is larger than the
@@ -184,8 +186,8 @@ def is_stable(loop: Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bo
         return False
     late = slice(-int(np.ceil(LATE * len(evaluation.time))), None)
     largest = max(np.abs(axis.reference).max() for axis in evaluation.axes) or np.inf
-    for parameters, axis in zip(plants, evaluation.axes, strict=True):
-        low, high = limits(loop, parameters)
+    ends = limits(loop, parameters)
+    for (low, high), axis in zip(ends, evaluation.axes, strict=True):
         command = axis.motion.command[late]
         limited = np.mean((command <= low) | (command >= high))
         if np.abs(axis.motion.error[late]).max() > largest or limited > LARGEST_LIMITED:
@@ -193,15 +195,19 @@ def is_stable(loop: Loop, plants: tuple[Any, ...], evaluation: Evaluation) -> bo
     return True
 
 
-def limits(loop: Loop, parameters: Any) -> tuple[float, float]:
-    """The lowest and the highest command that can reach the drive; infinite without a limit."""
-    largest = np.inf if loop.command_limit is None else loop.command_limit
-    fixed = loop.plant.coefficients(parameters)
-    low, high = (float(loop.plant.accepted(fixed, command)) for command in (-largest, largest))
-    return low, high
+def limits(loop: Loop, parameters: tuple[Any, ...]) -> list[tuple[float, float]]:
+    """The lowest and the highest command that reach each drive; infinite without a limit."""
+    found = []
+    asked = loop.limits or (None,) * len(parameters)
+    for drive, own, limit in zip(loop.machine.drives, parameters, asked, strict=True):
+        largest = np.inf if limit is None else limit
+        fixed = drive.coefficients(own)
+        low, high = (float(drive.accepted(fixed, command)) for command in (-largest, largest))
+        found.append((low, high))
+    return found
 
 
-def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Machines:
+def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Drawn:
     """The nominal machine and ``samples`` others.
 
     The first machines of a seed are the same for every number of samples.
@@ -209,26 +215,37 @@ def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Ma
     Raises:
         UserError: nearly no draw gives a possible machine.
     """
-    plant, nominal = settings.plant, np.array(settings.values())  # (axes, parameters)
-    names = plant.parameters._fields
-    varied = np.array([name not in plant.exact for name in names])
+    drives, nominal = settings.machine.drives, settings.values()
     generator = np.random.default_rng(seed)
-    kept, refused = [nominal], 0
+    kept, refused = [[np.array(own) for own in nominal]], 0
     while len(kept) <= samples:
-        factors = np.ones_like(nominal)
-        factors[:, varied] = generator.uniform(1 - spread, 1 + spread, (len(nominal), varied.sum()))
-        one = nominal * factors
-        if any(plant.fault(dict(zip(names, axis.tolist(), strict=True))) for axis in one):
+        one = [_near(*axis, spread, generator) for axis in zip(drives, kept[0], strict=True)]
+        faults = (
+            drive.fault(dict(zip(drive.parameters._fields, own.tolist(), strict=True)))
+            for drive, own in zip(drives, one, strict=True)
+        )
+        if any(faults):
             refused += 1
             if refused > MAX_DRAWS * samples:
                 raise UserError(
                     f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
-                    f"gave a possible {plant.name}; a smaller spread is needed"
+                    f"gave a possible {settings.machine.name}; a smaller spread is needed"
                 )
         else:
             kept.append(one)
-    leaves = np.moveaxis(np.array(kept), 0, -1)  # (axes, parameters, machines)
-    return Machines(tuple(plant.parameters(*axis) for axis in leaves), refused)
+    true = tuple(
+        drive.parameters(*np.stack(own, axis=-1))
+        for drive, own in zip(drives, zip(*kept, strict=True), strict=True)
+    )
+    return Drawn(Machines(nominal, true), refused)
+
+
+def _near(drive: Any, nominal: Floats, spread: float, generator: np.random.Generator) -> Floats:
+    """Parameters of one axis near its ``nominal`` ones."""
+    varied = np.array([name not in drive.exact for name in drive.parameters._fields])
+    factors = np.ones_like(nominal)
+    factors[varied] = generator.uniform(1 - spread, 1 + spread, varied.sum())
+    return nominal * factors
 
 
 def _check(spread: float, samples: int, seed: int) -> None:
@@ -240,16 +257,17 @@ def _check(spread: float, samples: int, seed: int) -> None:
         raise UserError(f"--seed {seed}: has to be 0 or more")
 
 
-def _check_steps(scenario: Scenario, plants: tuple[Any, ...]) -> None:
+def _check_steps(scenario: Scenario, machines: Machines) -> None:
     """Every machine has to be simulated with steps that are short enough, not only the nominal."""
     step = scenario.simulation.sample_time_s / scenario.simulation.substeps
-    fastest = scenario.plant.plant.fastest
-    limit = min(
-        fastest(type(axis)(*row), step) for axis in plants for row in zip(*axis, strict=True)
-    )
-    speed = max(np.abs(axis.reference_rate).max() for axis in scenario.samples().axes)
-    if speed > limit:
-        needed = int(np.ceil(scenario.simulation.substeps * speed / limit))
+    drives = scenario.plant.machine.drives
+    needed = 0
+    for drive, own, happens in zip(drives, machines.true, scenario.samples().axes, strict=True):
+        limit = min(drive.fastest(type(own)(*row), step) for row in zip(*own, strict=True))
+        speed = np.abs(happens.reference_rate).max()
+        if speed > limit:
+            needed = max(needed, int(np.ceil(scenario.simulation.substeps * speed / limit)))
+    if needed:
         raise UserError(
             f"scenario {scenario.name}: simulation.substeps = {scenario.simulation.substeps}: "
             f"some of these machines need at least {needed}"

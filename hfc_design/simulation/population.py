@@ -1,4 +1,4 @@
-"""A population of closed loops -> scores or trajectories, for one or for a hundred thousand.
+"""A population of closed loops, one or a hundred thousand -> what a judge says, trajectories.
 
 ``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
 population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
@@ -12,7 +12,7 @@ devices in chunks, and all of them end in ``_run``.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,12 +20,14 @@ import numpy as np
 from jax import lax
 from jax.sharding import Mesh, PartitionSpec
 
-from hfc_design.controllers.gains.law import LAWS
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import ALL_PLANTS
-from hfc_design.motion.signals import AxisSamples, Samples
-from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, sample, start
+from hfc_design.motion.samples import AxisSamples, Samples
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.registry import OBJECTIVES
+from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
 devices.configure()
 
@@ -34,66 +36,110 @@ CHUNK = 64
 LANES = 16
 
 
-def scores(
-    loop: Loop, plants: Any, samples: Samples, gains: Any, dtype: Any = np.float32
-) -> np.ndarray:
-    """Score of every individual, (individuals,) float64; a diverged one scores nan.
+class Machines(NamedTuple):
+    """Machines of the same kind with parameters of their own."""
 
-    ``plants`` is the parameter record of each axis, ``gains`` the controller's record with the
-    individuals in the trailing axis of every leaf. The work is spread over all devices.
+    told: tuple[Any, ...]  # what the control believes: the record of each axis, numbers
+    true: tuple[Any, ...]  # the record of each axis, leaves (machines,)
+
+    @property
+    def size(self) -> int:
+        """How many."""
+        return len(jax.tree.leaves(self.true)[0])
+
+    def take(self, chosen: Any) -> "Machines":
+        """The machines that an index array or a slice chooses."""
+        return Machines(self.told, jax.tree.map(lambda leaf: leaf[chosen], self.true))
+
+
+def one_machine(parameters: tuple[Any, ...]) -> Machines:
+    """The machine of the record of each axis, which the control knows."""
+    true = jax.tree.map(lambda number: np.array([number], np.float64), parameters)
+    return Machines(parameters, true)
+
+
+def scores(
+    loop: Loop, machines: Machines, samples: Samples, gains: Any, dtype: Any = np.float32
+) -> Judged:
+    """What the judge says of every individual on every machine, in float64 as numpy.
+
+    Merit and failures are (individuals, machines), values (individuals, machines, objectives).
+    ``gains`` is the controller's record with the individuals in the trailing axis of every leaf.
+    The work is spread over all devices.
     """
-    count = jax.tree.leaves(gains)[0].shape[-1]
-    width = devices.count() * _chunk(count)
-    padding = -count % width
-    padded = jax.tree.map(
-        lambda leaf: np.pad(leaf, [(0, 0)] * (leaf.ndim - 1) + [(0, padding)], mode="edge"), gains
-    )
+    count, each = jax.tree.leaves(gains)[0].shape[-1], machines.size
+    lanes = count * each
+    padding = -lanes % (devices.count() * _chunk(lanes))
+
+    def padded(leaf: Any, repeats: int) -> np.ndarray:
+        wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
+        return np.pad(wide, [(0, 0)] * (wide.ndim - 1) + [(0, padding)], mode="edge")
+
+    gains = jax.tree.map(lambda leaf: padded(leaf, each), gains)
+    true = _single(machines.true)
+    if each > 1:
+        true = jax.tree.map(lambda leaf: padded(np.tile(leaf, count), 1), machines.true)
     with _own_code(loop):
-        result = _scores(loop, _cast(plants, dtype), _cast(samples, dtype), _cast(padded, dtype))
-    found = np.asarray(result, np.float64)[:count]
-    return np.where(np.isfinite(found), found, np.nan)
+        result = _scores(
+            loop, each > 1, *(_cast(x, dtype) for x in (machines.told, true, samples, gains))
+        )
+    merit, values, failed = (
+        np.asarray(leaf)[:lanes].reshape(count, each, *leaf.shape[1:]) for leaf in result
+    )
+    return Judged(merit.astype(np.float64), values.astype(np.float64), failed)
 
 
 def trajectory(
-    loop: Loop, plants: Any, samples: Samples, gains: Any
-) -> tuple[np.ndarray, tuple[Recorded, ...]]:
-    """Scores (individuals,) and the motion of every axis and individual, in float64 as numpy.
+    loop: Loop, machines: Machines, samples: Samples, gains: Any
+) -> tuple[Judged, tuple[Recorded, ...]]:
+    """What the judge says, and the motion of every axis and individual, in float64 as numpy.
 
-    The parameters in ``plants`` are numbers, or (individuals,) where each has its own machine.
+    All on the only one of ``machines``, or each on a machine of its own.
     """
-    arguments = (_cast(item, np.float64) for item in (plants, samples, gains))
+    own = machines.size > 1
+    true = machines.true if own else _single(machines.true)
+    arguments = (_cast(item, np.float64) for item in (machines.told, true, samples, gains))
     with _own_code(loop):
-        return jax.tree.map(np.asarray, _trajectory(loop, *arguments))
+        return jax.tree.map(np.asarray, _trajectory(loop, own, *arguments))
 
 
 def error_jacobian(
-    loop: Loop, plants: Any, samples: Samples, gains: Any, dtype: Any = np.float32
+    loop: Loop, machines: Machines, samples: Samples, gains: Any, dtype: Any = np.float32
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tracking error (steps,) of one individual and its derivative (steps, parameters).
+    """Tracking error (steps,) of one individual on one machine, and its derivative.
 
-    The parameters are the floating leaves of ``gains`` (trailing axis 1) one after the other.
-    Forward mode on a population of copies, one a parameter, is as fast as the population is.
+    The derivative is (steps, parameters); the parameters are the floating leaves of ``gains``
+    (trailing axis 1) one after the other. Forward mode on a population of copies, one a
+    parameter, is as fast as the population is.
     """
-    arguments = (_cast(item, dtype) for item in (plants, samples, gains))
+    true = _single(machines.true)
+    arguments = (_cast(item, dtype) for item in (machines.told, true, samples, gains))
     with _own_code(loop):
         error, jacobian = _error_jacobian(loop, *arguments)
     parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
     return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
 
 
+def _single(true: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The parameters of the first machine as numbers."""
+    return jax.tree.map(lambda leaf: leaf[0], true)
+
+
 @contextmanager
 def _own_code(loop: Loop) -> Iterator[None]:
-    """What goes wrong in a user's own plant, controller or fitness becomes a line."""
+    """What goes wrong in a user's own plant, controller or objective becomes a line."""
     try:
         yield
     except jax.errors.JaxRuntimeError:
         raise  # no memory, for one
     except Exception as error:
-        own = [f"plant {loop.plant.name!r}"] * (loop.plant.name not in ALL_PLANTS.built_in)
-        own += [f"controller {loop.controller.kind!r}"] * (
-            loop.controller.kind not in LAWS.built_in
-        )
-        own += [f"fitness {loop.fitness.name!r}"] * bool(loop.fitness.name)
+        drives = (drive.name for drive in loop.machine.drives)
+        names = dict.fromkeys((*drives, loop.machine.name))
+        own = [f"plant {name!r}" for name in names if name not in ALL_PLANTS.built_in]
+        kind = loop.controller.kind
+        own += [f"controller {kind!r}"] * (kind not in KINDS.built_in)
+        objectives = {objective.name for objective in loop.judge.objectives}
+        own += [f"fitness {name!r}" for name in objectives - OBJECTIVES.built_in]
         if not own:
             raise
         reason = (str(error).splitlines() or [""])[0]
@@ -117,43 +163,51 @@ def _cast(tree: Any, dtype: Any) -> Any:
     return jax.tree.map(cast, tree)
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
-def _scores(loop: Loop, plants: Any, samples: Samples, gains: Any) -> jax.Array:
-    def on_device(plants: Any, samples: Samples, gains: Any) -> jax.Array:
+@partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
+def _scores(
+    loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any
+) -> Judged:
+    def on_device(told: Any, true: Any, samples: Samples, gains: Any) -> Judged:
         count = jax.tree.leaves(gains)[0].shape[-1]
         chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
 
         def chunked(leaf: jax.Array) -> jax.Array:
             return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
 
-        def one_chunk(gains: Any) -> jax.Array:
-            sums, _ = _run(loop, plants, samples, gains, record=False)
-            return loop.fitness.score(sums)
+        def one_chunk(own: Any) -> Judged:
+            gains, machines = own if own_machine else (own, true)
+            return _run(loop, own_machine, told, machines, samples, gains, record=False)[0]
 
-        return lax.map(one_chunk, jax.tree.map(chunked, gains)).reshape(-1)
+        lanes = (gains, true) if own_machine else gains
+        judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))
+        return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), judged)
 
-    split = jax.tree.map(lambda leaf: PartitionSpec(*[None] * (leaf.ndim - 1), "population"), gains)
+    def split(tree: Any) -> Any:
+        return jax.tree.map(
+            lambda leaf: PartitionSpec(*[None] * (leaf.ndim - 1), "population"), tree
+        )
+
+    machines = split(true) if own_machine else PartitionSpec()
     spread = jax.shard_map(
         on_device,
         mesh=Mesh(jax.devices(), ("population",)),
-        in_specs=(PartitionSpec(), PartitionSpec(), split),
+        in_specs=(PartitionSpec(), machines, PartitionSpec(), split(gains)),
         out_specs=PartitionSpec("population"),
         check_vma=False,
     )
-    return spread(plants, samples, gains)
+    return spread(told, true, samples, gains)
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
+@partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def _trajectory(
-    loop: Loop, plants: Any, samples: Samples, gains: Any
-) -> tuple[jax.Array, tuple[Recorded, ...]]:
-    sums, motion = _run(loop, plants, samples, gains, record=True)
-    return loop.fitness.score(sums), motion
+    loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any
+) -> tuple[Judged, tuple[Recorded, ...]]:
+    return _run(loop, own_machine, told, true, samples, gains, record=True)
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
 def _error_jacobian(
-    loop: Loop, plants: Any, samples: Samples, gains: Any
+    loop: Loop, told: Any, true: Any, samples: Samples, gains: Any
 ) -> tuple[jax.Array, jax.Array]:
     leaves, structure = jax.tree.flatten(gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
@@ -174,9 +228,8 @@ def _error_jacobian(
             full = list(copies)
             for k, leaf in zip(moving, changed, strict=True):
                 full[k] = leaf
-            _, outputs = _run(
-                loop, plants, samples, jax.tree.unflatten(structure, full), record=True
-            )
+            lanes = jax.tree.unflatten(structure, full)
+            _, outputs = _run(loop, False, told, true, samples, lanes, record=True)
             error: jax.Array = outputs[0].error
             return error
 
@@ -192,21 +245,24 @@ def _error_jacobian(
     return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
 
 
-def _run(loop: Loop, plants: Any, samples: Samples, gains: Any, record: bool) -> tuple[Any, Any]:
-    """Scan over the samples; returns the fitness sums and, if asked for, the trajectories."""
+def _run(
+    loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any, record: bool
+) -> tuple[Judged, Any]:
+    """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
     zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
-    fixed = tuple(loop.plant.coefficients(plant) for plant in plants)
-    own_machine = 0 if jnp.ndim(jax.tree.leaves(plants)[0]) else None
-    step = jax.vmap(partial(sample, loop), in_axes=(own_machine, None, 0, 0, None))
+    fixed = loop.machine.coefficients(true)
+    own = 0 if own_machine else None
+    step = jax.vmap(partial(sample, loop), in_axes=(None, own, None, 0, 0, None))
 
     def body(carry: Carry, row: Any) -> tuple[Carry, Any]:
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
-        carry, outputs = step(fixed, samples.sample_time, jax.tree.map(_rows, gains), carry, row)
+        numbers = jax.tree.map(_rows, gains)
+        carry, outputs = step(told, fixed, samples.sample_time, numbers, carry, row)
         return carry, outputs if record else None
 
     rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
-    carry, outputs = lax.scan(body, start(loop, len(fixed), zeros), rows)
-    return carry.sums, outputs
+    carry, outputs = lax.scan(body, start(loop, zeros), rows)
+    return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
 
 
 def _by_row(axis: AxisSamples) -> AxisSamples:

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 
-Floats = NDArray[np.float64]
 MIDDLE = 3  # the term around zero, of seven
 TERMS = 7
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive

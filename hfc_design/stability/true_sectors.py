@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hfc_design.core.records import UserError
-from hfc_design.stability.sectors import LARGEST, Floats, Sectors, checked_centres, checked_table
+from hfc_design.core.shapes import Floats
+from hfc_design.stability.sectors import LARGEST, Sectors, checked_centres, checked_table
 
 ROUNDING = 1e-12  # a level this much smaller than the others is a 0 that was rounded
 DIGITS = 9  # edges [BLU] that agree so far are one, which keeps the pieces between them wide

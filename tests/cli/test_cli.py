@@ -81,7 +81,8 @@ def test_diverged_design_is_a_result(tmp_path):
     assert done.exit_code == 0
     found = json.loads(done.stdout)
     assert found["diverged"] is True
-    assert found["fitness"] == 0
+    assert found["fitness"] is None
+    assert found["merit"] is None
     assert found["rms_error_rad"] is None
     assert "diverged" in hfc("score", path).stdout
 

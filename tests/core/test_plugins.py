@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from sledge import BUDGET, SCENARIO, api_text, hfc, imported, installed, refused, scenario_of
 
 from hfc_design import api
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import design_json
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.formats import FORMATS
@@ -218,9 +219,9 @@ def test_entry_points(own, tmp_path):
     text = SCENARIO + "[fitness]\nkind = 'last-error'\n[controller]\nkind = 'only-p'\n"
     (tmp_path / "sledge.toml").write_text(text)
     scenario = api.load_scenario("sledge.toml")
-    assert scenario.plant.plant.name == "sledge"
-    assert scenario.fitness.fitness().name == "last-error"
-    assert scenario.controller.law.name == "only-p"
+    assert scenario.plant.machine.name == "sledge"
+    assert scenario.judge().objectives[0].name == "last-error"
+    assert scenario.controller.kind == KINDS.get("only-p").name == "only-p"
     assert "entry point rocket = mine:ROCKET: mine has no ROCKET" in refused(
         "design", "sledge.toml", "--plant", "rocket"
     )
@@ -238,7 +239,8 @@ def test_lists_show_what_packages_bring(own, tmp_path):
 def test_a_built_in_plant_cannot_be_replaced(own, tmp_path):
     installed(tmp_path, "[hfc_design.plants]", "c-axis = mine:SLEDGE")
     built_in = ALL_PLANTS.get("c-axis")
-    assert api.load_scenario("c-axis-ramp").plant.plant is built_in
+    (drive,) = api.load_scenario("c-axis-ramp").plant.machine.drives
+    assert drive is built_in
     with pytest.raises(api.UserError, match="built in"):
         api.register(imported("mine").TAKEN)
 

@@ -18,6 +18,8 @@ PRINTS = {
     "02_own_plant": [r"fuzzy hierarchy: largest error \d+ um", r"best PD: .* \d+ um"],
     "03_own_controller": [r"cascade, searched: contour error [\d.]+ BLU", "pid of 2004"],
     "04_own_fitness": [r"lin-lee: kp \d+", r"gentle: kp \d+"],
+    "05_own_machine": [r"unbalance 0.3 kg m: rms error [\d.]+ mm, [\d.]+ deg", "unbalance 3 kg m"],
+    "06_own_kind": [r"pd: rms error [\d.]+ mrad", r"c_axis_ramp_cutting.c c_axis_ramp_cutting.h"],
 }
 
 

@@ -68,7 +68,7 @@ def test_population_zero_by_its_option(tmp_path):
 def test_unknown_names():
     assert "c-axis-ramp-cutting" in refused("design", "no-such-scenario")
     assert "lin-lee-1999-table-1" in refused("score", "no-such-design")
-    assert "json, csv" in refused("export", "pd-only", "--to", "pdf")
+    assert "c, csv, fcl, " in refused("export", "pd-only", "--to", "pdf")
     assert "no-such" in refused("score", "pd-only", "--scenario", "no-such")
 
 

@@ -7,10 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
+from hfc_design.controllers.hierarchical.lookup import lookup
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.formats import c_source
-from hfc_design.formats.c_lookup import lookup
 from hfc_design.simulation.evaluation import load_design
 
 HOSTILE = 'x); system("id */ int main(void) {\n#define x'

@@ -28,7 +28,7 @@ EVIL = 'x); system("id") *)\n-->'
 
 
 def written(record, target, folder):
-    FORMATS[target][1](record, folder)
+    FORMATS[target].write(record, folder)
     return folder
 
 

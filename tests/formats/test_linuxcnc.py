@@ -15,7 +15,7 @@ AFLC = load_design("jee-koren-2004-aflc")
 
 
 def files(design, folder):
-    FORMATS["linuxcnc"][1](design, folder)
+    FORMATS["linuxcnc"].write(design, folder)
     return {path.name: path.read_text() for path in folder.iterdir()}
 
 

@@ -130,7 +130,7 @@ def test_exported_and_imported_it_is_the_same_controller(tmp_path, name, target)
         pytest.skip(f"there is no export to {target}")
     design = unit_alone() if name == "made-up" else load_design(name)
     folder = tmp_path / "exported"
-    FORMATS[target][1](design, folder)
+    FORMATS[target].write(design, folder)
     path = folder if target == "csv" else next(folder.glob(f"*.{target}"))
     found = controller_of(path, kind=design.controller.kind)
     if target == "csv":

@@ -180,7 +180,7 @@ TABLES = {
     [(name, *fault) for name, faults in TABLES.items() for fault in faults],
 )
 def test_faulty_tables(tmp_path, name, old, new, message):
-    FORMATS["csv"][1](load_design("jee-koren-2004-flc"), tmp_path / "t")
+    FORMATS["csv"].write(load_design("jee-koren-2004-flc"), tmp_path / "t")
     text = (tmp_path / "t" / name).read_text()
     assert old in text
     (tmp_path / "t" / name).write_text(text.replace(old, new, 1))

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from experiments import shared
-from hfc_design.runs.batch import folder
-from hfc_design.runs.batch.plan import read_batch
-from hfc_design.runs.batch.work import run_cells
+from hfc_design.batch import folder
+from hfc_design.batch.plan import read_batch
+from hfc_design.batch.work import run_cells
 
 EXPERIMENTS = Path(shared.__file__).parent
 

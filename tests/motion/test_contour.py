@@ -25,7 +25,8 @@ SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]
 def commanded(path, distance):
     distance = np.asarray(distance, dtype=float)
     at = path.at(distance)
-    return PathSamples(at.position, 0 * at.position, at.tangent, at.curvature, distance)
+    still = 0 * at.position
+    return PathSamples(at.position, still, at.tangent, at.curvature, distance, still)
 
 
 def off_path(path, distance, points):

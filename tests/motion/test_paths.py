@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.integrate import quad
 
-from hfc_design.core.records import Record, UserError, checked
+from hfc_design.core.records import Record, checked
 from hfc_design.motion.motion import motion
 from hfc_design.motion.shapes import Path, arc, line
 from hfc_design.motion.trajectories import (
@@ -21,9 +21,9 @@ from hfc_design.motion.trajectories import (
     Line,
     PathReference,
     Polyline,
-    check_speed,
-    largest_drive_speed,
+    speed_fault,
 )
+from plants import FEED_DRIVE
 
 TILT = 26.6
 
@@ -203,30 +203,37 @@ def test_largest_components_by_sampling(parts):
         assert path.largest_components()[:, k] == near(sampled, abs=1e-5)
 
 
+def drive_speed(gain, friction):
+    """Speed [mm/s] that a feed drive reaches with its largest command."""
+    parameters = FEED_DRIVE.parameters(gain=gain, coulomb=friction)
+    return FEED_DRIVE.top_speed(parameters) * FEED_DRIVE.millimetres(parameters)
+
+
 def test_drive_speed():
     """K = 28.3 and 127 units less 15 of friction: 3169.6 BLU/s."""
-    assert largest_drive_speed(28.3, 15.0) == pytest.approx(31.696)
-    assert largest_drive_speed(28.3, 200.0) == 0.0
+    assert drive_speed(28.3, 15.0) == pytest.approx(31.696)
+    assert drive_speed(28.3, 200.0) == 0.0
 
 
 def test_a_feed_that_the_drive_cannot_follow_is_refused_with_the_allowed_one():
-    drive = largest_drive_speed(28.3, 15.0)
-    check_speed(Circle(radius_mm=20.0, feed_mm_min=1901.0), drive, "mine.toml")
-    with pytest.raises(UserError) as caught:
-        check_speed(Circle(radius_mm=20.0, feed_mm_min=1950.0), drive, "mine.toml")
-    assert str(caught.value) == (
-        "mine.toml: a feed of 1950 mm/min asks the X axis for 32.5 mm/s, but its drive reaches "
+    drives = [drive_speed(28.3, 15.0)] * 2
+    assert speed_fault(Circle(radius_mm=20.0, feed_mm_min=1901.0), drives) is None
+    assert speed_fault(Circle(radius_mm=20.0, feed_mm_min=1950.0), drives) == (
+        "a feed of 1950 mm/min asks the X axis for 32.5 mm/s, but its drive reaches "
         "31.7 mm/s; the largest feed here is 1901 mm/min"
     )
+    assert speed_fault(Circle(radius_mm=20.0, feed_mm_min=1950.0), [40.0, 32.0]) == (
+        "a feed of 1950 mm/min asks the Y axis for 32.5 mm/s, but its drive reaches "
+        "32 mm/s; the largest feed here is 1920 mm/min"
+    )
     diagonal = Line(length_mm=9.0, angle_deg=45.0, feed_mm_min=2600.0)  # 1901.76 * sqrt(2) = 2689
-    check_speed(diagonal, drive, "mine.toml")
-    with pytest.raises(UserError, match=r"largest feed here is 2689 mm/min"):
-        check_speed(diagonal.model_copy(update={"feed_mm_min": 2690.0}), drive, "mine.toml")
+    assert speed_fault(diagonal, drives) is None
+    too_fast = diagonal.model_copy(update={"feed_mm_min": 2690.0})
+    assert speed_fault(too_fast, drives).endswith("largest feed here is 2689 mm/min")
     # Too short to get there: sqrt(100 mm/s2 * 5 mm) = 22 mm/s.
     short = Polyline(points_mm=[(0, 0), (5, 0)], feed_mm_min=9e9)
-    check_speed(short, sqrt(500.0) + 1e-9, "mine.toml")
-    with pytest.raises(UserError, match="asks the X axis for 22"):
-        check_speed(short, 22.0, "mine.toml")
+    assert speed_fault(short, [sqrt(500.0) + 1e-9] * 2) is None
+    assert "asks the X axis for 22" in speed_fault(short, [22.0] * 2)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hfc_design.objectives.fitness import Moment, lin_lee, meanings, metrics, without_sticking
+from hfc_design.objectives.judge import judge
+from hfc_design.objectives.lin_lee import lin_lee
+from hfc_design.objectives.metrics import meanings, metrics
+from hfc_design.objectives.objective import Moment
 from plants import C_AXIS, FEED_DRIVE
 
 
@@ -148,14 +151,15 @@ def test_single_sample():
     assert found["control_effort_V2s"] == 0.0
 
 
-def scored(fitness, moments):
-    """The score of samples (error, error_rate, reference_rate, settled)."""
-    sums = fitness.initial(np.float64(0.0))
+def scored(fitness, moments, stick_penalty=0.0):
+    """The merit of samples (error, error_rate, reference_rate, settled)."""
+    judging = judge(fitness, stick_penalty)
+    sums = judging.initial(np.float64(0.0))
     for error, error_rate, reference_rate, settled in moments:
-        sums = fitness.update(
+        sums = judging.update(
             sums, (Moment(error, error_rate, -error, 0.0, reference_rate, settled),), None
         )
-    return float(fitness.score(sums))
+    return float(judging.judged(sums, [np.float64(0.0)]).merit)
 
 
 def test_score_of_equation_5_by_hand():
@@ -169,5 +173,5 @@ def test_sticking_takes_its_share_of_the_score():
     rates = [1.0, 0.95, 0.0, 1.05, 1.2]
     moments = [(1.0, rate, 1.0, float(k > 0)) for k, rate in enumerate(rates)]
     plain = 1000 * (3 / 5 + 0.1 / sum(rates))
-    assert scored(without_sticking(lin_lee(), 4.0), moments) == pytest.approx(plain / (1 + 4 * 0.5))
-    assert scored(without_sticking(lin_lee(), 0.0), moments) == pytest.approx(plain)
+    assert scored(lin_lee(), moments, 4.0) == pytest.approx(plain / (1 + 4 * 0.5))
+    assert scored(lin_lee(), moments, 0.0) == pytest.approx(plain)

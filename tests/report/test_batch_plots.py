@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hfc_design.report import batch_plots, plots
+from hfc_design.pictures.figure import image
+from hfc_design.report import batch_plots
 
 
 @pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])
@@ -11,9 +12,9 @@ def test_pictures_of_odd_scores(scores):
     labels = ["1: $x^$ \x01 漢", "2: _"]
     groups = [np.array(scores), np.array(scores[:1])]
     runs = [[np.array([value]) for value in values] for values in groups]
-    drawing = plots.image(batch_plots.convergence(labels, runs, [0, 1]), "svg").decode()
+    drawing = image(batch_plots.convergence(labels, runs, [0, 1]), "svg").decode()
     assert "1: $x^$ ? ?<" in drawing
-    assert plots.image(batch_plots.outcomes([1, 2], groups, [0, 1]), "svg")
+    assert image(batch_plots.outcomes([1, 2], groups, [0, 1], "fitness"), "svg")
 
 
 def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):

@@ -14,10 +14,13 @@ from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import load_scenario
+from hfc_design.pictures.figure import image, save
 from hfc_design.report import plots, write_report
+from hfc_design.report.page import _sections
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluation import evaluate, load_design
+from plants import C_AXIS
 
 INPUTS = [
     "error",
@@ -160,7 +163,7 @@ def test_report_of_diverged_designs(report, tmp_path):
     write_report(scenario, result._replace(evaluation=lost), {"pd-only": lost}, tmp_path)
     text = (tmp_path / "report.html").read_text()
     assert "diverges on c-axis-ramp-cutting" in text
-    assert text.count(">diverged<") == 2
+    assert text.count(">diverged<") == 4  # fitness and merit of two designs
     write_report(scenario, result, rivals | {"lin-lee-1999-table-1": lost}, tmp_path)
     assert "Table I of Lin &amp; Lee (1999) diverges" in (tmp_path / "report.html").read_text()
 
@@ -189,14 +192,15 @@ def nothing_but_nan(evaluation):
 def test_plots_of_a_diverged_evaluation(report):
     scenario = report[0][0]
     for evaluation in (diverged(scenario), nothing_but_nan(diverged(scenario))):
-        drawing = plots.image(plots.response(evaluation, "lost"), "svg").decode()
+        drawing = image(plots.response(evaluation, "lost"), "svg").decode()
         assert "lost (diverged at" in drawing
-        assert plots.image(plots.errors({"lost": evaluation}), "png")
+        assert image(plots.errors({"lost": evaluation}), "png")
 
 
 def test_response_shows_a_load_only_where_there_is_one(report):
     with_load = report[0][1].evaluation
-    without = changed(with_load, load=np.zeros_like(with_load.axes[0].load))
+    happens = with_load.axes[0].happens
+    without = changed(with_load, happens=happens._replace(loads=np.zeros_like(happens.loads)))
     assert len(plots.response(with_load, "x").axes) == 5
     assert len(plots.response(without, "x").axes) == 4
 
@@ -208,8 +212,7 @@ def test_long_curves_keep_their_peaks(report):
     error[[777, 54_321, -1]] = 5.0, -7.0, 3.0
     long = changed(
         evaluation._replace(time=time),
-        reference=time,
-        load=0 * time,
+        happens=evaluation.axes[0].happens._replace(reference=time, loads=[0 * time]),
         motion=evaluation.axes[0].motion._replace(error=error, command=error),
         readings={"deflection": error},
     )
@@ -220,29 +223,34 @@ def test_long_curves_keep_their_peaks(report):
 
 
 def test_history_of_one_generation_where_everything_diverged():
-    history = History(np.array([0.0]), np.array([0.0]), np.array([30]), np.array([3]))
-    assert plots.image(plots.history(history), "svg")
+    history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
+    assert image(plots.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])
 def test_diagrams_show_every_unit_and_input(inputs, tree):
     found = design(inputs, tree)
-    drawing = plots.image(diagrams.tree(found), "svg").decode()
+    drawing = image(diagrams.tree(found.controller, C_AXIS), "svg").decode()
     words = {word for name in INPUTS[:inputs] for word in name.split("_")}
     texts = set(re.findall(r">([^<>]+)</t", drawing))
     assert words <= {word for text in texts for word in text.split()}
     assert {f"unit {unit.id}" for unit in found.controller.units} <= texts
-    tables = diagrams.rule_tables(found)
+    tables = diagrams.rule_tables(found.controller)
     assert len(tables) == inputs - 1
     for table, unit in zip(tables, found.controller.units, strict=True):
-        drawing = plots.image(table, "svg").decode()
+        drawing = image(table, "svg").decode()
         assert f"unit {unit.id}<" in drawing
         assert f"row: {diagrams.readable(unit.row_input)}<" in drawing
 
 
-def test_diagrams_need_a_hierarchy():
-    with pytest.raises(ValueError, match="of kind pd: no hierarchy"):
-        diagrams.tree(load_design("pd-only"))
+def test_diagrams_need_a_hierarchy(report):
+    own = report[0][1]
+    names = {name: load_design(name) for name in ("pd-only", "lin-lee-1999-table-1")}
+    drawn = [
+        sum(len(section.drawings) for section in _sections(design, own.evaluation, report[0][0]))
+        for design in names.values()
+    ]
+    assert drawn == [0, 5]  # a tree and four tables
 
 
 @pytest.mark.parametrize(
@@ -251,19 +259,19 @@ def test_diagrams_need_a_hierarchy():
 def test_save_response(report, tmp_path, suffix, magic):
     path = tmp_path / f"plot.{suffix}"
     for _ in range(2):
-        plots.save(plots.response(report[0][1].evaluation, "title"), path)
+        save(plots.response(report[0][1].evaluation, "title"), path)
         first = path.read_bytes()
         assert first.startswith(magic)
-    plots.save(plots.response(report[0][1].evaluation, "title"), path)
+    save(plots.response(report[0][1].evaluation, "title"), path)
     assert path.read_bytes() == first
 
 
 def test_save_response_refuses_a_suffix(report, tmp_path):
     for name in ("plot.gif", "plot"):
         with pytest.raises(UserError, match=r"has to end in \.png, \.svg or \.pdf$"):
-            plots.save(plots.response(report[0][1].evaluation, "title"), tmp_path / name)
+            save(plots.response(report[0][1].evaluation, "title"), tmp_path / name)
     with pytest.raises(RunError, match="cannot be written"):
-        plots.save(plots.response(report[0][1].evaluation, "title"), tmp_path / "none" / "plot.png")
+        save(plots.response(report[0][1].evaluation, "title"), tmp_path / "none" / "plot.png")
 
 
 @pytest.mark.browser

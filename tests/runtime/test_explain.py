@@ -9,11 +9,12 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.controllers.hierarchical.record import AdaptationRecord
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.core.records import UserError
-from hfc_design.files.design import AdaptationRecord, Design, builtin_designs
-from hfc_design.runtime import Controller
-from hfc_design.runtime.explain import explanation, read_signals
+from hfc_design.files.design import Design, builtin_designs
+from hfc_design.files.machine import PlantSettings
+from hfc_design.runtime import Controller, explain
 from hfc_design.simulation.evaluation import load_design
 
 WITH_RULES = [name for name in builtin_designs() if name not in ("pd-only", "jee-koren-2004-pid")]
@@ -22,6 +23,17 @@ WITH_RULES = [name for name in builtin_designs() if name not in ("pd-only", "jee
 def changed(name, **update):
     design = load_design(name)
     return design.model_copy(update={"controller": design.controller.model_copy(update=update)})
+
+
+def explanation(design, texts):
+    """Of a design for the machine that its file names."""
+    plant = PlantSettings(**design.plant.model_dump())
+    return explain.explanation(design, plant.machine.drives[0], plant.values()[0], texts)
+
+
+def read_signals(design):
+    """Signals of a sample, and those of the sample before."""
+    return design.kind.explain.signals(design.controller)
 
 
 def text_of(sample):

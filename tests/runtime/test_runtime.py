@@ -6,10 +6,11 @@ from math import exp
 
 import numpy as np
 import pytest
+from lifted import controller_of
 
+from hfc_design.controllers.hierarchical.record import AdaptationRecord
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
-from hfc_design.controllers.kinds import from_design
-from hfc_design.files.design import AdaptationRecord, Design
+from hfc_design.files.design import Design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
 from hfc_design.simulation import population as simulate
@@ -64,10 +65,11 @@ def random_design(inputs, seed, random_population):
 
 def replayed(design, scenario):
     """Commands of the compiled loop and of the runtime that sees the same signals."""
-    controller, gains = from_design(design.controller)
+    controller, gains = controller_of(design)
     scenario = load_scenario(scenario, ["simulation.duration_s=1.0"])
     loop = closed_loop(scenario, controller)
-    _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
+    machines = simulate.one_machine(scenario.plant.values())
+    _, (motion,) = simulate.trajectory(loop, machines, scenario.samples(), gains)
     state = motion.state
     signals = {
         "error": motion.error,

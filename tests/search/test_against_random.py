@@ -6,7 +6,9 @@ import scipy.stats
 
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs.problem import Problem
-from hfc_design.search.loop import generations, strategy
+from hfc_design.search.loop import generations
+from hfc_design.search.registry import searcher
+from hfc_design.search.strategy import Task
 
 SCALES = {"error": 50.0, "deflection": 80.0, "spindle_velocity": 20.0}
 INPUTS = ", ".join(f"{{name='{name}', scale={scale}}}" for name, scale in SCALES.items())
@@ -28,14 +30,14 @@ def test_a_search_beats_as_many_individuals_drawn_at_random(case):
     genome = problem.genome
 
     def searched(seed):
-        own = strategy(scenario.search, genome)
-        *_, found = generations(own, genome, GENERATIONS, seed, problem.scores, None)
+        own = searcher(scenario.search, Task(genome))
+        *_, found = generations(own, genome, GENERATIONS, seed, problem.rank)
         return found.history.best[-1]
 
     def drawn(seed):
         rng = np.random.default_rng([seed, 1])
         trees = rng.integers(genome.structures, size=(GENERATIONS, COUNT))
-        return max(np.nanmax(problem.scores(genome.fresh(some, rng))) for some in trees)
+        return max(problem.rank(genome.fresh(some, rng)).max() for some in trees)
 
     ours, theirs = ([every(seed) for seed in range(SEEDS)] for every in (searched, drawn))
     found = scipy.stats.mannwhitneyu(ours, theirs, alternative="greater")

@@ -7,11 +7,13 @@ import pytest
 import scipy.stats
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import Layout
-from hfc_design.search.settings import LinLeeSettings
-from hfc_design.search.strategies.lin_lee import LinLee, two_point
+from hfc_design.controllers.hierarchical.bounds import Bounds
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
+from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.search.strategies.lin_lee import LinLee, LinLeeSettings, two_point
+from hfc_design.search.strategy import Task
 
-LAYOUT = Layout()
+GENOME = HierarchicalGenome(Bounds(), Layout(), (10.0,) * 5, None)
 
 
 def bits(text):
@@ -19,7 +21,7 @@ def bits(text):
 
 
 def started(seed=0, **settings):
-    search = LinLee(LinLeeSettings(**settings), LAYOUT)
+    search = LinLee(LinLeeSettings(**settings), Task(GENOME))
     rng = np.random.default_rng(seed)
     _, asked = search.start(rng)
     state = search.tell(None, asked, rng.random(len(asked.genes)))
@@ -66,7 +68,7 @@ def test_first_generation_is_valid_and_looks_like_the_printed_tables():
 
 def test_best_third_survives_unchanged_and_in_order():
     search, state, rng = started(population=31)
-    _, asked = search.ask(state, 1, None, rng)
+    _, asked = search.ask(state, 1, rng)
     assert len(asked.genes) == 31
     assert np.array_equal(asked.genes[:10], state.genes[:10])
     assert np.array_equal(asked.population.consequents[:10], state.population.consequents[:10])
@@ -75,7 +77,7 @@ def test_best_third_survives_unchanged_and_in_order():
 
 def test_crossed_third_has_valid_genes_made_of_parents_bits():
     search, state, rng = started(population=300)
-    _, asked = search.ask(state, 1, None, rng)
+    _, asked = search.ask(state, 1, rng)
     crossed = asked.genes[100:200]
     for gene in crossed.tolist():
         assert hierarchy.decode(gene) is not None
@@ -87,7 +89,7 @@ def test_crossed_third_has_valid_genes_made_of_parents_bits():
 
 def test_children_that_share_a_structure_with_two_parents_average_them():
     search, state, rng = started(population=900, parameter_crossover=1.0)
-    _, asked = search.ask(state, 1, None, rng)
+    _, asked = search.ask(state, 1, rng)
     averaged = 0
     for child in range(300, 600):
         parents = np.flatnonzero(state.population.tree == asked.population.tree[child])
@@ -106,7 +108,7 @@ def test_children_that_share_a_structure_with_two_parents_average_them():
 @pytest.mark.parametrize("share", [0.0, 0.8, 1.0])
 def test_mutation_moves_the_given_share_by_at_most_a_max(share):
     search, state, rng = started(population=300, parameter_mutation=share)
-    _, asked = search.ask(state, 1, None, rng)
+    _, asked = search.ask(state, 1, rng)
     moved = changed = total = 0
     for child in range(200, 300):
         distance = np.abs(state.population.consequents - asked.population.consequents[child])
@@ -124,13 +126,13 @@ def test_mutation_moves_the_given_share_by_at_most_a_max(share):
 
 def test_without_structure_mutation_the_genes_stay():
     search, state, rng = started(population=60, structure_mutation=0.0)
-    _, asked = search.ask(state, 1, None, rng)
+    _, asked = search.ask(state, 1, rng)
     parents = {tuple(gene) for gene in state.genes.tolist()}
     assert all(tuple(gene) in parents for gene in asked.genes[40:].tolist())
 
 
 def test_half_of_the_bits_flip():
     search, state, rng = started(population=3000)
-    _, asked = search.ask(state, 1, None, rng)
+    _, asked = search.ask(state, 1, rng)
     # With alpha = 0.5 a mutated gene is a fresh draw among the 6,300 valid ones.
     assert scipy.stats.chisquare(*counts(asked.population.tree[2000:])).pvalue > 1e-3

@@ -5,24 +5,28 @@ import pytest
 
 from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.bounds import bounds_of
 from hfc_design.controllers.hierarchical.genome import (
     HierarchicalGenome,
     Hierarchies,
     from_vectors,
     vectors,
 )
-from hfc_design.controllers.kinds import Layout
-from hfc_design.search.loop import Search, generations, strategy
-from hfc_design.search.settings import LinLeeSettings, RaceSettings
-from hfc_design.search.strategies.race import Race, heats
+from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.search.islands import humbled
+from hfc_design.search.loop import Search, generations
+from hfc_design.search.newton import Linear
+from hfc_design.search.registry import searcher
+from hfc_design.search.strategies.lin_lee import LinLeeSettings
+from hfc_design.search.strategies.race import RaceSettings, RaceState, SuccessiveHalving, heats
+from hfc_design.search.strategy import Task
 
-LAYOUT = Layout()
 BEST_TREE = 42
 
 
-def layout(inputs):
+def genome(settings, inputs=5):
     names = ("error", "deflection", "deflection_rate", "spindle_velocity", "current", "error_rate")
-    return Layout(names[:inputs], (10.0,) * inputs)
+    return HierarchicalGenome(bounds_of(settings), Layout(names[:inputs]), (10.0,) * inputs, None)
 
 
 def hill(population):
@@ -32,14 +36,13 @@ def hill(population):
     return 100.0 / (1.0 + distance) + 20.0 * (population.tree == BEST_TREE)
 
 
-def searched(settings, seed=0, evaluate=hill, lay=LAYOUT, search=None, total=None):
+def searched(settings, seed=0, evaluate=hill, inputs=5, search=None, total=None):
     *_, last = generations(
-        strategy(settings, HierarchicalGenome(settings, lay)),
-        HierarchicalGenome(settings, lay),
+        searcher(settings, Task(genome(settings, inputs))),
+        genome(settings, inputs),
         total or settings.generations,
         seed,
         evaluate,
-        None,
         search,
     )
     return last
@@ -115,7 +118,7 @@ def test_archive_holds_the_best_of_every_tree_ever_seen():
     assert (np.diff(found.history.best) >= 0).all()
 
 
-def test_diverged_individuals_score_zero_and_are_counted():
+def test_diverged_individuals_rank_last_and_are_counted():
     def half_diverge(population):
         score = hill(population)
         score[::2] = [np.nan, np.inf, -np.inf][len(score) % 3]
@@ -123,15 +126,16 @@ def test_diverged_individuals_score_zero_and_are_counted():
 
     found = searched(RACE, evaluate=half_diverge)
     assert found.history.diverged.tolist() == [105] * 40
-    assert np.isfinite(found.archive.score).all()
-    assert np.isfinite(found.state.score).all()
+    assert not np.isnan(found.archive.score).any()
+    assert np.isfinite(found.state.score[0])
+    assert np.isfinite(found.history.median).all()
 
 
 @pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
 @pytest.mark.parametrize("population", [1, 3, 50])
 def test_race_runs_with_any_inputs_and_any_population(inputs, population):
     settings = RaceSettings(population=population, generations=12)
-    found = searched(settings, lay=layout(inputs))
+    found = searched(settings, inputs=inputs)
     assert found.state.population.consequents.shape == (population, inputs - 1, 7, 7)
     assert len(found.history.best) == 12
     assert len(found.archive.score) == len(hierarchy.trees(inputs))
@@ -139,7 +143,7 @@ def test_race_runs_with_any_inputs_and_any_population(inputs, population):
 
 @pytest.mark.parametrize("inputs", [3, 5, 6])
 def test_lin_lee_runs_with_other_inputs(inputs):
-    found = searched(LinLeeSettings(population=10, generations=5), lay=layout(inputs))
+    found = searched(LinLeeSettings(population=10, generations=5), inputs=inputs)
     assert found.state.population.scales.shape == (10, inputs)
 
 
@@ -157,26 +161,26 @@ def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
     everyone = joined(*seen)
     assert np.abs(everyone.consequents[:, :-1]).max() <= 0.5
     assert 0.5 < np.abs(everyone.consequents[:, -1]).max() <= 3.0
-    assert np.array_equal(everyone.scales, np.tile(LAYOUT.scales, (len(everyone.tree), 1)))
+    assert np.array_equal(everyone.scales, np.full((len(everyone.tree), 5), 10.0))
     assert (everyone.gains > 0).all()
 
 
 def test_culling_keeps_the_islands_with_the_best_individuals():
-    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
+    race = SuccessiveHalving(RACE, Task(genome(RACE)))
     rng = np.random.default_rng(0)
     _, asked = race.start(rng)
     score = rng.random(210)
     state = race.tell(None, asked, score)
     per_tree = [score[asked.population.tree == tree].max() for tree in range(105)]
     survivors = np.sort(np.argsort(per_tree)[-53:])
-    later, _ = race.ask(state, 5, None, rng)  # 40 generations, 8 heats
+    later, _ = race.ask(state, 5, rng)  # 40 generations, 8 heats
     assert np.array_equal(np.unique(later.population.tree), survivors)
     assert len(later.score) == 210
     assert later.score.max() == score.max()
 
 
 def test_vectors_and_back():
-    race = Race(RACE, HierarchicalGenome(RACE, LAYOUT))
+    race = SuccessiveHalving(RACE, Task(genome(RACE)))
     _, asked = race.start(np.random.default_rng(3))
     some = asked.population.take(np.array([5, 5, 5]))
     points = vectors(some)
@@ -192,3 +196,62 @@ def test_search_record_is_what_a_checkpoint_needs():
     assert isinstance(found, Search)
     assert isinstance(found.archive.population, Hierarchies)
     assert found.generation == 3
+
+
+@pytest.mark.parametrize(
+    ("own", "double", "left"),
+    [
+        (10.0, 9.95, 10.0),
+        (10.0, 9.0, 9.0),
+        (-10.0, -10.05, -10.0),
+        (-10.0, -11.0, -11.0),
+        (-10.0, -9.0, -10.0),
+        (-10.0, -np.inf, -np.inf),
+        (-np.inf, -np.inf, -np.inf),
+    ],
+)
+def test_the_best_is_worth_no_more_than_its_double_whatever_the_sign(own, double, left):
+    """A hundredth less may be rounding; the double stands at the island's last place."""
+    nothing = np.zeros(3)
+    state = RaceState(None, np.array([own, -50.0, -60.0]), nothing, np.zeros(3, int), nothing)
+    found = humbled(state, np.array([5.0, 5.0, double]))
+    assert found.score.tolist() == [left, -50.0, -60.0]
+
+
+@pytest.mark.parametrize("settings", [RACE, PAPER], ids=["race", "lin-lee"])
+def test_scores_below_zero_are_climbed_past_what_failed(settings):
+    """Ranks are all that counts to both; the worst that did not fail beats what did."""
+
+    def below(population):
+        score = hill(population) - 1000.0
+        score[::3] = np.nan
+        return score
+
+    found = searched(settings, evaluate=below)
+    assert found.history.best[-1] > found.history.best[0]
+    assert found.history.best[-1] < 0.0
+    assert (found.history.median < found.history.best).all()
+    tried = np.isfinite(found.archive.score)
+    assert found.archive.score[tried].max() == found.history.best[-1]
+
+
+def test_steps_along_the_derivative_stay_within_the_bounds():
+    """Of a loop whose error falls with every parameter, however far."""
+    settings = RaceSettings(population=40, generations=8, scale_range=1.0, newton_islands=105)
+    seen = []
+
+    def linearised(individual):
+        jacobian = -1.0 - np.random.default_rng(1).random((50, 2 + 5 + 4 * 49))
+        return Linear(np.linspace(1.0, 2.0, 50), jacobian * 1e-4)
+
+    def watched(population):
+        seen.append(population)
+        return hill(population)
+
+    task = Task(genome(settings), linearised)
+    list(generations(searcher(settings, task), task.genome, 8, 0, watched))
+    everyone = joined(*seen)
+    assert np.abs(everyone.consequents[:, :-1]).max() == 4.0
+    assert np.abs(everyone.consequents[:, -1]).max() == 20.0
+    assert (everyone.scales == 10.0).all()
+    assert everyone.gains.min() >= 1.0

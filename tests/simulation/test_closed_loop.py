@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import oracle
 import pytest
+from lifted import every_axis
 
-from hfc_design.controllers.kinds import Layout, hierarchical
+from hfc_design.controllers.hierarchical.law import Layout, hierarchical
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 
+HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", hierarchical(Layout(), 0.001))
 RECORDED = Path(__file__).parents[1] / "data" / "c_axis_published_controllers.json"
 SECONDS = 1.001  # so that the sample at 1 s is there
 LOADS = {"c-axis-ramp": None, "c-axis-ramp-cutting": oracle.cutting_load}
@@ -21,7 +23,8 @@ def simulated(scenario, controller, gains, seconds=SECONDS):
     """States (steps, 6, individuals) and commands (steps, individuals)."""
     scenario = load_scenario(scenario, [f"simulation.duration_s={seconds}"])
     loop = closed_loop(scenario, controller)
-    _, (motion,) = simulate.trajectory(loop, scenario.plant.values(), scenario.samples(), gains)
+    machines = simulate.one_machine(scenario.plant.values())
+    _, (motion,) = simulate.trajectory(loop, machines, scenario.samples(), gains)
     return np.stack(motion.state, axis=1), motion
 
 
@@ -81,7 +84,7 @@ def test_published_controllers_move_as_radau_says(case, published):
 )
 def test_random_controllers_move_as_scipy_says(count, wanted, random_population):
     gains = random_population(count, seed=5)
-    states, _ = simulated("c-axis-ramp", hierarchical(Layout()), gains)
+    states, _ = simulated("c-axis-ramp", HIERARCHICAL, gains)
     smooth = 0
     for one in range(count):
         assert oracle.sliding_poles(oracle.plant(), gains.kp[one], gains.kd[one]).real.max() < -0.4
@@ -94,7 +97,7 @@ def test_random_controllers_move_as_scipy_says(count, wanted, random_population)
 @pytest.mark.parametrize("scenario", LOADS)
 def test_loop_is_plain_rk4_to_rounding(scenario, random_population):
     gains = random_population(24, seed=6)
-    states, motion = simulated(scenario, hierarchical(Layout()), gains)
+    states, motion = simulated(scenario, HIERARCHICAL, gains)
     for one in range(24):
         exact, commands = oracle.closed_loop(*plain(gains, one), 1.0, LOADS[scenario], "RK4")
         error = abs(states[..., one] - exact) / abs(exact).max(axis=0)

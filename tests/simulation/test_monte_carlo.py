@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from lifted import controller_of
 from scipy.signal import cont2discrete
 
 from hfc_design.cli import main
-from hfc_design.controllers.kinds import from_design
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import load_scenario
@@ -29,7 +29,7 @@ def case(name, *changes, seconds=0.5):
 
 def alone(design, scenario, machines, k):
     """``evaluate`` of machine ``k``, 0 the nominal one."""
-    found = [{key: float(v[k]) for key, v in p._asdict().items()} for p in machines.plants]
+    found = [{key: float(v[k]) for key, v in p._asdict().items()} for p in machines.true]
     if len(found) == 1:
         plant = PlantSettings(name=scenario.plant.name, parameters=found[0])
     else:
@@ -48,7 +48,7 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
     assert told == [(4, 9), (8, 9), (9, 9)]
     assert found.refined == 0
     for k in (0, 1, 4, 8):
-        wanted = alone(design, scenario, found.machines, k)
+        wanted = alone(design, scenario, found.drawn.machines, k)
         for key, value in {"fitness": wanted.fitness, **wanted.metrics}.items():
             mine = found.nominal[key] if k == 0 else found.values[key][k - 1]
             assert mine == pytest.approx(np.nan if value is None else value, rel=1e-9, nan_ok=True)
@@ -58,7 +58,7 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
 def test_quantiles_are_those_of_the_stable_machines():
     design, scenario = case("pd-only")
     found = robustness(design, scenario, 0.2, 11, seed=2)
-    runs = [alone(design, scenario, found.machines, k).metrics for k in range(1, 12)]
+    runs = [alone(design, scenario, found.drawn.machines, k).metrics for k in range(1, 12)]
     wanted = sorted(run["rms_error_rad"] for run in runs)
     numbers = found.numbers()["metrics"]["rms_error_rad"]
     assert numbers["count"] == 11
@@ -78,21 +78,22 @@ def test_quantiles_are_those_of_the_stable_machines():
 def test_the_seed_says_what_is_drawn():
     settings = load_scenario("feed-drive-circle").plant
     one, same, other = (drawn(settings, 0.2, 6, seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one.plants, same.plants)
-    assert (one.plants[0].gain[1:] != other.plants[0].gain[1:]).all()
+    np.testing.assert_array_equal(one.machines.true, same.machines.true)
+    assert (one.machines.true[0].gain[1:] != other.machines.true[0].gain[1:]).all()
     more = drawn(settings, 0.2, 9, 1)
-    np.testing.assert_array_equal(np.array(more.plants)[..., :7], one.plants)
+    np.testing.assert_array_equal(np.array(more.machines.true)[..., :7], one.machines.true)
 
 
 @pytest.mark.parametrize("name", ["feed-drive-circle", "c-axis-ramp"])
 def test_drawn_parameters_fill_their_range_and_nothing_else(name):
     settings = load_scenario(name).plant
-    machines = drawn(settings, 0.2, 400, 3)
-    for nominal, found in zip(settings.values(), machines.plants, strict=True):
+    true = drawn(settings, 0.2, 400, 3).machines.true
+    drives = settings.machine.drives
+    for drive, nominal, found in zip(drives, settings.values(), true, strict=True):
         for key, value in nominal._asdict().items():
             column = getattr(found, key)
             assert column[0] == value
-            if value == 0 or key in settings.plant.exact:
+            if value == 0 or key in drive.exact:
                 assert (column == value).all()
                 continue
             factors = column[1:] / value
@@ -102,8 +103,8 @@ def test_drawn_parameters_fill_their_range_and_nothing_else(name):
 
 
 def test_parameters_and_axes_are_independent():
-    machines = drawn(load_scenario("feed-drive-circle").plant, 0.2, 400, 3)
-    varied = [column[1:] for axis in machines.plants for column in axis if np.ptp(column)]
+    true = drawn(load_scenario("feed-drive-circle").plant, 0.2, 400, 3).machines.true
+    varied = [column[1:] for axis in true for column in axis if np.ptp(column)]
     assert len(varied) == 2 * 8  # gain, time constant, six of the friction
     assert abs(np.corrcoef(varied) - np.eye(16)).max() < 5 / np.sqrt(400)
 
@@ -116,20 +117,20 @@ def test_a_long_motion_is_simulated_in_smaller_chunks(monkeypatch):
     assert told == [(3, 9), (6, 9), (9, 9)]
 
 
-@pytest.mark.parametrize("plant", PLANTS.values(), ids=PLANTS)
-def test_what_is_exact_is_a_parameter(plant):
-    assert plant.exact < set(plant.parameters._fields)
+@pytest.mark.parametrize("drive", PLANTS.values(), ids=PLANTS)
+def test_what_is_exact_is_a_parameter(drive):
+    assert drive.exact < set(drive.parameters._fields)
 
 
 def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
     settings = load_scenario("c-axis-ramp").plant
-    machines = drawn(settings, 0.4, 50, 0)
-    (p,) = machines.plants
+    found = drawn(settings, 0.4, 50, 0)
+    (p,) = found.machines.true
     assert (p.stator_inductance * p.rotor_inductance > p.mutual_inductance**2).all()
     assert (p.static_torque >= p.coulomb_torque).all()
     # By the same stream of numbers: every draw that passes is kept, in order.
     varied = [name not in ("poles", "gear_ratio") for name in p._fields]
-    stream = np.random.default_rng(0).uniform(0.6, 1.4, (50 + machines.refused, sum(varied)))
+    stream = np.random.default_rng(0).uniform(0.6, 1.4, (50 + found.refused, sum(varied)))
     all_of_them = np.array(settings.values()[0])[varied] * stream
     ls, lr, lm, tc, ts = (
         all_of_them[:, [n for n, v in zip(p._fields, varied, strict=True) if v].index(name)]
@@ -139,7 +140,7 @@ def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
         )
     )  # fmt: skip
     possible = (ls * lr > lm**2) & (ts >= tc)
-    assert machines.refused == 50 + machines.refused - possible.sum() > 0
+    assert found.refused == 50 + found.refused - possible.sum() > 0
     np.testing.assert_array_equal(p.mutual_inductance[1:], lm[possible])
     monkeypatch.setattr(monte_carlo, "MAX_DRAWS", 0)
     with pytest.raises(UserError, match=r"--spread 0.4: of \d+ draws only \d+ gave a possible"):
@@ -163,11 +164,11 @@ def test_a_step_that_is_too_long_does_not_make_a_loop_unstable():
     # Some of these spindles overshoot faster than steps of 1 ms can follow; not all are unstable.
     design, coarse = case("pd-only", seconds=1.0)
     found = robustness(design, coarse, 0.2, 40)
-    diverged = [k for k in range(1, 41) if alone(design, coarse, found.machines, k).diverged]
+    diverged = [k for k in range(1, 41) if alone(design, coarse, found.drawn.machines, k).diverged]
     assert found.refined == len(diverged) > 0
     _, fine = case("pd-only", "simulation.substeps=8", seconds=1.0)
     for k in diverged:
-        wanted = alone(design, fine, found.machines, k).metrics["rms_error_rad"]
+        wanted = alone(design, fine, found.drawn.machines, k).metrics["rms_error_rad"]
         rms = found.values["rms_error_rad"][k - 1]
         assert rms == pytest.approx(np.nan if wanted is None else wanted, rel=1e-9, nan_ok=True)
     judged = found.stable[np.array(diverged) - 1]
@@ -197,7 +198,7 @@ def test_stable_share_is_that_of_the_poles():
 
     slowest = np.array(
         [
-            max(radius(axis.gain[k], axis.time_constant[k]) for axis in found.machines.plants)
+            max(radius(axis.gain[k], axis.time_constant[k]) for axis in found.drawn.machines.true)
             for k in range(1, count + 1)
         ]
     )
@@ -214,8 +215,9 @@ def test_stable_spindles_are_those_of_the_linear_loop():
     found = robustness(design, scenario, 0.2, 150)
     pd = design.controller.pd
     growth = []
+    (true,) = found.drawn.machines.true
     for k in range(1, 151):
-        p = type(found.machines.plants[0])(*(float(v[k]) for v in found.machines.plants[0]))
+        p = type(true)(*(float(v[k]) for v in true))
         c = coefficients(p)
         motor, spindle = c.inverse_rotor_inertia, c.inverse_spindle_inertia
         voltage = np.array([-pd.kp, -pd.kd]) * c.inverse_inductance
@@ -237,8 +239,8 @@ def test_stable_spindles_are_those_of_the_linear_loop():
 
 def test_what_is_stable():
     design, scenario = case("jee-koren-2004-pid", seconds=4.0)
-    loop = closed_loop(scenario, from_design(design.controller)[0])
-    plants = scenario.plant.values()
+    loop = closed_loop(scenario, controller_of(design, ("x", "y"))[0])
+    parameters = scenario.plant.values()
     good = evaluate(design, scenario)
     largest = max(abs(axis.reference).max() for axis in good.axes)
 
@@ -247,11 +249,15 @@ def test_what_is_stable():
         values = getattr(axes[which].motion, part).copy()
         values[where] = value
         axes[which] = axes[which]._replace(motion=axes[which].motion._replace(**{part: values}))
-        return is_stable(loop, plants, good._replace(axes=tuple(axes)))
+        return is_stable(loop, parameters, good._replace(axes=tuple(axes)))
 
-    assert limits(loop, plants[0]) == (-128.0, 127.0)
-    assert limits(loop._replace(command_limit=50.0), plants[0]) == (-50.0, 50.0)
-    assert is_stable(loop, plants, good)
+    assert limits(loop, parameters) == [(-128.0, 127.0)] * 2
+    assert limits(loop._replace(limits=(50.0, 50.0)), parameters) == [(-50.0, 50.0)] * 2
+    assert limits(loop._replace(limits=(None, 50.0)), parameters) == [
+        (-128.0, 127.0),
+        (-50.0, 50.0),
+    ]
+    assert is_stable(loop, parameters, good)
     assert changed(0, "error", slice(0, 300), 2 * largest)  # 300 of 400 samples: not yet late
     assert changed(1, "error", -1, -largest)
     assert not changed(1, "error", -1, -1.001 * largest)
@@ -260,9 +266,12 @@ def test_what_is_stable():
     assert changed(0, "command", slice(-10, None), 127.0)
     assert not changed(0, "command", slice(-11, None), 127.0)
     assert not changed(1, "command", slice(-11, None), -128.0)
-    assert not is_stable(loop, plants, good._replace(diverged=True))
-    still = tuple(axis._replace(reference=0 * axis.reference) for axis in good.axes)
-    assert is_stable(loop, plants, good._replace(axes=still))
+    assert not is_stable(loop, parameters, good._replace(diverged=True))
+    still = tuple(
+        axis._replace(happens=axis.happens._replace(reference=0 * axis.reference))
+        for axis in good.axes
+    )
+    assert is_stable(loop, parameters, good._replace(axes=still))
 
 
 def hfc(*arguments):
@@ -277,8 +286,9 @@ def test_the_command_tells_the_same_as_json_table_and_picture(tmp_path):
     assert done.exit_code == 0, done.output
     found = json.loads(done.stdout)
     assert (found["samples"], found["seed"], found["stable_share"]) == (5, 4, 1.0)
-    wanted = robustness(*case("pd-only", seconds=0.2), 0.2, 5, seed=4).numbers()
-    assert found == {"design": "pd-only", "scenario": "c-axis-ramp", **wanted}
+    design, scenario = case("pd-only", seconds=0.2)
+    own = {"design": "pd-only", "scenario": "c-axis-ramp", "judged_by": scenario.judge().title}
+    assert found == own | robustness(design, scenario, 0.2, 5, seed=4).numbers()
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert done.stderr.startswith("5 machines in ")
     table = hfc("score", "pd-only", *SHORT, "--seed", 4)

@@ -12,7 +12,9 @@ from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario
-from hfc_design.motion.signals import Ramp, Simulation
+from hfc_design.motion.references import Ramp
+from hfc_design.motion.samples import Simulation
+from hfc_design.pictures.figure import image
 from hfc_design.report import plots, rivals
 from hfc_design.simulation.evaluation import evaluate, load_design, trajectory_csv
 
@@ -78,12 +80,12 @@ def test_metrics_are_named_in_the_units_of_the_drive(scenario, evaluation):
 
 
 def test_pictures_are_labelled_in_the_units_of_the_drive(evaluation):
-    drawing = plots.image(plots.response(evaluation, "title"), "svg").decode()
+    drawing = image(plots.response(evaluation, "title"), "svg").decode()
     for label in ("position [BLU]", "error [BLU]", "command [unit]", "load [unit]", "axis"):
         assert f">{label}<" in drawing
     for label in ("rad]", "[V]", "deflection", "spindle"):
         assert label not in drawing
-    assert "largest error [BLU]" in plots.image(plots.errors({"a": evaluation}), "svg").decode()
+    assert "largest error [BLU]" in image(plots.errors({"a": evaluation}), "svg").decode()
 
 
 def test_the_control_is_told_whole_blu_and_judged_by_the_exact_path():
@@ -108,11 +110,12 @@ def test_the_spindle_is_told_where_it_should_be():
 
 def test_a_plant_of_a_user_has_its_own_units(evaluation):
     units = {"error": "mm", "error_rate": "mm/s", "command": "A", "load": "N"}
-    own = evaluation._replace(plant=replace(evaluation.plant, units=units))
+    (axis,) = evaluation.axes
+    own = evaluation._replace(axes=(axis._replace(drive=replace(axis.drive, units=units)),))
     header = trajectory_csv(own).splitlines()[0].split(",")
     assert header[1] == "reference_mm"
     assert header[-3:] == ["velocity_mm_s", "current_A", "force_N"]
-    drawing = plots.image(plots.response(own, "title"), "svg").decode()
+    drawing = image(plots.response(own, "title"), "svg").decode()
     for label in ("position [mm]", "error [mm]", "current [A]", "load [N]"):
         assert f">{label}<" in drawing
 

@@ -4,20 +4,32 @@ import jax
 import numpy as np
 import oracle
 import pytest
+from lifted import every_axis
 
-from hfc_design.controllers.kinds import HierarchicalGains, Layout, PdGains, hierarchical, pd
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.pd.law import PdGains, pd
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate, load_design
 
-HIERARCHICAL = hierarchical(Layout())
+LAW = hierarchical(Layout(), 0.001)
+HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", LAW)
+PD = every_axis("pd", pd(0.001))
 
 
 def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
-    """Loop, plant parameters and samples, ready for ``simulate.scores`` and the others."""
+    """Loop, the machine and samples, ready for ``simulate.scores`` and the others."""
     found = load_scenario(scenario, [f"simulation.duration_s={seconds}", *changes])
-    return closed_loop(found, controller), found.plant.values(), found.samples()
+    machines = simulate.one_machine(found.plant.values())
+    return closed_loop(found, controller), machines, found.samples()
+
+
+def fitness(*arguments):
+    """Of every individual on the only machine, nan where it failed."""
+    judged = simulate.scores(*arguments)
+    assert judged.failed.shape[1:] == (1,)
+    return np.where(judged.failed, np.nan, judged.values[..., 0])[:, 0]
 
 
 def picked(gains, which):
@@ -40,9 +52,9 @@ def test_published_score(design, scenario, fitness):
 
 
 def test_published_score_of_the_second_pd_alone():
-    prepared_loop = prepared(pd(), seconds=10)
+    prepared_loop = prepared(PD, seconds=10)
     gains = PdGains(np.array([1002.076]), np.array([135.007]))
-    assert simulate.scores(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
+    assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +64,7 @@ def test_published_score_of_the_second_pd_alone():
 def test_float32_agrees_on_published_controllers(design, scenario, published):
     controller, gains = published(design)
     loop = prepared(controller, scenario=scenario, seconds=10)
-    single, double = (simulate.scores(*loop, gains, kind) for kind in (np.float32, np.float64))
+    single, double = (fitness(*loop, gains, kind) for kind in (np.float32, np.float64))
     assert single == pytest.approx(double, rel=1e-4)
     assert single != double
 
@@ -60,10 +72,11 @@ def test_float32_agrees_on_published_controllers(design, scenario, published):
 def test_score_is_equation_5(random_population):
     gains = random_population(5, seed=1)
     loop = prepared(HIERARCHICAL)
-    scores, (motion,) = simulate.trajectory(*loop, gains)
+    judged, (motion,) = simulate.trajectory(*loop, gains)
+    scores = judged.values[:, 0]
     sums = abs(motion.error).sum(axis=0), abs(motion.error_rate).sum(axis=0)
     assert scores == pytest.approx(3000 / sums[0] + 100 / sums[1], rel=1e-12)
-    assert simulate.scores(*loop, gains, np.float64) == pytest.approx(scores, rel=1e-12)
+    assert fitness(*loop, gains, np.float64) == pytest.approx(scores, rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [1, 17, 65, 130])
@@ -71,8 +84,11 @@ def test_population_equals_a_loop_over_individuals(count, random_population):
     gains = random_population(130, seed=2)
     loop = prepared(HIERARCHICAL)
     # One at a time and through the other door: shape (steps, 1), without padding or chunks.
-    alone = [simulate.trajectory(*loop, picked(gains, [one]))[0][0] for one in range(0, count, 7)]
-    together = simulate.scores(*loop, picked(gains, slice(count)), np.float64)
+    alone = [
+        simulate.trajectory(*loop, picked(gains, [one]))[0].values[0, 0]
+        for one in range(0, count, 7)
+    ]
+    together = fitness(*loop, picked(gains, slice(count)), np.float64)
     assert together.shape == (count,)
     assert len(set(together)) == count
     assert together[::7] == pytest.approx(alone, rel=1e-12)
@@ -83,8 +99,8 @@ def test_order_of_individuals_does_not_matter(random_population):
     loop = prepared(HIERARCHICAL)
     order = np.random.default_rng(1).permutation(65)
     for dtype in (np.float32, np.float64):
-        scores = simulate.scores(*loop, gains, dtype)
-        reordered = simulate.scores(*loop, picked(gains, order), dtype)
+        scores = fitness(*loop, gains, dtype)
+        reordered = fitness(*loop, picked(gains, order), dtype)
         np.testing.assert_array_equal(reordered, scores[order])
 
 
@@ -92,24 +108,24 @@ def test_one_compilation_serves_all_structures_values_machines_and_loads(random_
     gains = random_population(105, seed=4)
     traces = []
 
-    def step(*arguments):
+    def parts(*arguments):
         traces.append(1)
-        return HIERARCHICAL.step(*arguments)
+        return LAW.parts(*arguments)
 
-    counted = HIERARCHICAL._replace(step=step)
+    counted = every_axis("pd+hierarchical-fuzzy", LAW._replace(parts=parts))
 
-    def scored(change, shift):
+    def changed(change, shift):
         loop = prepared(counted, change)
-        return simulate.scores(*loop, picked(gains, np.roll(np.arange(105), shift)))
+        return fitness(*loop, picked(gains, np.roll(np.arange(105), shift)))
 
-    first = scored("load.constant=5.0", 0)
+    first = changed("load.constant=5.0", 0)
     needed = len(traces)
     assert needed > 0
     others = [
-        scored("load.constant=5.0", 1),
-        scored("load.constant=1.0", 0),
-        scored("reference.velocity=0.03", 0),
-        scored("plant.parameters.spindle_inertia=4.0", 0),
+        changed("load.constant=5.0", 1),
+        changed("load.constant=1.0", 0),
+        changed("reference.velocity=0.03", 0),
+        changed("plant.parameters.spindle_inertia=4.0", 0),
     ]
     assert len(traces) == needed
     assert all((other != first).any() for other in others)
@@ -121,8 +137,8 @@ def test_diverging_individual_is_alone_in_it(random_population):
     kd = gains.kd.copy()
     kd[[3, 20]] = 1e9
     for dtype in (np.float32, np.float64):
-        healthy = simulate.scores(*loop, gains, dtype)
-        found = simulate.scores(*loop, gains._replace(kd=kd), dtype)
+        healthy = fitness(*loop, gains, dtype)
+        found = fitness(*loop, gains._replace(kd=kd), dtype)
         assert np.flatnonzero(np.isnan(found)).tolist() == [3, 20]
         others = ~np.isnan(found)
         assert (found[others] == healthy[others]).all()
@@ -134,7 +150,7 @@ def test_substeps_converge():
     finals = []
     for substeps in (1, 2, 4):
         changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
-        loop = prepared(pd(), *changes, seconds=0.1)
+        loop = prepared(every_axis("pd", pd(0.002)), *changes, seconds=0.1)
         _, (motion,) = simulate.trajectory(*loop, gains)
         assert (motion.state.spindle_velocity <= 0).all()
         finals.append(np.array([part[-1, 0] for part in motion.state]))
@@ -163,8 +179,7 @@ def test_encoder_reads_multiples_of_its_resolution():
     changes = ["sensors.encoder_resolution=1e-4", "sensors.velocity='encoder'"]
     gains = PdGains(np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     push = ["reference.velocity=0.0", "load={constant=2.0}"]
-    loop, plant, samples = prepared(pd(), *changes, *push)
-    _, (motion,) = simulate.trajectory(loop, plant, samples, gains)
+    _, (motion,) = simulate.trajectory(*prepared(PD, *changes, *push), gains)
     angle = motion.state.spindle_angle
     read = -motion.command[:, 0]
     assert abs(angle[:, 0]).max() > 1e-3
@@ -182,7 +197,7 @@ def test_noise_is_that_of_its_seed():
 
     def disturbance(*changes):
         changes = ("sensors.noise=1e-5", "reference.velocity=0.0", *changes)
-        _, (motion,) = simulate.trajectory(*prepared(pd(), *changes, scenario="c-axis-ramp"), gains)
+        _, (motion,) = simulate.trajectory(*prepared(PD, *changes, scenario="c-axis-ramp"), gains)
         return (-motion.command - motion.state.spindle_angle)[:, 0]
 
     first = disturbance()

@@ -1,23 +1,18 @@
 """What the adaptive fuzzy controllers decide: which rules are judged how, and what bounds a move.
 
 JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars; ``xp`` as in
-``flc``. Never imports JAX.
+``core.scalars``. Never imports JAX.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
-ZR = 3  # place of the middle term
+from hfc_design.controllers.flc.sectors import ZR
+from hfc_design.core.scalars import Xp, clipped
+
 #: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
 #: has not fired: rounding decides nothing.
 ALIKE = 1e-4
-
-
-class Sectors(NamedTuple):
-    """The rectangle in the stable range that the table may not leave (JK04 eq. 12-14)."""
-
-    k1_max: Any  # 0 <= u_1 / e <= k1_max [units/BLU]
-    k2_max: Any  # 0 <= u_2 / de <= k2_max [units/BLU]
 
 
 def performance_index(before: int, now: int) -> int:
@@ -38,12 +33,12 @@ PERFORMANCE = tuple(
 )
 
 
-def performance(xp: Any, in_error: Sequence[Any]) -> list[Any]:
+def performance(xp: Xp, in_error: Sequence[Any]) -> list[Any]:
     """p(k) of the rules of each error term, from the degrees (7) of e(k) in the error terms."""
     return performance_indices(xp, highest_term(xp, in_error))
 
 
-def highest_term(xp: Any, in_error: Sequence[Any]) -> Any:
+def highest_term(xp: Xp, in_error: Sequence[Any]) -> Any:
     """The term for which an error of degrees (7) counts, -3 to 3.
 
     That of the highest degree, of two equal ones that nearer ZR.
@@ -56,7 +51,7 @@ def highest_term(xp: Any, in_error: Sequence[Any]) -> Any:
     return place
 
 
-def performance_indices(xp: Any, place: Any) -> list[Any]:
+def performance_indices(xp: Xp, place: Any) -> list[Any]:
     """p(k) of the rules of each error term, when the error counts for the term ``place``."""
     found = []
     for row in PERFORMANCE:
@@ -67,7 +62,7 @@ def performance_indices(xp: Any, place: Any) -> list[Any]:
     return found
 
 
-def blamed_aflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
+def blamed_aflc(xp: Xp, error: Any, index: Any, excess: Any) -> Any:
     """Whether a rule pulled the action the wrong way (JK04 Appendix B).
 
     ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In the
@@ -77,7 +72,7 @@ def blamed_aflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
     return xp.where(error * index > 0.0, -excess, excess) <= ALIKE
 
 
-def blamed_soflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
+def blamed_soflc(xp: Xp, error: Any, index: Any, excess: Any) -> Any:
     """Whether a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
 
     Differs from JK04 for e > 0 with p < 0, where the rules change places, and in the first and
@@ -88,7 +83,7 @@ def blamed_soflc(xp: Any, error: Any, index: Any, excess: Any) -> Any:
 
 
 def joined(
-    xp: Any, terms: Sequence[Any], steps: Sequence[Any], size: Any, overlap: Any
+    xp: Xp, terms: Sequence[Any], steps: Sequence[Any], size: Any, overlap: Any
 ) -> list[Any]:
     """Terms (7, 3) after each was narrowed by ``steps`` (7) of ``size`` on both sides.
 
@@ -109,46 +104,3 @@ def joined(
         lefts.append(xp.once(xp.where(tight, middle - half, left)))
     rights.append(terms[-1][2])
     return [(lefts[k], terms[k][1], rights[k]) for k in range(len(terms))]
-
-
-def bounded(
-    xp: Any,
-    sectors: Sectors,
-    error_terms: Sequence[Any],
-    change_terms: Sequence[Any],
-    singletons: Sequence[Any],
-    signs: Any,
-) -> list[Any]:
-    """Singletons (7, 7) moved to the nearest values that keep the table in ``sectors``.
-
-    A singleton is the whole output from the inner neighbour's edge outwards, so this is where its
-    slope is steepest; between two such points the product rule stays under the chord. The column
-    de = ZR makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton
-    takes another sign than in ``signs`` (7, 7), unless its sector demands it; one that is 0 there
-    may take the sign of its row. The row e = ZR stays.
-    """
-    table = []
-    for i, row in enumerate(singletons):
-        if i == ZR:
-            table.append(list(row))
-            continue
-        reach = sectors.k1_max * (error_terms[i - 1][2] if i > ZR else error_terms[i + 1][0])
-        low, high = (0.0, reach) if i > ZR else (reach, 0.0)
-        own = xp.once(clipped(xp, row[ZR], low, high))
-        bound = []
-        for j, singleton in enumerate(row):
-            if j == ZR:
-                bound.append(own)
-                continue
-            positive = signs[i][j] >= 0.0 if i > ZR else signs[i][j] > 0.0
-            kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
-            reach = sectors.k2_max * (change_terms[j - 1][2] if j > ZR else change_terms[j + 1][0])
-            low, high = (own, own + reach) if j > ZR else (own + reach, own)
-            bound.append(clipped(xp, kept, low, high))
-        table.append(bound)
-    return table
-
-
-def clipped(xp: Any, value: Any, low: Any, high: Any) -> Any:
-    """``value`` between two bounds."""
-    return xp.minimum(xp.maximum(value, low), high)

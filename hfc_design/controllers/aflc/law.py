@@ -3,16 +3,24 @@
 AFLC is Jee & Koren 2004 (JK04), section 4 and Appendix B; SOFLC its ancestor, Jee & Koren 1995
 (JK95), section 3. At sample k the rules that fired at k - 1 are judged by what became of the
 error, terms and singletons are moved, and the moved table gives the command. Written for one
-axis in scalars; ``xp`` as in ``flc``.
+axis in scalars; ``xp`` as in ``core.scalars``.
 """
 
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.aflc.adaptation import ALIKE, Sectors, bounded, joined, performance
+from hfc_design.controllers.aflc.adaptation import (
+    ALIKE,
+    blamed_aflc,
+    joined,
+    performance,
+)
+from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.flc import law as flc
-from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, memberships, total
+from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, memberships
+from hfc_design.controllers.flc.sectors import Sectors, bounded
+from hfc_design.core.scalars import Scalar, Xp, total
 
 
 class Rates(NamedTuple):
@@ -49,30 +57,31 @@ class AdaptiveMemory(NamedTuple):
     singleton_moves: Any  # (7, 7)
 
 
-def initial_memory(zero: Any) -> AdaptiveMemory:
+#: Whether a rule is to blame: (xp, e(k-1), p(k), its singleton less the action) -> bool.
+Blame = Callable[[Xp, Any, Any, Any], Any]
+
+
+def aflc(sample_time: float, limit: float | None = None, blamed: Blame = blamed_aflc) -> AxisLaw:
+    """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
+    return AxisLaw(parts, initial_memory, sample_time, limit, blamed)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
     """Memory before the first sample: the axis stood on its reference, nothing has moved."""
     joints = ((zero,) * 2,) * 6
     return AdaptiveMemory(zero, zero, zero, zero, joints, joints, ((zero,) * 7,) * 7)
 
 
 def parts(
-    xp: Any,
-    blamed: Callable[..., Any],
-    sample_time: float,
-    gains: AdaptiveGains,
-    memory: AdaptiveMemory,
-    signals: Any,
+    xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> tuple[Parts, AdaptiveMemory]:
-    """What one sample of ``sample_time`` [s] commands, in its parts, and what to remember.
-
-    ``blamed`` is ``adaptation.blamed_aflc`` or ``blamed_soflc``; signals as in ``flc.parts``.
-    """
+    """What one sample commands, in its parts, and what to remember; signals as in ``flc.parts``."""
     table = gains.flc
-    terms = adapted(xp, blamed, gains, memory, signals["error"])
+    terms = adapted(xp, law.structure, gains, memory, signals["error"])
     error_terms, change_terms, singletons = terms
     moved = FlcGains(*terms, table.k_i, table.compensation)
     before = FlcMemory(memory.error, memory.action, memory.integral)
-    found, after = flc.parts(xp, "PD", sample_time, moved, before, signals)
+    found, after = flc.parts(xp, law._replace(structure="PD"), moved, before, signals)
     return found, AdaptiveMemory(
         found.error,
         found.change,
@@ -99,7 +108,7 @@ def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> tuple[list[Any], li
 
 
 def adapted(
-    xp: Any, blamed: Callable[..., Any], gains: AdaptiveGains, memory: AdaptiveMemory, error: Any
+    xp: Xp, blamed: Blame, gains: AdaptiveGains, memory: AdaptiveMemory, error: Any
 ) -> tuple[list[Any], list[Any], list[Any]]:
     """Terms and singletons after the sample k - 1 is judged by the ``error`` of sample k.
 

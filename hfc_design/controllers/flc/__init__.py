@@ -1,1 +1,25 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
+
+from hfc_design.controllers.flc.code import ST, C
+from hfc_design.controllers.flc.law import flc
+from hfc_design.controllers.flc.record import FlcDesign
+from hfc_design.controllers.flc.rules import EXPLAIN, RULES
+from hfc_design.controllers.flc.settings import FlcSettings
+from hfc_design.controllers.kind import Kind, later
+
+KIND = Kind(
+    name="flc",
+    summary="two-input fuzzy controller with an integral term (Jee & Koren 1995, 2004)",
+    record=FlcDesign,
+    settings=FlcSettings,
+    gains=FlcDesign.gains,
+    law=lambda record, limit: flc(record.form, record.sample_time_s, limit),
+    genome=later("hfc_design.controllers.flc.genome", "genome_of"),
+    reads=FlcDesign.reads,
+    rules=RULES,
+    explain=EXPLAIN,
+    c=C,
+    st=ST,
+    table_gains=later("hfc_design.controllers.flc.gains", "points"),
+    sections=later("hfc_design.controllers.flc.section", "sections"),
+)

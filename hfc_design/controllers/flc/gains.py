@@ -1,32 +1,12 @@
-"""What ``hfc stability`` says: the range as plain data and as a table."""
+"""Gains of a rule table, which the stable range bounds."""
 
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-from rich.table import Table
-
-from hfc_design.controllers.flc.record import AflcDesign, FuzzyRecord
-from hfc_design.core.console import terminal
-from hfc_design.core.records import UserError
-from hfc_design.files.design import Design
+from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.stability.sectors import sectors_at_centres
-from hfc_design.stability.stable_range import StableRange, theorem_k1
 from hfc_design.stability.true_sectors import Triangle, true_sectors
 
-#: K_2 bounds are told at these shares of the largest K_1.
-SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 
-
-def points(design: Design) -> dict[str, tuple[float, float]]:
-    """(K_1, K_2) of a design's rule table [unit/BLU], by how they were found.
-
-    Raises:
-        UserError: the design is of a kind without one rule table.
-    """
-    record = design.controller
-    if not isinstance(record, FuzzyRecord):
-        raise UserError(f"design {design.name} is of kind {record.kind}: no flc, aflc or soflc")
+def points(record: FuzzyRecord) -> dict[str, tuple[float, float]]:
+    """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
     error, change = (
         [Triangle(term.left, term.centre, term.right) for term in terms]
         for terms in (record.error_terms, record.error_change_terms)
@@ -40,76 +20,4 @@ def points(design: Design) -> dict[str, tuple[float, float]]:
         "table, eq. 13 and 14": (at_centres.k1, at_centres.k2),
         "table, with its edges": (with_edges.k1, with_edges.k2),
     }
-    if isinstance(record, AflcDesign):
-        stable = record.adaptation.stable_range
-        found["limit of the adaptation"] = (stable.k1_max, stable.k2_max)
-    return found
-
-
-def drive(design: Design, given: Mapping[str, float]) -> dict[str, float]:
-    """Arguments of ``stable_range``: what is ``given``, else the design's.
-
-    Of several axes the one with the largest gain counts.
-
-    Raises:
-        UserError: the design's plant is no feed drive, and gain or time constant are not given.
-    """
-    # These start JAX, which the range alone does not need.
-    from hfc_design.files.machine import PlantSettings
-    from plants.feed_drive import FeedDriveParameters
-
-    own = {"sample_time": design.controller.sample_time_s}
-    axes = PlantSettings(**design.plant.model_dump()).values()
-    if isinstance(axes[0], FeedDriveParameters):
-        axis = max(axes, key=lambda axis: axis.gain)
-        own |= {"gain": axis.gain, "time_constant": axis.time_constant}
-    found = own | dict(given)
-    if not {"gain", "time_constant"} <= found.keys():
-        raise UserError(
-            f"design {design.name} is for the plant {design.plant.name}, no feed drive: "
-            "give --gain and --time-constant of its drive"
-        )
-    return found
-
-
-def numbers(found: StableRange, points: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
-    """The range and ``points`` in it as plain data, gains in unit/BLU."""
-    k1 = found.k1 * np.array(SHARES)
-    return {
-        **found.drive._asdict(),
-        "k1_bound": found.k1,
-        "k1_printed": found.k1_printed,
-        "k1_linear": found.k1_linear,
-        "k1_theorem": theorem_k1(found.drive),
-        "k2_bounds": [
-            {"k1": float(x), "k2": float(y)} for x, y in zip(k1, found.k2(k1), strict=True)
-        ],
-        "points": {
-            name: {"k1": x, "k2": y, "inside": bool(found.contains(x, y))}
-            for name, (x, y) in points.items()
-        },
-    }
-
-
-def show(found: StableRange, points: Mapping[str, tuple[float, float]]) -> None:
-    """Print the numbers as a table."""
-    table = Table(caption="gains in unit/BLU", caption_justify="left")
-    table.add_column("stable range, JK04 section 3", no_wrap=True)
-    table.add_column("value", justify="right")
-    data = numbers(found, points)
-    rows = {
-        "K_0 [BLU/unit]": data["k0"],
-        "a": data["a"],
-        "b": data["b"],
-        "K_1 below, the range": data["k1_bound"],
-        "K_1 below, eq. 21 as printed": data["k1_printed"],
-        "K_1 below, linear loop": data["k1_linear"],
-        "K_1 below, eq. 21, sign corrected": data["k1_theorem"],
-        **{f"K_2 below, at K_1 = {p['k1']:.5g}": p["k2"] for p in data["k2_bounds"]},
-    }
-    for name, value in rows.items():
-        table.add_row(name, f"{value:.6g}")
-    for name, point in data["points"].items():
-        where = "inside" if point["inside"] else "outside"
-        table.add_row(f"{name}: K_1, K_2", f"{point['k1']:.4g}, {point['k2']:.4g} {where}")
-    terminal().print(table)
+    return found | record.adaptation_limit()

@@ -1,25 +1,24 @@
 """Genome of a feed drive's fuzzy controller: singletons, terms, integral gain, its sectors."""
 
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.aflc.adaptation import ZR, Sectors, bounded
-from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
-from hfc_design.controllers.flc.law import FlcGains
-from hfc_design.controllers.flc.record import AflcDesign, FlcDesign
+from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.flc.law import FlcGains, flc
+from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.flc.rule_bases import LABELS, nearest_labels
-from hfc_design.controllers.genome import Floats, Integers, Mask, taken
-from hfc_design.controllers.hierarchical.genome import some
-from hfc_design.controllers.kinds import Controller, aflc, flc
+from hfc_design.controllers.flc.sectors import ZR, Sectors, bounded
+from hfc_design.controllers.flc.settings import FuzzySettings
+from hfc_design.controllers.genome import some, taken
+from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.core.records import TERMS
-from hfc_design.stability.stable_range import StableRange
+from hfc_design.core.scalars import ARRAYS
+from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.stability.stable_range import StableRange, stable_range
 
-#: ``xp`` of the control laws on arrays of individuals.
-ARRAYS = SimpleNamespace(where=np.where, minimum=np.minimum, maximum=np.maximum, once=lambda x: x)
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
 SMALLEST_GAP = (1.0, 0.25)
 #: Neighbouring terms overlap by at least this share of their centres' distance.
@@ -58,18 +57,18 @@ class FuzzyGenome(NamedTuple):
     it adapts it stays in this rectangle, and its terms overlap no less than they do at first.
     """
 
-    start: FlcDesign | AflcDesign
+    start: Any  # of the kind's record
     stable: StableRange
     largest_command: float  # [unit]
     largest_integral_gain: float  # [units/(BLU s)]
     symmetric: bool
+    target: Target
 
     @property
     def controller(self) -> Controller:
-        """The start's kind of controller."""
-        if isinstance(self.start, FlcDesign):
-            return flc(self.start.form, self.start.sample_time_s)
-        return aflc(self.start.sample_time_s)
+        """The start's form of the controller."""
+        law = partial(flc, self.start.control_form(), self.start.sample_time_s)
+        return per_axis(self.start.kind, law, self.target)
 
     @property
     def structures(self) -> int:
@@ -149,35 +148,26 @@ class FuzzyGenome(NamedTuple):
         off = 1.0 - 1e-6 * rng.random(population.singletons.shape)
         return population._replace(singletons=population.singletons * off)
 
-    def gains(self, population: FuzzyTables) -> FlcGains | AdaptiveGains:
-        """The population as ``simulate`` wants it."""
-        count = len(population.tree)
-
-        def same(value: Any) -> Any:
-            if isinstance(value, tuple):
-                parts = (same(part) for part in value)
-                return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-            return None if value is None else np.full(count, value)
-
-        error_terms, change_terms = (_lanes(_terms(joints)) for joints in _by_input(population))
-        table = FlcGains(
+    def gains(self, population: FuzzyTables) -> Any:
+        """The population as the simulator wants it."""
+        error_terms, change_terms = (_lanes(_terms(joints)) for joints in by_input(population))
+        return FlcGains(
             error_terms,
             change_terms,
             _lanes(population.singletons),
             population.k_i,
-            same(self.start.table().compensation),
+            alike(self.start.table().compensation, len(population.tree)),
         )
-        if isinstance(self.start, FlcDesign):
-            return table
-        steps = (same(rate) for rate in self.start.gains().rates[:3])
-        rates = Rates(*steps, *_overlaps(population).T)
-        return AdaptiveGains(table, rates, self._sectors(population.share))
+
+    def notation(self, structure: int) -> str:
+        """There is one."""
+        return str(self.start.kind)
 
     def record(self, individual: FuzzyTables) -> dict[str, Any]:
-        """Kind ``flc`` or ``aflc``, as the start but for what was searched."""
-        record = self.start.model_dump()
+        """The kind's record: as the start but for what was searched."""
+        record: dict[str, Any] = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
-        for key, joints in zip(keys, _by_input(individual), strict=True):
+        for key, joints in zip(keys, by_input(individual), strict=True):
             edges = _terms(joints)[0].tolist()
             record[key] = [
                 {"label": label, "left": left, "centre": centre, "right": right}
@@ -187,13 +177,6 @@ class FuzzyGenome(NamedTuple):
         table = individual.singletons[0]
         record["rules"] = {"labels": nearest_labels(table.tolist()), "centroids": table.tolist()}
         record["integral_gain"] = float(individual.k_i[0])
-        if isinstance(self.start, AflcDesign):
-            sectors = self._sectors(individual.share)
-            limits = {"k1_max": float(sectors.k1_max[0]), "k2_max": float(sectors.k2_max[0])}
-            record["adaptation"]["stable_range"] = limits
-            error, change = _overlaps(individual)[0].tolist()
-            overlaps = {"error": error, "error_change": change}
-            record["adaptation"]["smallest_overlap"] = overlaps
         return record
 
     def _allowed(self, population: FuzzyTables) -> FuzzyTables:
@@ -205,8 +188,8 @@ class FuzzyGenome(NamedTuple):
             left = 0.5 * (joints[..., 1] + 1.0 - mirrored[..., 2])
             joints[..., 1], joints[..., 2] = left, 1.0 - left[:, :, ::-1]
             singletons = 0.5 * (singletons - singletons[:, ::-1, ::-1])
-        gap = np.maximum(joints[..., 0], self._smallest_gap()[:, None])
-        half = 0.5 * np.maximum(SMALLEST_OVERLAP, self._smallest_gap()[:, None] / (2.0 * gap))
+        gap = np.maximum(joints[..., 0], self.smallest_gap()[:, None])
+        half = 0.5 * np.maximum(SMALLEST_OVERLAP, self.smallest_gap()[:, None] / (2.0 * gap))
         left, right = np.clip(joints[..., 1], 0.0, 1.0), np.clip(joints[..., 2], 0.0, 1.0)
         middle = np.clip(0.5 * (left + right), half, 1.0 - half)
         tight = right - left < 2.0 * half
@@ -219,24 +202,41 @@ class FuzzyGenome(NamedTuple):
         singletons = np.clip(singletons, -limit, limit)
         return population._replace(
             joints=joints,
-            singletons=_in_sectors(self._sectors(share), error_terms, change_terms, singletons),
+            singletons=_in_sectors(self.sectors(share), error_terms, change_terms, singletons),
             k_i=np.clip(population.k_i, 0.0, self.largest_integral_gain),
             share=share,
         )
 
-    def _smallest_gap(self) -> Floats:
-        """(2,) room for the steps of an adaptation."""
-        if isinstance(self.start, FlcDesign):
-            return np.array(SMALLEST_GAP)
-        rates = self.start.adaptation
-        return np.maximum(SMALLEST_GAP, (2.0 * rates.k_a, 2.0 * rates.k_b))
+    def smallest_gap(self) -> Floats:
+        """(2,) that neighbouring centres are apart [BLU]."""
+        return np.array(SMALLEST_GAP)
 
-    def _sectors(self, share: Floats) -> Sectors:
+    def sectors(self, share: Floats) -> Sectors:
         """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's."""
         k1 = share * self.stable.k1
         places = np.linspace(SHARES[0], SHARES[1], POINTS) * self.stable.k1
         bound = np.interp(k1, places, _bounds(self.stable))
         return Sectors(k1, INSIDE * bound)
+
+
+def genome_of(
+    settings: FuzzySettings, target: Target, genome: type[FuzzyGenome] = FuzzyGenome
+) -> FuzzyGenome:
+    """The genome of a feed drive's fuzzy controller, inside the narrowest range of the axes."""
+    start: FuzzyRecord = settings.start
+    drives = list(zip(target.machine.drives, target.parameters, strict=True))
+    linear = (drive.linear(own) for drive, own in drives if drive.linear)
+    ranges = (stable_range(k, tau, target.sample_time) for k, tau in linear)
+    commands = (abs(end) for drive, own in drives for end in drive.largest_commands(own))
+    limits = (limit for limit in target.limits.values() if limit is not None)
+    return genome(
+        start.on(*drives[0]),
+        min(ranges, key=lambda found: found.k1),
+        min(*commands, *limits),
+        settings.largest_integral_gain,
+        settings.symmetric,
+        target,
+    )
 
 
 @cache
@@ -245,15 +245,17 @@ def _bounds(stable: StableRange) -> Floats:
     return stable.k2(np.linspace(SHARES[0], SHARES[1], POINTS) * stable.k1)
 
 
-def _by_input(population: FuzzyTables) -> tuple[Floats, Floats]:
+def by_input(population: FuzzyTables) -> tuple[Floats, Floats]:
     """Joints (n, 6, 3) of the error and of its change."""
     return population.joints[:, 0], population.joints[:, 1]
 
 
-def _overlaps(population: FuzzyTables) -> Floats:
-    """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
-    distance, left, right = np.moveaxis(population.joints, -1, 0)
-    return np.asarray(((right - left) * distance).min(axis=-1))
+def alike(value: Any, count: int) -> Any:
+    """A record of numbers for ``count`` individuals that all have it."""
+    if isinstance(value, tuple):
+        parts = (alike(part, count) for part in value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return None if value is None else np.full(count, value)
 
 
 def _lanes(values: Floats) -> Any:

@@ -1,24 +1,15 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
 
-Everything is written for one axis in scalars and without branches on their values. The first
-argument ``xp`` brings ``where``, ``minimum``, ``maximum`` and ``once``: in the population
-simulator ``controllers.lanes.LANES``, in ``runtime`` ``SCALARS``. ``once(x)`` is x; it marks what
-many results share, for a compiler that would else compute it again for each. Never imports JAX.
+Written for one axis in scalars and without branches on their values; ``xp`` as in
+``core.scalars``. Never imports JAX.
 """
 
-from collections.abc import Iterable, Sequence
-from types import SimpleNamespace
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-#: ``xp`` of Python floats.
-SCALARS = SimpleNamespace(
-    where=lambda condition, a, b: a if condition else b,
-    minimum=min,
-    maximum=max,
-    once=lambda x: x,
-)
+from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.core.scalars import Scalar, Xp, total
 
-MM_PER_BLU = 0.01
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
 STANDSTILL = 0.5
 
@@ -31,6 +22,7 @@ class Compensation(NamedTuple):
     highest_velocity: Any  # [mm/s] at and above it there is no compensation
     breakaway: Any  # (2,) command at rest towards + and towards -
     smallest_error: Any  # [BLU] below it an axis at rest is left alone
+    blu: Any  # [mm] of a BLU
 
 
 class FlcGains(NamedTuple):
@@ -51,7 +43,15 @@ class FlcMemory(NamedTuple):
     integral: Any  # u_I(k-1)
 
 
-def initial_memory(zero: Any) -> FlcMemory:
+def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``flc``; ``form`` as in JK95 eq. 1.
+
+    ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
+    """
+    return AxisLaw(parts, initial_memory, sample_time, limit, form)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> FlcMemory:
     """Memory before the first sample: the axis stood on its reference."""
     return FlcMemory(zero, zero, zero)
 
@@ -78,31 +78,34 @@ class Parts(NamedTuple):
 
 
 def parts(
-    xp: Any, form: str, sample_time: float, gains: FlcGains, memory: FlcMemory, signals: Any
+    xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Signals
 ) -> tuple[Parts, FlcMemory]:
-    """What one sample of ``sample_time`` [s] commands, in its parts, and what to remember.
+    """What one sample commands, in its parts, and what to remember.
 
-    ``form`` is one of JK95 eq. 1: ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de). In
-    each the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
+    In every form the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
     compensation, velocity [BLU/s].
     """
     error = signals["error"]
-    change = 0.0 * error if form == "P" else error - memory.error
+    change = 0.0 * error if law.structure == "P" else error - memory.error
     in_error = memberships(xp, gains.error_terms, error)
     in_change = memberships(xp, gains.change_terms, change)
     inferred = fuzzy = infer(xp, in_error, in_change, gains.singletons)
-    if form == "PI":
+    if law.structure == "PI":
         fuzzy = memory.fuzzy + inferred
-    integral = memory.integral + gains.k_i * sample_time * error
+    integral = memory.integral + gains.k_i * law.sample_time * error
     pushed = None
     if gains.compensation is not None:
         pushed = compensate(xp, gains.compensation, signals["velocity"], error)
     table = gains.error_terms, gains.change_terms, gains.singletons
     found = Parts(*table, error, change, in_error, in_change, inferred, fuzzy, integral, pushed)
-    return found, FlcMemory(error, fuzzy, integral)
+    command = found.command()
+    integral = held(xp, law.limit, command, memory.integral, integral)
+    if law.structure == "PI":
+        fuzzy = held(xp, law.limit, command, memory.fuzzy, fuzzy)
+    return found._replace(fuzzy=fuzzy, integral=integral), FlcMemory(error, fuzzy, integral)
 
 
-def memberships(xp: Any, terms: Sequence[Any], u: Any) -> list[Any]:
+def memberships(xp: Xp, terms: Sequence[Any], u: Any) -> list[Any]:
     """Degrees of ``u`` in terms (left, centre, right): triangles, the outermost saturate at 1.
 
     JK04 eq. 1. A degree is 0 on an edge.
@@ -118,7 +121,7 @@ def memberships(xp: Any, terms: Sequence[Any], u: Any) -> list[Any]:
     return degrees
 
 
-def infer(xp: Any, in_error: Sequence[Any], in_change: Sequence[Any], singletons: Any) -> Any:
+def infer(xp: Xp, in_error: Sequence[Any], in_change: Sequence[Any], singletons: Any) -> Any:
     """Overall action u_0: product of the degrees, average of the singletons' centres.
 
     Where no rule fires the action is 0; terms without gaps (see ``design``) always fire one.
@@ -136,13 +139,13 @@ def infer(xp: Any, in_error: Sequence[Any], in_change: Sequence[Any], singletons
     return weighted / xp.where(firing > 0.0, firing, 1.0)
 
 
-def compensate(xp: Any, law: Compensation, velocity: Any, error: Any) -> Any:
+def compensate(xp: Xp, law: Compensation, velocity: Any, error: Any) -> Any:
     """u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
 
     Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed
     towards its reference, and only when the error is a command and not the encoder's noise.
     """
-    v = MM_PER_BLU * velocity
+    v = law.blu * velocity
     (a, b, c), (d, e, f) = law.forward, law.backward
     sliding = xp.where(v >= 0.0, (a * v + b) * v + c, (d * v + e) * v + f)
     sliding = xp.where(abs(v) < law.highest_velocity, sliding, 0.0)
@@ -150,11 +153,3 @@ def compensate(xp: Any, law: Compensation, velocity: Any, error: Any) -> Any:
     resting = xp.where(error >= law.smallest_error, ahead, 0.0)
     resting = xp.where(error <= -law.smallest_error, back, resting)
     return xp.where(abs(v) < STANDSTILL, resting, sliding)
-
-
-def total(values: Iterable[Any]) -> Any:
-    """Sum of scalars, left to right, without starting from an integer zero."""
-    first, *others = values
-    for value in others:
-        first = first + value
-    return first

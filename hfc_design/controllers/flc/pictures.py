@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.controllers.flc.genome import ARRAYS
 from hfc_design.controllers.flc.law import infer, memberships
 from hfc_design.controllers.flc.record import FuzzyRecord, Triangles
 from hfc_design.controllers.flc.rule_bases import LABELS
+from hfc_design.core.scalars import ARRAYS
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, round_above
 from hfc_design.pictures.heat_map import heat_map
-from hfc_design.report.contour_plots import round_above
-from hfc_design.report.plots import OTHER, OWN, WIDTH, Floats, framed
 
 ERROR, CHANGE = "error e [BLU]", "change of error [BLU per sample]"
 #: The terms are drawn up to this share of the outermost centre.

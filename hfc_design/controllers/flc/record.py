@@ -1,41 +1,21 @@
-"""Feed-drive controllers in a design file: kinds pid, flc, aflc, soflc. Never imports JAX."""
+"""The two-input fuzzy controller in a design file. Never imports JAX."""
 
 from itertools import pairwise
 from math import inf
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from hfc_design.controllers.aflc.adaptation import Sectors
-from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.flc.rule_bases import LABELS
-from hfc_design.controllers.pid.law import PidGains
-from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table
+from hfc_design.controllers.kind import ControllerRecord
+from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
 
+#: Length of a BLU [mm] where a design says none.
+BLU_MM = 0.01
 TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
 LabelRow = Annotated[tuple[TermLabel, ...], Field(min_length=TERMS, max_length=TERMS)]
 LabelTable = Annotated[tuple[LabelRow, ...], Field(min_length=TERMS, max_length=TERMS)]
-
-
-class PidRecord(Record):
-    """Gains of ``pid.step``."""
-
-    k_p: Finite  # [units/BLU]
-    k_i: Finite  # [units/(BLU s)]
-    k_d: Finite  # [units s/BLU]
-
-
-class PidDesign(Record):
-    """A controller of kind ``pid``."""
-
-    kind: Literal["pid"] = "pid"
-    sample_time_s: Positive
-    pid: PidRecord
-
-    def gains(self) -> PidGains:
-        """The gains of one individual."""
-        return PidGains(self.pid.k_p, self.pid.k_i, self.pid.k_d)
 
 
 class TriangleRecord(Record):
@@ -68,6 +48,14 @@ class CompensationRecord(Record):
     highest_velocity_mm_s: Positive
     breakaway: tuple[Finite, Finite]  # command at rest towards + and towards -
     smallest_error: Positive  # [BLU]
+    blu_mm: Positive = BLU_MM  # length of a BLU
+
+    @model_serializer(mode="wrap")
+    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = whole(self)
+        if data["blu_mm"] == BLU_MM:
+            del data["blu_mm"]
+        return data
 
     def law(self) -> Compensation:
         """The same as numbers."""
@@ -77,19 +65,19 @@ class CompensationRecord(Record):
             self.highest_velocity_mm_s,
             self.breakaway,
             self.smallest_error,
+            self.blu_mm,
         )
 
 
-class FuzzyRecord(Record):
+class FuzzyRecord(ControllerRecord):
     """What the three fuzzy kinds have in common."""
 
-    kind: str
-    sample_time_s: Positive
     error_terms: Triangles
     error_change_terms: Triangles
     rules: RulesRecord
     integral_gain: Finite  # [units/(BLU s)]
     low_velocity: CompensationRecord | None = None
+    adapts: ClassVar[bool] = False
 
     @model_validator(mode="after")
     def _has_no_gap(self) -> "FuzzyRecord":
@@ -97,6 +85,29 @@ class FuzzyRecord(Record):
             if fault := terms_fault(getattr(self, key)):
                 raise ValueError(f"{key}: {fault}")
         return self
+
+    def control_form(self) -> str:
+        """Of JK95 eq. 1; only an flc can choose."""
+        return "PD"
+
+    def adaptation_limit(self) -> dict[str, tuple[float, float]]:
+        """(K_1, K_2) that an adaptation may not pass, if there is one."""
+        return {}
+
+    def held(self) -> Self:
+        """The same without adaptation."""
+        return self
+
+    def reads(self) -> list[str]:
+        """Signals of a sample."""
+        return ["error", "velocity"] if self.low_velocity else ["error"]
+
+    def on(self, drive: Any, parameters: Any) -> Self:
+        """The same for a drive whose positions count in other lengths."""
+        if self.low_velocity is None or drive.millimetres is None:
+            return self
+        low = self.low_velocity.model_copy(update={"blu_mm": drive.millimetres(parameters)})
+        return self.model_copy(update={"low_velocity": low})
 
     def table(self) -> FlcGains:
         """The fuzzy controller of one individual."""
@@ -116,90 +127,13 @@ class FlcDesign(FuzzyRecord):
     kind: Literal["flc"] = "flc"
     form: Literal["P", "PI", "PD"] = "PD"
 
+    def control_form(self) -> str:
+        """The one that it has."""
+        return self.form
+
     def gains(self) -> FlcGains:
         """The gains of one individual."""
         return self.table()
-
-
-class OverlapRecord(Record):
-    """The least that two neighbouring terms overlap."""
-
-    error: Positive  # [BLU]
-    error_change: Positive  # [BLU]
-
-
-class SectorsRecord(Record):
-    """The rectangle that the table may not leave, see ``adaptation.Sectors``."""
-
-    k1_max: Positive  # [units/BLU]
-    k2_max: Positive  # [units/BLU]
-
-
-class RatesRecord(Record):
-    """Steps of the adaptation, see ``aflc.Rates``, and its bounds."""
-
-    k_a: NotNegative  # [BLU]
-    k_b: NotNegative  # [BLU]
-    k_c: NotNegative  # units of the command
-    smallest_overlap: OverlapRecord | None = None  # None: one step
-    stable_range: SectorsRecord | None = None  # None: the table has no bounds, as in JK95
-
-    def rates(self) -> Rates:
-        """The same for the law."""
-        least = self.smallest_overlap
-        overlaps = (self.k_a, self.k_b) if least is None else (least.error, least.error_change)
-        return Rates(self.k_a, self.k_b, self.k_c, *overlaps)
-
-
-class BoundedRatesRecord(RatesRecord):
-    """Steps of the adaptation; JK04 has it stay inside a stable range."""
-
-    stable_range: SectorsRecord
-
-
-class AdaptiveDesign(FuzzyRecord):
-    """What the two adaptive kinds have in common."""
-
-    adaptation: RatesRecord
-
-    @model_validator(mode="after")
-    def _steps_fit(self) -> "AdaptiveDesign":
-        rates, least = self.adaptation, self.adaptation.smallest_overlap
-        for key, step, name, terms in (
-            ("k_a", rates.k_a, "error", self.error_terms),
-            ("k_b", rates.k_b, "error_change", self.error_change_terms),
-        ):
-            room = min(upper.centre - lower.centre for lower, upper in pairwise(terms))
-            limit = f"{room}, the smallest distance between two centres"
-            if step >= room:
-                raise ValueError(f"adaptation.{key} = {step}: has to be less than {limit}")
-            overlap = 0.0 if least is None else getattr(least, name)
-            if overlap > room:
-                place = f"adaptation.smallest_overlap.{name}"
-                raise ValueError(f"{place} = {overlap}: has to be at most {limit}")
-        return self
-
-    def gains(self) -> AdaptiveGains:
-        """The gains of one individual."""
-        limits = self.adaptation.stable_range
-        sectors = None if limits is None else Sectors(limits.k1_max, limits.k2_max)
-        return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
-
-
-class AflcDesign(AdaptiveDesign):
-    """A controller of kind ``aflc``."""
-
-    kind: Literal["aflc"] = "aflc"
-    adaptation: BoundedRatesRecord
-
-
-class SoflcDesign(AdaptiveDesign):
-    """A controller of kind ``soflc``."""
-
-    kind: Literal["soflc"] = "soflc"
-
-
-FeedDesign = PidDesign | FlcDesign | AflcDesign | SoflcDesign
 
 
 def _edges(terms: tuple[TriangleRecord, ...]) -> tuple[tuple[float, float, float], ...]:

@@ -1,14 +1,12 @@
-"""What the page shows of a feed drive's fuzzy controller, kinds flc and aflc."""
+"""What the page shows of a feed drive's fuzzy controller."""
 
-from hfc_design.controllers.aflc.adapted import at_the_end
-from hfc_design.controllers.flc import gains as stability
 from hfc_design.controllers.flc import pictures as fuzzy_plots
-from hfc_design.controllers.flc.range_picture import stability_figure
-from hfc_design.controllers.flc.record import AflcDesign, FlcDesign, FuzzyRecord
-from hfc_design.files.design import Design
-from hfc_design.files.scenario import Scenario
+from hfc_design.controllers.flc.gains import points
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
+from hfc_design.controllers.kind import Shown
 from hfc_design.pictures.section import Drawing, Listing, Rows, Section
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.stability import report as stability
+from hfc_design.stability.picture import stability_figure
 from hfc_design.stability.stable_range import stable_range
 
 ORIGINAL = "as designed"
@@ -18,45 +16,35 @@ FORMS = {
     "PI": "In the form PI the rules say by how much what they command is to change. ",
     "PD": "",
 }
+Parameters = list[tuple[str, float | str, str]]
 
 
-def sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
-    """The table, the terms, what the adaptation made of them, the gains in the stable range.
-
-    Raises:
-        ValueError: the design is of another kind.
-    """
-    record = _fuzzy(design)
-    adapted = at_the_end(design, own, scenario)
+def sections(record: FlcDesign, shown: Shown) -> list[Section]:
+    """The table, the terms, the gains in the stable range."""
+    form: Parameters = [("form of the controller (JK95 eq. 1)", record.form, "\u2013")]
     return [
-        _controller(record),
-        *([_adaptation(record, adapted)] if adapted else []),
-        _stability(design, adapted),
+        controller(record, FORMS[record.form], form, []),
+        stable_gains(record, shown, {}),
     ]
 
 
-def _fuzzy(design: Design) -> FuzzyRecord:
-    if not isinstance(design.controller, FuzzyRecord):
-        raise ValueError(f"design {design.name} is of kind {design.controller.kind}: no rules")
-    return design.controller
+def table_sections(record: FuzzyRecord, shown: Shown) -> list[Section]:
+    """The same of another kind, as far as it is the same."""
+    return [controller(record, "", [], []), stable_gains(record, shown, {})]
 
 
-def _controller(record: FuzzyRecord) -> Section:
-    kind = FORMS[record.form] if isinstance(record, FlcDesign) else ""
-    if isinstance(record, AflcDesign):
-        kind = (
-            "It judges the rules that fired a sample ago by what became of the error, and moves "
-            "them. "
-        )
+def controller(record: FuzzyRecord, kind: str, before: Parameters, behind: Parameters) -> Section:
+    """The table and the terms; ``kind`` says more, with parameters before and behind the gain."""
     text = (
         f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
         f"change since the last sample. {kind}To what the rules command it adds the integral of "
         "the error. One BLU is a step of the encoder, one unit a step of the converter."
     )
+    rows = _parameters(record, before, behind)
     return Section(
         "The controller",
         text,
-        Listing("Gains, steps and limits.", ["parameter", "value", "unit"], _parameters(record)),
+        Listing("Gains, steps and limits.", ["parameter", "value", "unit"], rows),
         [
             Drawing(
                 fuzzy_plots.rule_table(record, f"rule table {ORIGINAL}"),
@@ -78,20 +66,8 @@ def _controller(record: FuzzyRecord) -> Section:
     )
 
 
-def _parameters(record: FuzzyRecord) -> Rows:
-    rows: list[tuple[str, float | str, str]] = []
-    if isinstance(record, FlcDesign):
-        rows.append(("form of the controller (JK95 eq. 1)", record.form, "\u2013"))
-    rows.append(("integral gain", record.integral_gain, "unit/(BLU s)"))
-    if isinstance(record, AflcDesign):
-        steps = record.adaptation
-        rows += [
-            ("step of an edge of an error term, k_a", steps.k_a, "BLU"),
-            ("step of an edge of a term of the change, k_b", steps.k_b, "BLU"),
-            ("step of a command in the rule table, k_c", steps.k_c, "unit"),
-            ("limit of the adaptation, K₁", steps.stable_range.k1_max, "unit/BLU"),
-            ("limit of the adaptation, K₂", steps.stable_range.k2_max, "unit/BLU"),
-        ]
+def _parameters(record: FuzzyRecord, before: Parameters, behind: Parameters) -> Rows:
+    rows = [*before, ("integral gain", record.integral_gain, "unit/(BLU s)"), *behind]
     low = record.low_velocity
     if low is not None:
         for name, curve in (("forward", low.forward), ("backward", low.backward)):
@@ -107,35 +83,16 @@ def _parameters(record: FuzzyRecord) -> Rows:
     return [[name, v if isinstance(v, str) else f"{v:.5g}", unit] for name, v, unit in rows]
 
 
-def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section:
-    drawings = []
-    for axis, after in adapted.items():
-        drawings += [
-            Drawing(
-                fuzzy_plots.rule_table(after, f"rule table of {axis}, adapted", record),
-                f"Heat map of the adapted rule table of {axis}",
-                f"Rule table of {axis} at the end of the motion: the numbers are the commands "
-                "[unit] by then, the colours what they have moved by.",
-            ),
-            Drawing(
-                fuzzy_plots.terms(after, f"terms of {axis}, adapted", record),
-                f"Adapted membership functions of {axis}",
-                f"Terms of {axis} at the end of the motion; grey: {ORIGINAL}.",
-            ),
-        ]
-    text = "Each axis begins with the table and the terms above and adapts its own while it moves."
-    return Section("What the adaptation made of it", text, None, drawings)
-
-
-def _stability(design: Design, adapted: dict[str, FuzzyRecord]) -> Section:
+def stable_gains(record: FuzzyRecord, shown: Shown, adapted: dict[str, FuzzyRecord]) -> Section:
     """Sectors of the table in the stable range of the axis with the largest gain."""
-    points = stability.points(design)
+    own = points(record)
     for axis, after in adapted.items():
-        changed = design.model_copy(update={"controller": after})
-        points[f"{axis}, adapted"] = stability.points(changed)["table, with its edges"]
-    drive = stability.drive(design, {})
+        own[f"{axis}, adapted"] = points(after)["table, with its edges"]
+    axes = zip(shown.machine.drives, shown.parameters, strict=True)
+    linear = [drive.linear(parameters) for drive, parameters in axes if drive.linear]
+    drive = stability.drive_of("this plant is", linear, record.sample_time_s, {})
     found = stable_range(**drive)
-    told = stability.numbers(found, points)["points"]
+    told = stability.numbers(found, own)["points"]
     rows = [
         [name, f"{p['k1']:.4g}", f"{p['k2']:.4g}", "yes" if p["inside"] else "no"]
         for name, p in told.items()
@@ -153,7 +110,7 @@ def _stability(design: Design, adapted: dict[str, FuzzyRecord]) -> Section:
         ),
         [
             Drawing(
-                stability_figure(found, points),
+                stability_figure(found, own),
                 "Stable range of the gains K₁ and K₂ with the design in it",
                 "Stable range and the gains of the design.",
             )

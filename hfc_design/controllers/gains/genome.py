@@ -1,13 +1,16 @@
-"""Genome of a control law whose gains are a few numbers."""
+"""Genome of a controller whose gains are a few numbers."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.gains.law import PD, PID, Law, Range
-from hfc_design.controllers.genome import Floats, Integers, Mask, taken
-from hfc_design.controllers.hierarchical.genome import some
-from hfc_design.controllers.kinds import Controller, of_law
+from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.gains.law import Range
+from hfc_design.controllers.gains.settings import GainsSettings
+from hfc_design.controllers.genome import some, taken
+from hfc_design.controllers.kind import Kind, Target
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 
 class GainVectors(NamedTuple):
@@ -24,13 +27,15 @@ class GainVectors(NamedTuple):
 class GainsGenome(NamedTuple):
     """What a search can do with ``GainVectors``."""
 
-    law: Law
-    sample_time: float  # [s]
+    kind: Kind
+    ranges: Any  # a NamedTuple of (low, high)
+    target: Target
 
     @property
     def controller(self) -> Controller:
-        """The law."""
-        return of_law(self.law, self.sample_time)
+        """The law of the kind."""
+        middle = self.record(self.empty()) | {"sample_time_s": self.target.sample_time}
+        return self.kind.controller_of(self.kind.record(**middle), self.target.limits)
 
     @property
     def structures(self) -> int:
@@ -39,11 +44,11 @@ class GainsGenome(NamedTuple):
 
     def empty(self) -> GainVectors:
         """One individual in the middle of all ranges."""
-        return GainVectors(np.zeros(1, int), np.full((1, len(self.law.ranges)), 0.5))
+        return GainVectors(np.zeros(1, int), np.full((1, len(self.ranges)), 0.5))
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
         """Anywhere in the ranges."""
-        return GainVectors(tree, rng.random((len(tree), len(self.law.ranges))))
+        return GainVectors(tree, rng.random((len(tree), len(self.ranges))))
 
     def mutated(
         self, population: GainVectors, step: Floats, rng: np.random.Generator
@@ -62,16 +67,25 @@ class GainsGenome(NamedTuple):
         return _allowed(population, population.places + off)
 
     def gains(self, population: GainVectors) -> Any:
-        """The law's record of gains, each (n,)."""
-        ranges = self.law.ranges
-        pairs = zip(ranges, population.places.T, strict=True)
-        return type(ranges)(*(_between(pair, place) for pair, place in pairs))
+        """The kind's record of gains, each (n,)."""
+        pairs = zip(self.ranges, population.places.T, strict=True)
+        return type(self.ranges)(*(_between(pair, place) for pair, place in pairs))
+
+    def notation(self, structure: int) -> str:
+        """There is one."""
+        return self.kind.name
 
     def record(self, individual: GainVectors) -> dict[str, Any]:
-        """The law's kind and gains, without its sample time."""
-        own = "gains" if self.law.name not in (PD.name, PID.name) else self.law.name
+        """The kind and its gains, without its sample time."""
         found = self.gains(individual)._asdict()
-        return {"kind": self.law.name, own: {name: float(x[0]) for name, x in found.items()}}
+        assert self.kind.of_gains is not None
+        own = self.kind.of_gains({name: float(x[0]) for name, x in found.items()})
+        return {"kind": self.kind.name, **own}
+
+
+def genome_of(settings: GainsSettings, target: Target) -> GainsGenome:
+    """The genome of a kind whose gains are a few numbers."""
+    return GainsGenome(KINDS.get(settings.kind), settings.searched(), target)
 
 
 def _allowed(population: GainVectors, places: Floats) -> GainVectors:

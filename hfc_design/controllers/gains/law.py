@@ -1,12 +1,11 @@
-"""Control laws whose gains are a few numbers: PD, PID, a user's own. Never imports JAX."""
+"""A user's own control law whose gains are a few numbers. Never imports JAX."""
 
 from collections.abc import Callable
 from math import isfinite
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.pd import law as pd
-from hfc_design.controllers.pid import law as pid
-from hfc_design.core.plugins import Group
+from hfc_design.controllers.controller import AxisLaw, Signals
+from hfc_design.core.scalars import Scalar, Xp
 
 Range = tuple[float, float]
 
@@ -28,6 +27,30 @@ class Law(NamedTuple):
     step: Callable[[float, Any, Any, dict[str, Any]], tuple[Any, Any]]
 
 
+class Whole(NamedTuple):
+    """A command that is not told in parts."""
+
+    whole: Any
+
+    def command(self) -> Any:
+        """The same."""
+        return self.whole
+
+
+def own(law: Law, sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The user's ``law`` as that of an axis."""
+    return AxisLaw(_parts, _initial_memory, sample_time, limit, law)
+
+
+def _initial_memory(law: AxisLaw, zero: Scalar) -> Any:
+    return law.structure.initial_memory(zero)
+
+
+def _parts(xp: Xp, law: AxisLaw, gains: Any, memory: Any, signals: Signals) -> tuple[Whole, Any]:
+    command, memory = law.structure.step(law.sample_time, gains, memory, signals)
+    return Whole(command), memory
+
+
 def range_fault(pair: Any) -> str | None:
     """What is wrong with a range, in a line; None if nothing is."""
     numbers = isinstance(pair, tuple) and all(isinstance(end, int | float) for end in pair)
@@ -36,34 +59,11 @@ def range_fault(pair: Any) -> str | None:
     return None if pair[0] < pair[1] else f"{pair!r} has to be (low, high)"
 
 
-def _fault(law: Law) -> str | None:
+def law_fault(law: Law) -> str | None:
+    """What keeps a law from being searched, in a line; None if nothing does."""
     if not getattr(law.ranges, "_fields", ()):
         return "ranges has to be a NamedTuple of (low, high)"
     for name, pair in law.ranges._asdict().items():
         if fault := range_fault(pair):
             return f"ranges.{name}: {fault}"
     return None
-
-
-#: On the C-axis [V/rad, V s/rad]; the ranges are those of ``RaceSettings``.
-PD = Law(
-    "pd",
-    pd.PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0)),
-    lambda zero: (),
-    lambda sample_time, gains, memory, signals: (pd.law(gains, signals), memory),
-)
-#: On a feed drive, an error in BLU: units/BLU, units/(BLU s), units s/BLU.
-PID = Law(
-    "pid",
-    pid.PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0)),
-    pid.initial_memory,
-    pid.step,
-)
-LAWS: Group[Law] = Group(
-    "controller",
-    Law,
-    "hfc_design.controllers.kinds",
-    {law.name: law for law in (PD, PID)},
-    frozenset({"pd", "pid", "pd+hierarchical-fuzzy", "flc", "aflc", "soflc"}),
-    _fault,
-)

@@ -1,15 +1,18 @@
 """Genome of PD plus a fuzzy hierarchy: structure, consequents, input scales, PD gains."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Floats, Integers, Mask, taken
+from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.genome import Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.kinds import Controller, HierarchicalGains, Layout, hierarchical
-from hfc_design.search.newton import Linear, proposals
-from hfc_design.search.settings import LinLeeSettings, RaceSettings
+from hfc_design.controllers.hierarchical.bounds import Bounds, bounds_of
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
+from hfc_design.controllers.hierarchical.settings import HierarchicalSettings
+from hfc_design.controllers.kind import Target, per_axis
+from hfc_design.core.shapes import Floats, Integers, Mask
 
 
 class Hierarchies(NamedTuple):
@@ -28,13 +31,16 @@ class Hierarchies(NamedTuple):
 class HierarchicalGenome(NamedTuple):
     """What a search can do with ``Hierarchies``."""
 
-    settings: RaceSettings | LinLeeSettings
+    bounds: Bounds
     layout: Layout
+    scales: tuple[float, ...]  # of the inputs, to begin around
+    target: Target
 
     @property
     def controller(self) -> Controller:
         """PD plus the hierarchy."""
-        return hierarchical(self.layout)
+        law = partial(hierarchical, self.layout, self.target.sample_time)
+        return per_axis("pd+hierarchical-fuzzy", law, self.target)
 
     @property
     def structures(self) -> int:
@@ -53,7 +59,7 @@ class HierarchicalGenome(NamedTuple):
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Hierarchies:
         """Individuals whose tables are tilted planes: nearly linear, so rarely unstable."""
-        s = self._race
+        s = self.bounds
         count, inputs = len(tree), len(self.layout.inputs)
         limit = self._limit()
         centres = self._centres()
@@ -65,7 +71,7 @@ class HierarchicalGenome(NamedTuple):
         return Hierarchies(
             tree,
             np.exp(rng.uniform(low, high, (count, 2))),
-            np.array(self.layout.scales) * np.exp(spread),
+            np.array(self.scales) * np.exp(spread),
             np.clip(limit * plane + noise, -limit, limit),
         )
 
@@ -82,7 +88,7 @@ class HierarchicalGenome(NamedTuple):
         moved = moved + table[0] + table[1] * centres + table[2] * centres[:, None]
         step = step[:, None]
         scales = population.scales
-        if self._race.scale_range > 1.0:
+        if self.bounds.scale_range > 1.0:
             scales = scales * np.exp(0.5 * step * some(rng, scales.shape, 0.2))
         return population._replace(
             gains=population.gains * np.exp(0.5 * step * some(rng, population.gains.shape, 0.5)),
@@ -119,27 +125,19 @@ class HierarchicalGenome(NamedTuple):
             consequents=np.moveaxis(population.consequents, 0, -1),
         )
 
-    def stepped(
-        self, linearised: Callable[[Hierarchies], Linear | None]
-    ) -> Callable[[Hierarchies, float, int], tuple[Hierarchies, Floats] | None]:
-        """Proposals of Gauss-Newton steps; None where the loop cannot be linearised."""
-
-        def steps(best: Hierarchies, damping: float, count: int) -> Any:
-            linear = linearised(best)
-            if linear is None:
-                return None
-            frozen = np.zeros(vectors(best).shape[1], bool)
-            if self._race.scale_range == 1.0:
-                frozen[2 : 2 + best.scales.shape[1]] = True
-            points, dampings = proposals(vectors(best)[0], linear, frozen, damping, count)
-            step, limit = from_vectors(points, best), self._limit()
-            return step._replace(
-                gains=np.maximum(step.gains, 1.0),
-                scales=np.maximum(step.scales, 1e-6),
-                consequents=np.clip(step.consequents, -limit, limit),
-            ), dampings
-
-        return steps
+    def space(self) -> Space:
+        """Individuals as points, whose parameters stand as in ``gains``."""
+        one, limit = self.empty().take(slice(1)), self._limit()
+        frozen = np.full(one.scales.shape, self.bounds.scale_range == 1.0)
+        low = one._replace(
+            gains=np.ones_like(one.gains),
+            scales=np.full_like(one.scales, 1e-6),
+            consequents=one.consequents - limit,
+        )
+        most = np.full_like(one.gains, np.inf), np.full_like(one.scales, np.inf)
+        high = Hierarchies(one.tree, *most, one.consequents + limit)
+        stay = one._replace(scales=frozen)
+        return Space(vectors, from_vectors, vectors(stay)[0] > 0, vectors(low)[0], vectors(high)[0])
 
     def record(self, individual: Hierarchies) -> dict[str, Any]:
         """Kind ``pd+hierarchical-fuzzy``, without its sample time."""
@@ -169,24 +167,27 @@ class HierarchicalGenome(NamedTuple):
             ],
         }
 
-    @property
-    def _race(self) -> RaceSettings:
-        assert isinstance(self.settings, RaceSettings)
-        return self.settings
+    def notation(self, structure: int) -> str:
+        """A tree as nested pairs (column input, row input)."""
+        values = [name.replace("_", " ") for name in self.layout.inputs]
+        for unit in hierarchy.trees(len(values))[structure]:
+            values.append(f"({values[unit.column]}, {values[unit.row]})")
+        return values[-1]
 
     def _centres(self) -> Floats:
         return np.array([term.centre for term in self.layout.terms])
 
     def _limit(self) -> Floats:
         """(units, 1, 1) largest absolute consequent of each unit; the root comes last."""
-        limit = np.full((len(self.layout.inputs) - 1, 1, 1), self._race.inner_limit)
-        limit[-1] = self._race.root_limit
+        limit = np.full((len(self.layout.inputs) - 1, 1, 1), self.bounds.inner_limit)
+        limit[-1] = self.bounds.root_limit
         return limit
 
 
-def some(rng: np.random.Generator, shape: tuple[int, ...], share: Any) -> Floats:
-    """Normal numbers in a ``share`` of all places, 0 elsewhere."""
-    return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
+def genome_of(settings: HierarchicalSettings, target: Target) -> HierarchicalGenome:
+    """The genome of the scenario's hierarchy."""
+    bounds = bounds_of(target.bounds)
+    return HierarchicalGenome(bounds, settings.layout(), settings.scales(), target)
 
 
 def vectors(population: Hierarchies) -> Floats:

@@ -1,44 +1,51 @@
-"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2)."""
+"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2). Never imports JAX."""
 
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
-
-from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import picked
 from hfc_design.controllers.hierarchical.unit import (
     LIN_LEE_TERMS,
+    Degrees,
     Term,
     averaged,
-    infer,
     memberships,
 )
-from hfc_design.controllers.pd import controller as pd
-from hfc_design.core.lanes import LANES
+from hfc_design.core.scalars import Scalar, Xp, clipped
 
+#: (table, degrees of the column, of the row) -> the root's table as it is by now.
+Learnt = Callable[[Any, Any, Any], Any]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
+#: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
+LIN_LEE_INPUTS = {
+    "error": 50.0,
+    "deflection": 80.0,
+    "deflection_rate": 20.0,
+    "spindle_velocity": 20.0,
+    "previous_spindle_velocity": 10.0,
+}
 
 
 class Layout(NamedTuple):
-    """What the search leaves alone: which inputs, how they are scaled, which terms they have.
+    """What the search leaves alone: which inputs, which terms they have, how the output counts.
 
     The defaults are those of Lin & Lee 1999, section 4.
     """
 
-    inputs: tuple[str, ...] = (
-        "error",
-        "deflection",
-        "deflection_rate",
-        "spindle_velocity",
-        "previous_spindle_velocity",
-    )
-    scales: tuple[float, ...] = (50.0, 80.0, 20.0, 20.0, 10.0)  # k_1 .. k_5
+    inputs: tuple[str, ...] = tuple(LIN_LEE_INPUTS)
     output_scale: float = 10.0  # k_6 [V]
     terms: tuple[Term, ...] = LIN_LEE_TERMS
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
+
+    @property
+    def remembered(self) -> tuple[str, ...]:
+        """Readings that are needed a sample later."""
+        found = (name for name in self.inputs if name.startswith(PREVIOUS))
+        return tuple(name.removeprefix(PREVIOUS) for name in found)
 
 
 class HierarchicalGains(NamedTuple):
@@ -47,64 +54,126 @@ class HierarchicalGains(NamedTuple):
     kp: Any  # [V/rad]
     kd: Any  # [V s/rad]
     scales: Any  # (inputs,) k_1, k_2, ..., per unit of the input
-    sources: Any  # (units, 2) column and row source of each unit, see ``hierarchy.Tree``
+    sources: Any  # (units, 2) column and row source of each unit, see ``tree.Tree``
     consequents: Any  # (units, 7, 7) singletons, [unit][row term][column term]
 
 
 class HierarchicalMemory(NamedTuple):
     """What the controller remembers; all zero before the first sample."""
 
-    readings: dict[str, Any]  # of the previous sample
+    readings: Mapping[str, Any]  # of the previous sample
     root: root_unit.RootMemory | None  # None: the root does not adapt
 
 
-@cache
-def hierarchical(layout: Layout) -> Controller:
-    """The controller of kind ``pd+hierarchical-fuzzy``.
+class Firing(NamedTuple):
+    """What one unit does at a sample."""
+
+    column: Any  # its inputs, an input of the hierarchy clamped to [-1, 1]
+    row: Any
+    in_column: Sequence[Any]  # (7,) degrees
+    in_row: Sequence[Any]  # (7,)
+    table: Any  # (7, 7) consequents [row][column] as they are at this sample
+    output: Any
+
+
+class HierarchyParts(NamedTuple):
+    """What the command is made of."""
+
+    readings: list[Any]  # of each input
+    scaled: list[Any]
+    units: list[Firing]
+    proportional: Any
+    derivative: Any
+    fuzzy: Any  # the root's output, scaled
+
+    def command(self) -> Any:
+        """The sum (LL eq. 6)."""
+        return self.proportional + self.derivative + self.fuzzy
+
+
+def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``pd+hierarchical-fuzzy``."""
+    return AxisLaw(parts, initial_memory, sample_time, limit, layout)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
+    """Memory before the first sample."""
+    layout: Layout = law.structure
+    root = root_unit.initial_memory(zero) if layout.adaptation else None
+    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root)
+
+
+def parts(
+    xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
+) -> tuple[HierarchyParts, HierarchicalMemory]:
+    """What one sample commands, in its parts, and what to remember.
 
     The scaled external inputs are clamped to [-1, 1]; the outputs of inner units are not,
     because published consequents lie outside that range.
     """
-    adaptation = layout.adaptation
-    remembered = tuple(
-        name.removeprefix(PREVIOUS) for name in layout.inputs if name.startswith(PREVIOUS)
+    layout: Layout = law.structure
+    known = {**signals, **{f"{PREVIOUS}{name}": x for name, x in memory.readings.items()}}
+    readings = [known[name] for name in layout.inputs]
+    scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
+    values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
+    degrees = partial(memberships, xp, layout.terms)
+    kept, learnt = _learning(xp, layout, gains, memory, signals)
+    units = outputs(xp, degrees, gains, values, learnt)
+    found = HierarchyParts(
+        readings,
+        scaled,
+        units,
+        gains.kp * signals["error"],
+        gains.kd * signals["error_rate"],
+        layout.output_scale * units[-1].output,
     )
+    remembered = {name: signals[name] for name in layout.remembered}
+    return found, HierarchicalMemory(remembered, kept[-1])
 
-    def initial_memory(zero: Any) -> HierarchicalMemory:
-        root = root_unit.initial_memory(zero) if adaptation else None
-        return HierarchicalMemory(dict.fromkeys(remembered, zero), root)
 
-    def step(
-        gains: HierarchicalGains, memory: HierarchicalMemory, signals: dict[str, Any]
-    ) -> tuple[Any, HierarchicalMemory]:
-        known = signals | {f"{PREVIOUS}{name}": memory.readings[name] for name in remembered}
-        values = [
-            jnp.clip(scale * known[name], -1.0, 1.0)
-            for name, scale in zip(layout.inputs, gains.scales, strict=True)
-        ]
-        *inner, top = zip(gains.sources, gains.consequents, strict=True)
-        for (column, row), consequents in inner:
-            values.append(
-                infer(layout.terms, consequents, picked(values, column), picked(values, row))
-            )
-        (column, row), consequents = top
-        seen = picked(values, column), picked(values, row)
-        in_column, in_row = (memberships(layout.terms, u) for u in seen)
-        root = None
-        if adaptation and memory.root:
-            in_error = memberships(layout.terms, graded(gains, signals["error"]))
-            consequents, root = root_unit.step(
-                LANES, adaptation, consequents, memory.root, in_error, in_column, in_row
-            )
-        output = averaged(consequents, in_column, in_row)
-        command = pd.law(gains, signals) + layout.output_scale * output
-        return command, HierarchicalMemory({name: signals[name] for name in remembered}, root)
+def _learning(
+    xp: Xp, layout: Layout, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
+) -> tuple[list[Any], Learnt | None]:
+    """What makes the root's table what it is by now; the root's new memory comes last in a list."""
+    adaptation, before = layout.adaptation, memory.root
+    kept: list[Any] = [before]
+    if adaptation is None or before is None:
+        return kept, None
+    graded = memberships(xp, layout.terms, _graded(xp, layout, gains, signals["error"]))
 
-    def graded(gains: HierarchicalGains, error: Any) -> Any:
-        """The error on the universe of the terms."""
-        scale = adaptation.error_scale if adaptation else None
-        if scale is None:
-            scale = gains.scales[layout.inputs.index("error")]
-        return jnp.clip(scale * error, -1.0, 1.0)
+    def learnt(table: Any, in_column: Any, in_row: Any) -> Any:
+        now, root = root_unit.step(xp, adaptation, table, before, graded, in_column, in_row)
+        kept.append(root)
+        return now
 
-    return Controller("pd+hierarchical-fuzzy", initial_memory, step)
+    return kept, learnt
+
+
+def outputs(
+    xp: Xp,
+    degrees: Degrees,
+    gains: HierarchicalGains,
+    inputs: Sequence[Any],
+    learnt: Learnt | None = None,
+) -> list[Firing]:
+    """What every unit makes of the clamped ``inputs``, the root last.
+
+    ``learnt(table, in_column, in_row)`` gives the root's table as it is by now.
+    """
+    values, units = list(inputs), []
+    last = len(gains.consequents) - 1
+    for k, ((column, row), start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
+        seen = picked(xp, values, column), picked(xp, values, row)
+        in_column, in_row = (degrees(u) for u in seen)
+        table = learnt(start, in_column, in_row) if learnt and k == last else start
+        values.append(averaged(xp, table, in_column, in_row))
+        units.append(Firing(*seen, in_column, in_row, table, values[-1]))
+    return units
+
+
+def _graded(xp: Xp, layout: Layout, gains: HierarchicalGains, error: Any) -> Any:
+    """The error on the universe of the terms."""
+    scale = layout.adaptation.error_scale if layout.adaptation else None
+    if scale is None:
+        scale = gains.scales[layout.inputs.index("error")]
+    return clipped(xp, scale * error, -1.0, 1.0)

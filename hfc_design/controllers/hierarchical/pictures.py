@@ -1,25 +1,24 @@
 """Diagrams of what a design holds: its hierarchy as a tree, its rule tables as heat maps."""
 
 import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hfc_design.controllers.hierarchical.law import PREVIOUS
-from hfc_design.files.design import Design, HierarchicalDesign, UnitRecord
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, UnitRecord
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH
 from hfc_design.pictures.heat_map import heat_map
-from hfc_design.report.plots import OTHER, OWN, WIDTH
-from plants import PLANTS
 
 
-def tree(design: Design) -> Figure:
-    """The hierarchy with its root on top; a design of kind ``pd`` has none.
+def tree(controller: HierarchicalDesign, drive: Any) -> Figure:
+    """The hierarchy with its root on top, for a ``drive``.
 
     Each unit stands above what it reads: the column input on the left, the row input on the
     right.
     """
-    controller, plant = hierarchical(design), PLANTS[design.plant.name]
     units = {f"unit-{unit.id}": unit for unit in controller.units}
     scales = {item.name: item.scale for item in controller.inputs}
     figure = Figure()
@@ -33,7 +32,7 @@ def tree(design: Design) -> Figure:
         deepest = max(deepest, depth)
         if name not in units:
             leaves.append(name)
-            return _leaf(axes, design, name, scales[name], len(leaves) - 0.5, depth)
+            return _leaf(axes, drive, name, scales[name], len(leaves) - 0.5, depth)
         unit = units[name]
         below = [place(source, depth + 1) for source in (unit.column_input, unit.row_input)]
         x = sum(place[0] for place in below) / 2
@@ -46,9 +45,9 @@ def tree(design: Design) -> Figure:
     arrow = {"arrowstyle": "-|>", "color": "0.3"}
     axes.annotate("", (x, y + 0.8), (x, y), arrowprops=arrow, zorder=0)
     axes.text(
-        x + 0.06, y + 0.42, f"× {controller.output_scale:g} {plant.units['command']}", fontsize=10
+        x + 0.06, y + 0.42, f"× {controller.output_scale:g} {drive.units['command']}", fontsize=10
     )
-    _box(axes, x, y + 1, f"{plant.command_name} = PD part + hierarchy")
+    _box(axes, x, y + 1, f"{drive.command_name} = PD part + hierarchy")
     axes.set(xlim=(0, len(leaves)), ylim=(-deepest - 1.0, 1.4))
     axes.set_axis_off()
     figure.set_size_inches(WIDTH, 0.75 * (deepest + 2.4))
@@ -61,10 +60,10 @@ def _box(axes: Axes, x: float, y: float, text: str) -> None:
 
 
 def _leaf(
-    axes: Axes, design: Design, name: str, scale: float, x: float, depth: int
+    axes: Axes, drive: Any, name: str, scale: float, x: float, depth: int
 ) -> tuple[float, float]:
     words = textwrap.wrap(readable(name), 11)
-    text = "\n".join([*words, f"× {scale:.4g}", f"per {input_unit(design, name)}"])
+    text = "\n".join([*words, f"× {scale:.4g}", f"per {input_unit(drive.units, name)}"])
     axes.text(x, 0.12 - depth, text, ha="center", va="top", fontsize=9, linespacing=1.15)
     return x, 0.15 - depth
 
@@ -78,9 +77,8 @@ def _branch(
     axes.text(x, y, text, ha="center", va="center", fontsize=9, color=color, bbox=frame)
 
 
-def rule_tables(design: Design) -> list[Figure]:
-    """One heat map a unit, in evaluation order; a design of kind ``pd`` has none."""
-    controller = hierarchical(design)
+def rule_tables(controller: HierarchicalDesign) -> list[Figure]:
+    """One heat map a unit, in evaluation order."""
     labels = [term.label for term in controller.terms]
     return [_rule_table(unit, labels) for unit in controller.units]
 
@@ -103,17 +101,6 @@ def readable(source: str) -> str:
     return source.replace("_", " ")
 
 
-def input_unit(design: Design, name: str) -> str:
+def input_unit(units: dict[str, str], name: str) -> str:
     """Unit of an input of the hierarchy before it is scaled."""
-    return PLANTS[design.plant.name].units.get(name.removeprefix(PREVIOUS), "1")
-
-
-def hierarchical(design: Design) -> HierarchicalDesign:
-    """The controller of ``design``.
-
-    Raises:
-        ValueError: it is of a kind without a hierarchy.
-    """
-    if not isinstance(design.controller, HierarchicalDesign):
-        raise ValueError(f"design {design.name} is of kind {design.controller.kind}: no hierarchy")
-    return design.controller
+    return units.get(name.removeprefix(PREVIOUS), "1")

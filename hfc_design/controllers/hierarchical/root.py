@@ -4,20 +4,20 @@ The rule is that of the feed drives' adaptive controller (JK04 section 4.2 and A
 sample k the rules that fired at k - 1 are judged by what became of the error, and those to blame
 move. The terms of LL eq. 3 are flat tops with tails that never end; they have no edges to move,
 so that only consequents do. There is no stability theorem for the C-axis either: what bounds a
-move is ``largest_move``. Written for one axis in scalars; ``xp`` as in ``flc``. Never imports JAX.
+move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
+``core.scalars``. Never imports JAX.
 """
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from hfc_design.controllers.aflc.adaptation import (
-    ZR,
     blamed_aflc,
-    clipped,
     highest_term,
     performance_indices,
 )
-from hfc_design.controllers.flc.law import total
+from hfc_design.controllers.flc.sectors import ZR
+from hfc_design.core.scalars import Xp, clipped, total
 
 #: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
 FIRED = 1.0 / 49.0
@@ -46,7 +46,7 @@ def initial_memory(zero: Any) -> RootMemory:
 
 
 def step(
-    xp: Any,
+    xp: Xp,
     law: Adaptation,
     consequents: Any,
     memory: RootMemory,
@@ -78,7 +78,7 @@ def step(
     return _table(consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
 
 
-def _guilty(xp: Any, memory: RootMemory, table: Any, index: Any) -> list[list[Any]]:
+def _guilty(xp: Xp, memory: RootMemory, table: Any, index: Any) -> list[list[Any]]:
     """Which rules (7, 7) fired at k - 1 and pulled the wrong way.
 
     They are compared with the mean of those that fired. The tails of all others belong to the

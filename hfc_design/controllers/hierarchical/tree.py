@@ -11,9 +11,10 @@ from functools import cache
 from itertools import combinations
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
+
+from hfc_design.core.scalars import Xp
 
 MAX_INPUTS = 6
 
@@ -154,9 +155,9 @@ def all_sources(inputs: int) -> NDArray[np.int32]:
     return np.stack([sources(tree) for tree in trees(inputs)])
 
 
-def picked(values: Sequence[Any], index: Any) -> Any:
+def picked(xp: Xp, values: Sequence[Any], index: Any) -> Any:
     """``values[index]`` for scalars and a traced index: a chain of selections, not a gather."""
     result = values[0]
     for k, value in enumerate(values[1:], start=1):
-        result = jnp.where(index == k, value, result)
+        result = xp.where(index == k, value, result)
     return result

@@ -1,15 +1,13 @@
 """One fuzzy unit: linguistic terms, singleton rule table, centre-average defuzzification.
 
-Everything here is written for scalars and unrolled: inside the closed loop an array of seven
-memberships would cost a factor of five.
+Written for scalars and unrolled: inside the closed loop an array of seven memberships would cost
+a factor of five. ``xp`` as in ``core.scalars``. Never imports JAX.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
-
-from plants.scalar import decay, ratio
+from hfc_design.core.scalars import Xp, total
 
 
 class Term(NamedTuple):
@@ -36,33 +34,31 @@ LIN_LEE_TERMS: tuple[Term, ...] = (
     Term("f7", 1.0, 0.1, 4.0),
 )
 
+#: Degrees (7,) of a scalar in the terms.
+Degrees = Callable[[Any], list[Any]]
 
-def membership(term: Term, u: Any) -> Any:
+
+def membership(xp: Xp, term: Term, u: Any) -> Any:
     """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
     distance = u - term.centre
     if term.half_width:
-        outside = jnp.abs(distance) - term.half_width
-        distance = jnp.where(outside > 0.0, outside, 0.0)
-    return decay((-term.rate * distance) * distance)
+        outside = abs(distance) - term.half_width
+        distance = xp.where(outside > 0.0, outside, 0.0)
+    return xp.decay((-term.rate * distance) * distance)
 
 
-def infer(terms: Sequence[Term], consequents: Any, column: Any, row: Any) -> Any:
-    """Output of one unit for scalar inputs ``column`` and ``row`` (LL eq. 4).
+def memberships(xp: Xp, terms: Sequence[Term], u: Any) -> list[Any]:
+    """Degrees of scalar ``u`` in every term."""
+    return [membership(xp, term, u) for term in terms]
+
+
+def averaged(xp: Xp, consequents: Any, in_column: Sequence[Any], in_row: Sequence[Any]) -> Any:
+    """Output of one unit from the degrees of its two inputs (LL eq. 4).
 
     ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
     Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
     the universe that every membership underflows) the output is 0.
     """
-    return averaged(consequents, memberships(terms, column), memberships(terms, row))
-
-
-def memberships(terms: Sequence[Term], u: Any) -> list[Any]:
-    """Degrees of scalar ``u`` in every term."""
-    return [membership(term, u) for term in terms]
-
-
-def averaged(consequents: Any, in_column: Sequence[Any], in_row: Sequence[Any]) -> Any:
-    """``infer`` from the degrees of its two inputs."""
     weighted = 0.0
     for degree, singletons in zip(in_row, consequents, strict=True):
         inner = total(d * s for d, s in zip(in_column, singletons, strict=True))
@@ -70,12 +66,4 @@ def averaged(consequents: Any, in_column: Sequence[Any], in_row: Sequence[Any]) 
     firing = total(in_column) * total(in_row)
     # The division comes last: what ends in a division the compiler computes once, what ends in
     # a selection it would repeat in everything that uses it.
-    return ratio(weighted, jnp.where(firing > 0.0, firing, 1.0))
-
-
-def total(values: Any) -> Any:
-    """Sum of scalars, left to right, without starting from an integer zero."""
-    first, *others = values
-    for value in others:
-        first = first + value
-    return first
+    return xp.ratio(weighted, xp.where(firing > 0.0, firing, 1.0))

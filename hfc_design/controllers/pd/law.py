@@ -2,6 +2,9 @@
 
 from typing import Any, NamedTuple
 
+from hfc_design.controllers.controller import AxisLaw, Signals
+from hfc_design.core.scalars import Scalar, Xp
+
 
 class PdGains(NamedTuple):
     """Gains of LL eq. 6."""
@@ -10,6 +13,29 @@ class PdGains(NamedTuple):
     kd: Any  # [V s/rad]
 
 
-def law(gains: Any, signals: dict[str, Any]) -> Any:
+class PdParts(NamedTuple):
+    """What the command is made of."""
+
+    proportional: Any
+    derivative: Any
+
+    def command(self) -> Any:
+        """The sum (LL eq. 6)."""
+        return self.proportional + self.derivative
+
+
+def pd(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``pd``; it remembers nothing."""
+    return AxisLaw(parts, initial_memory, sample_time, limit)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
+    """Nothing."""
+    return ()
+
+
+def parts(
+    xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
+) -> tuple[PdParts, tuple[()]]:
     """``kp e + kd de/dt`` [V] (LL eq. 6)."""
-    return gains.kp * signals["error"] + gains.kd * signals["error_rate"]
+    return PdParts(gains.kp * signals["error"], gains.kd * signals["error_rate"]), memory

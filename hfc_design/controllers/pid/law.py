@@ -5,6 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.core.scalars import Scalar, Xp
+
 
 class PidGains(NamedTuple):
     """Gains on an error in BLU: one individual, or a population in the trailing axis."""
@@ -21,20 +24,38 @@ class PidMemory(NamedTuple):
     sum: Any  # of all errors so far [BLU]
 
 
-def initial_memory(zero: Any) -> PidMemory:
+class PidParts(NamedTuple):
+    """What the command is made of."""
+
+    proportional: Any
+    integral: Any
+    derivative: Any
+
+    def command(self) -> Any:
+        """The sum."""
+        return self.proportional + self.integral + self.derivative
+
+
+def pid(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``pid``."""
+    return AxisLaw(parts, initial_memory, sample_time, limit)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
     """Memory before the first sample: the axis stood on its reference."""
     return PidMemory(zero, zero)
 
 
-def step(
-    sample_time: float, gains: PidGains, memory: PidMemory, signals: Any
-) -> tuple[Any, PidMemory]:
+def parts(
+    xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
+) -> tuple[PidParts, PidMemory]:
     """``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], with ``error`` [BLU]."""
     error = signals["error"]
     whole = memory.sum + error
-    rate = (error - memory.error) / sample_time
-    command = gains.k_p * error + gains.k_i * sample_time * whole + gains.k_d * rate
-    return command, PidMemory(error, whole)
+    rate = (error - memory.error) / law.sample_time
+    found = PidParts(gains.k_p * error, gains.k_i * law.sample_time * whole, gains.k_d * rate)
+    kept = held(xp, law.limit, found.command(), memory.sum, whole)
+    return found._replace(integral=gains.k_i * law.sample_time * kept), PidMemory(error, kept)
 
 
 def pid_by_pole_placement(

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hfc_design.controllers.flc.rule_bases import nearest_labels
+from hfc_design.controllers.hierarchical.settings import input_names
+from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.core.records import NAME, TERMS, UserError, checked
 from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.system import Input, System, centre_of, fault, triangle_records
-from hfc_design.formats.units import FlatGaussian, Term
 
 HIERARCHY = "pd+hierarchical-fuzzy"
 #: Kind -> plant where neither --plant nor --like says one.
@@ -167,10 +168,10 @@ def _hierarchy(
     base: dict[str, Any], system: System, signals: tuple[str, str], plant: str
 ) -> dict[str, Any]:
     """A hierarchy of one unit; without --like it is the unit alone, without PD part and scales."""
-    from hfc_design.files.scenario import input_names  # with JAX, and only needed here
-    from plants import PLANTS
+    from hfc_design.files.machine import PlantSettings  # with JAX, and only needed here
 
-    _known(system, signals, input_names(PLANTS[plant]))
+    drive = PlantSettings(name=plant).machine.drives[0]
+    _known(system, signals, input_names(drive.inputs))
     first, second = (tuple(sorted(item.terms, key=centre_of)) for item in system.inputs)
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:

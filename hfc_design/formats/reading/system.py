@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import TriangleRecord, terms_fault
 from hfc_design.controllers.flc.rule_bases import LABELS
+from hfc_design.controllers.rules import FlatGaussian, Term, Triangle
 from hfc_design.core.records import TERMS
-from hfc_design.formats.units import FlatGaussian, Term, Triangle
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
 

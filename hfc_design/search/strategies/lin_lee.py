@@ -1,22 +1,41 @@
 """The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, as they describe it."""
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from hfc_design.controllers.genome import Floats, Integers, Mask, joined
+from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.genome import Hierarchies
-from hfc_design.controllers.kinds import Layout
-from hfc_design.search.settings import LinLeeSettings
+from hfc_design.core.records import NotNegative, Positive
+from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
+
+
+class LinLeeSettings(StrategySettings):
+    """The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, with their numbers."""
+
+    preset: Literal["lin-lee-1999"] = "lin-lee-1999"
+    population: int = Field(30, ge=3, le=10_000_000)  # n; the three thirds are rounded
+    generations: int = Field(200, ge=1, le=10_000_000)
+    structure_crossover: Probability = 0.3  # p_c1
+    structure_mutation: Probability = 0.5  # alpha, per bit
+    parameter_crossover: Probability = 0.7  # p_c2
+    parameter_mutation: Probability = 0.8  # beta, per number
+    gain_step: Positive = 10.0  # A_max of the PD gains
+    centre_step: Positive = 0.1  # A_max of the consequent centres
+    kp_range: Range = (10.0, 1_500.0)  # of fresh individuals [V/rad]
+    kd_range: Range = (10.0, 1_500.0)  # [V s/rad]
+    stick_penalty: NotNegative = 0.0  # the paper has none
+    level_limit: Positive = 2.0  # |common level| of the consequents of a fresh individual
 
 
 class LinLeeState(NamedTuple):
     """A generation, the best individual first."""
 
     genes: Integers  # (n, inputs) heap unit that each input enters
-    population: Hierarchies
+    population: Any  # of hierarchies
     score: Floats  # (n,)
 
 
@@ -24,7 +43,7 @@ class Asked(NamedTuple):
     """The next generation and the genes it was decoded from."""
 
     genes: Integers
-    population: Hierarchies
+    population: Any  # of hierarchies
 
 
 class LinLee(NamedTuple):
@@ -36,7 +55,15 @@ class LinLee(NamedTuple):
     """
 
     settings: LinLeeSettings
-    layout: Layout
+    task: Task
+
+    @property
+    def _genome(self) -> Any:
+        return self.task.genome  # of hierarchies, see ``_fault``
+
+    @property
+    def _inputs(self) -> int:
+        return len(self._genome.scales)
 
     def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
         """n random valid individuals (steps 2 and 3)."""
@@ -44,7 +71,7 @@ class LinLee(NamedTuple):
         return None, Asked(genes, self._fresh(genes, rng))
 
     def ask(
-        self, state: LinLeeState, generation: int, newton: object, rng: np.random.Generator
+        self, state: LinLeeState, generation: int, rng: np.random.Generator
     ) -> tuple[LinLeeState, Asked]:
         """Elite, crossed and mutated thirds (step 5)."""
         count = len(state.score)
@@ -62,24 +89,24 @@ class LinLee(NamedTuple):
         return LinLeeState(asked.genes[order], asked.population.take(order), score[order])
 
     def _random_gene(self, rng: np.random.Generator) -> Integers:
-        inputs = len(self.layout.inputs)
+        inputs = self._inputs
         while True:
             gene = rng.integers(hierarchy.unit_count(inputs), size=inputs)
             if _tree_index(tuple(gene.tolist())) is not None:
                 return gene
 
-    def _fresh(self, genes: Integers, rng: np.random.Generator) -> Hierarchies:
-        s = self.settings
+    def _fresh(self, genes: Integers, rng: np.random.Generator) -> Any:
+        s, genome = self.settings, self._genome
         count, inputs = genes.shape
         units = inputs - 1
         level = rng.uniform(-s.level_limit, s.level_limit, (count, units, 1, 1))
         spread = rng.uniform(-s.centre_step, s.centre_step, (count, units, 7, 7))
         low, high = np.array([s.kp_range, s.kd_range]).T
-        return Hierarchies(
-            np.array([_tree_index(tuple(gene)) for gene in genes.tolist()]),
-            rng.uniform(low, high, (count, 2)),
-            np.tile(self.layout.scales, (count, 1)),
-            level + spread,
+        return genome.empty()._replace(
+            tree=np.array([_tree_index(tuple(gene)) for gene in genes.tolist()]),
+            gains=rng.uniform(low, high, (count, 2)),
+            scales=np.tile(genome.scales, (count, 1)),
+            consequents=level + spread,
         )
 
     def _crossed(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Asked:
@@ -114,7 +141,7 @@ class LinLee(NamedTuple):
             if rng.random() < self.settings.structure_crossover:
                 one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
                 pair = two_point(pair, int(one), int(two))
-            for gene in _genes(pair, len(self.layout.inputs)):
+            for gene in _genes(pair, self._inputs):
                 if _tree_index(tuple(gene.tolist())) is not None:
                     found.append(gene)
         return np.array(found[:count])
@@ -179,3 +206,18 @@ def _genes(bits: Mask, inputs: int) -> Integers:
     width = inputs - 2
     places = 2 ** np.arange(width - 1, -1, -1)
     return np.asarray((bits.reshape(len(bits), inputs, width) * places).sum(axis=2))
+
+
+def _fault(settings: LinLeeSettings, controller: Any) -> str | None:
+    hierarchy_alone = controller.kind == "pd+hierarchical-fuzzy"
+    return None if hierarchy_alone else "searches hierarchies; use race"
+
+
+STRATEGY = Strategy(
+    "lin-lee-1999",
+    LinLeeSettings,
+    LinLeeState,
+    LinLee,
+    "the two-phase genetic algorithm of Lin & Lee (1999), of hierarchies",
+    _fault,
+)

@@ -1,17 +1,44 @@
 """The default strategy: a race of structures with Gauss-Newton steps at its end."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from hfc_design.controllers.genome import Floats, Genome, Integers, Population, joined, replaced
-from hfc_design.search.newton import Newton
-from hfc_design.search.settings import RaceSettings
+from hfc_design.controllers.genome import Population, joined, replaced
+from hfc_design.controllers.hierarchical.bounds import Bounds
+from hfc_design.core.records import NotNegative, Positive
+from hfc_design.core.shapes import Floats, Integers
+from hfc_design.search.islands import changed, doubled, humbled, ranked, shares, taken
+from hfc_design.search.newton import individuals
+from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 
 #: Damping of the first Gauss-Newton step, of a failed one, and the one at which to give up.
 FIRST_DAMPING, FAILURE, HOPELESS = 1.0, 1e3, 1e6
-#: A double may score this much of its original before luck is suspected.
-LUCK = 0.99
+BOUNDS = Bounds()
+
+
+class RaceSettings(StrategySettings):
+    """A race of structures: every tree is an island, and after each heat half of them remain.
+
+    Inside an island individuals breed; when few islands are left, Gauss-Newton steps from the
+    best of an island compete with its children.
+    """
+
+    preset: Literal["race"] = "race"
+    population: int = Field(840, ge=1, le=10_000_000)
+    generations: int = Field(200, ge=1, le=10_000_000)
+    kp_range: Range = BOUNDS.kp_range
+    kd_range: Range = BOUNDS.kd_range
+    scale_range: Annotated[float, Field(ge=1)] = BOUNDS.scale_range
+    inner_limit: Annotated[float, Field(gt=0, le=4)] = BOUNDS.inner_limit
+    root_limit: Positive = BOUNDS.root_limit
+    tournament: int = Field(3, ge=1)
+    blend: Probability = 0.5  # share of children that mix two parents
+    step: Positive = 0.2  # first mutation step, relative
+    stick_penalty: NotNegative = 300.0
+    newton_islands: int = Field(2, ge=0)  # Gauss-Newton steps begin with this many islands left
+    newton_steps: int = Field(2, ge=0)  # of them in one generation
 
 
 class RaceState(NamedTuple):
@@ -40,34 +67,34 @@ def heats(trees: int) -> list[int]:
     return sizes
 
 
-class Race(NamedTuple):
+class SuccessiveHalving(NamedTuple):
     """Ask and tell of the race; everything that changes is in ``RaceState``."""
 
     settings: RaceSettings
-    genome: Genome
+    task: Task
 
     def start(self, rng: np.random.Generator) -> tuple[RaceState | None, Asked]:
         """The first individuals: a few on every tree, chosen at random where they are too few."""
         s = self.settings
-        trees = self.genome.structures
+        trees = self.task.genome.structures
         islands = min(trees, s.population)
         chosen = np.sort(rng.permutation(trees)[:islands])
-        population = self.genome.fresh(chosen[_shares(s.population, islands)], rng)
+        population = self.task.genome.fresh(chosen[shares(s.population, islands)], rng)
         return None, Asked(population, np.full(s.population, s.step), np.full(s.population, np.nan))
 
     def ask(
-        self, state: RaceState, generation: int, newton: Newton | None, rng: np.random.Generator
+        self, state: RaceState, generation: int, rng: np.random.Generator
     ) -> tuple[RaceState, Asked]:
         """Children of every island, some replaced by Gauss-Newton steps from its best."""
         s = self.settings
         state = self._culled(state, generation)
         asked = self._with_doubles(state, self._bred(state, rng), rng)
         islands = len(state.damping)
-        if newton is None or islands > s.newton_islands:
+        if self.task.linearised is None or islands > s.newton_islands:
             return state, asked
         hopeful = [k for k in range(islands) if state.damping[k] <= HOPELESS]
         for k in np.roll(hopeful, -generation * s.newton_steps)[: s.newton_steps]:
-            asked = self._stepped(state, asked, int(k), newton)
+            asked = self._stepped(state, asked, int(k))
         return state, asked
 
     def tell(self, state: RaceState | None, asked: Asked, score: Floats) -> RaceState:
@@ -75,8 +102,8 @@ class Race(NamedTuple):
         if state is None:
             island = np.unique(asked.population.tree, return_inverse=True)[1]
             damping = np.full(island.max() + 1, FIRST_DAMPING)
-            return _ranked(RaceState(asked.population, score, asked.step, island, damping))
-        state = _humbled(state, score)
+            return ranked(RaceState(asked.population, score, asked.step, island, damping))
+        state = humbled(state, score)
         damping = state.damping.copy()
         for k in range(len(damping)):
             home = np.flatnonzero(state.island == k)
@@ -88,7 +115,7 @@ class Race(NamedTuple):
                 damping[k] = asked.damping[best] if stepped else min(damping[k], FIRST_DAMPING)
             elif tried:
                 damping[k] *= FAILURE
-        both = _ranked(
+        both = ranked(
             RaceState(
                 joined(state.population, asked.population),
                 np.concatenate([state.score, score]),
@@ -98,21 +125,21 @@ class Race(NamedTuple):
             )
         )
         rank = np.arange(len(both.island)) - np.searchsorted(both.island, both.island)
-        return _taken(both, rank < np.bincount(state.island)[both.island])
+        return taken(both, rank < np.bincount(state.island)[both.island])
 
     def _culled(self, state: RaceState, generation: int) -> RaceState:
         """Drop the islands that this heat has no room for and fill their places with survivors."""
-        sizes = heats(self.genome.structures)
+        sizes = heats(self.task.genome.structures)
         room = sizes[min(generation * len(sizes) // self.settings.generations, len(sizes) - 1)]
         if len(state.damping) <= room:
             return state
         first = np.searchsorted(state.island, np.arange(len(state.damping)))
         kept = np.sort(np.argsort(-state.score[first], kind="stable")[:room])
-        island = _shares(len(state.island), room)
+        island = shares(len(state.island), room)
         rank = np.arange(len(island)) - np.searchsorted(island, island)
         lived = np.bincount(state.island)[kept][island]
-        chosen = _taken(state, first[kept][island] + rank % lived)
-        return _ranked(chosen._replace(island=island, damping=state.damping[kept]))
+        chosen = taken(state, first[kept][island] + rank % lived)
+        return ranked(chosen._replace(island=island, damping=state.damping[kept]))
 
     def _bred(self, state: RaceState, rng: np.random.Generator) -> Asked:
         """One child for every individual, with parents from its island."""
@@ -125,22 +152,26 @@ class Race(NamedTuple):
             return first + (rng.random((rounds, count)).min(axis=0) * size).astype(np.int64)
 
         one, other = parent(s.tournament), parent(2)
+        genome, population = self.task.genome, state.population
         share = np.where(rng.random(count) < s.blend, rng.uniform(-0.25, 1.25, count), 0.0)
-        mixed = self.genome.blended(state.population.take(one), state.population.take(other), share)
+        mixed = genome.blended(population.take(one), population.take(other), share)
         step = np.clip(state.step[one] * np.exp(0.3 * rng.standard_normal(count)), 1e-3, 1.0)
-        return Asked(self.genome.mutated(mixed, step, rng), step, np.full(count, np.nan))
+        return Asked(genome.mutated(mixed, step, rng), step, np.full(count, np.nan))
 
-    def _stepped(self, state: RaceState, asked: Asked, k: int, newton: Newton) -> Asked:
+    def _stepped(self, state: RaceState, asked: Asked, k: int) -> Asked:
         """The children of island k, half of them replaced by steps from its best."""
         home = np.flatnonzero(state.island == k)
         places = home[: (len(home) + 1) // 2]
-        found = newton(state.population.take(home[:1]), state.damping[k], len(places))
-        if found is None:
-            return asked._replace(damping=_set(asked.damping, places[:1], HOPELESS))
-        steps, damping = found
+        best = state.population.take(home[:1])
+        assert self.task.linearised is not None
+        linear = self.task.linearised(best)
+        if linear is None:
+            return asked._replace(damping=changed(asked.damping, places[:1], HOPELESS))
+        at = (best, linear, state.damping[k], len(places))
+        steps, damping = individuals(self.task.genome, *at)
         return asked._replace(
             population=replaced(asked.population, places, steps),
-            damping=_set(asked.damping, places, damping),
+            damping=changed(asked.damping, places, damping),
         )
 
     def _with_doubles(self, state: RaceState, asked: Asked, rng: np.random.Generator) -> Asked:
@@ -148,47 +179,15 @@ class Race(NamedTuple):
 
         A loop that is nearly chaotic may score well by luck; its double then does not.
         """
-        best, place = _doubled(state)
-        double = self.genome.nudged(state.population.take(best), rng)
+        best, place = doubled(state)
+        double = self.task.genome.nudged(state.population.take(best), rng)
         return asked._replace(population=replaced(asked.population, place, double))
 
 
-def _doubled(state: RaceState) -> tuple[Integers, Integers]:
-    """The best of each island and the last place there; islands of one or two have none."""
-    size = np.bincount(state.island)
-    best = np.searchsorted(state.island, np.arange(len(size)))
-    large = size > 2
-    return best[large], (best + size - 1)[large]
-
-
-def _humbled(state: RaceState, score: Floats) -> RaceState:
-    """The best of an island is worth no more than its double."""
-    best, place = _doubled(state)
-    worse = score[place] < LUCK * state.score[best]
-    return state._replace(score=_set(state.score, best[worse], score[place][worse]))
-
-
-def _shares(count: int, islands: int) -> Integers:
-    """``count`` places dealt to the islands as evenly as possible, island by island."""
-    return np.sort(np.arange(count) % islands)
-
-
-def _set(array: Any, places: Integers, values: Any) -> Any:
-    changed = array.copy()
-    changed[places] = values
-    return changed
-
-
-def _taken(state: RaceState, chosen: Any) -> RaceState:
-    """The chosen individuals; the islands stay as they are."""
-    return RaceState(
-        state.population.take(chosen),
-        state.score[chosen],
-        state.step[chosen],
-        state.island[chosen],
-        state.damping,
-    )
-
-
-def _ranked(state: RaceState) -> RaceState:
-    return _taken(state, np.lexsort((-state.score, state.island)))
+STRATEGY = Strategy(
+    "race",
+    RaceSettings,
+    RaceState,
+    SuccessiveHalving,
+    "successive halving of the structures, with Gauss-Newton steps at the end",
+)

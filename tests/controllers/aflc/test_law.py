@@ -8,14 +8,15 @@ from hfc_design.controllers.aflc import law as aflc
 from hfc_design.controllers.aflc.adaptation import (
     PERFORMANCE,
     ZR,
-    Sectors,
     blamed_aflc,
     blamed_soflc,
     performance,
 )
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
-from hfc_design.controllers.flc.law import SCALARS, FlcGains, infer, memberships
+from hfc_design.controllers.flc.law import FlcGains, infer, memberships
 from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
+from hfc_design.controllers.flc.sectors import Sectors
+from hfc_design.core.scalars import SCALARS
 
 PS, PM, PL = 4, 5, 6
 WIDE = Sectors(1e6, 1e6)
@@ -26,11 +27,17 @@ def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I", overlaps=None):
     return AdaptiveGains(table, Rates(*rates, *(overlaps or rates[:2])), sectors)
 
 
+def sampled(gains, blamed, memory, error):
+    """What one sample commands, in its parts, and what to remember."""
+    law = aflc.aflc(0.01, blamed=blamed)
+    return law.parts(SCALARS, law, gains, memory, {"error": error})
+
+
 def stepped(gains, blamed, errors):
     """Command, memory after each sample of errors."""
-    memory = aflc.initial_memory(0.0)
+    memory = aflc.aflc(0.01, blamed=blamed).initial_memory(0.0)
     for error in errors:
-        found, memory = aflc.parts(SCALARS, blamed, 0.01, gains, memory, {"error": error})
+        found, memory = sampled(gains, blamed, memory, error)
         yield found.command(), memory
 
 
@@ -70,7 +77,7 @@ def test_example_2_of_jk04():
     started = gains_of()._replace(rates=Rates(0.0, 0.0, 0.0, 0.0, 0.0))
     *_, (action, memory) = stepped(started, blamed_aflc, [10.0, 10.0])
     assert action == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
-    _, memory = aflc.parts(SCALARS, blamed_aflc, 0.01, gains_of(), memory, {"error": 18.0})
+    _, memory = sampled(gains_of(), blamed_aflc, memory, 18.0)
     error_terms, change_terms, table = aflc.current(gains_of(), memory)
     assert error_terms[PS] == (2.0 + 1.0, 7.0, 12.0 - 1.0)  # rule (a): narrower by two steps
     assert error_terms[PM] == (9.0 - 0.5, 14.0, 19.0 + 0.5)  # rule (b): wider by one
@@ -110,7 +117,7 @@ def test_soflc_steps_of_jk95():
     gains = gains_of((0.5, 0.2, 1.0), None)
     _, memory = list(stepped(gains, blamed_soflc, [10.0]))[-1]
     memory = memory._replace(change=0.0, action=32.0 / 3.0)
-    _, memory = aflc.parts(SCALARS, blamed_soflc, 0.01, gains, memory, {"error": 18.0})
+    _, memory = sampled(gains, blamed_soflc, memory, 18.0)
     error_terms, change_terms, _ = aflc.current(gains, memory)
     np.testing.assert_allclose(error_terms[PS], (2.0 - 1.0, 7.0, 12.0 + 1.0))  # |p| = 2
     np.testing.assert_allclose(error_terms[PM], (9.0 + 0.5, 14.0, 19.0 - 0.5))  # |p| = 1

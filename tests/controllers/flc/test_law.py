@@ -5,7 +5,6 @@ import pytest
 
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import (
-    SCALARS,
     Compensation,
     FlcGains,
     compensate,
@@ -20,9 +19,10 @@ from hfc_design.controllers.flc.rule_bases import (
     rule_labels,
     rule_singletons,
 )
+from hfc_design.core.scalars import SCALARS
 
 INF = float("inf")
-X_AXIS = Compensation((0.05, -1.16, 6.54), (-0.04, -1.0, -6.43), 12.0, (6.54, -6.43), 2.0)
+X_AXIS = Compensation((0.05, -1.16, 6.54), (-0.04, -1.0, -6.43), 12.0, (6.54, -6.43), 2.0, 0.01)
 
 
 def gains_of(base="I", k_i=0.0, compensation=None):
@@ -30,11 +30,10 @@ def gains_of(base="I", k_i=0.0, compensation=None):
 
 
 def commands(errors, form="PD", gains=None, sample_time=0.01):
-    memory = flc.initial_memory(0.0)
+    law = flc.flc(form, sample_time)
+    memory = law.initial_memory(0.0)
     for error in errors:
-        found, memory = flc.parts(
-            SCALARS, form, sample_time, gains or gains_of(), memory, {"error": error}
-        )
+        found, memory = law.parts(SCALARS, law, gains or gains_of(), memory, {"error": error})
         yield found.command()
 
 
@@ -160,9 +159,10 @@ def test_compensation_of_jk95_at_rest():
 def test_compensation_shifts_every_singleton():
     """JK04 eq. 29: adding u_d to all singletons adds it to the action."""
     signals = {"error": 10.0, "velocity": 300.0}
-    memory = flc.initial_memory(0.0)
-    found, _ = flc.parts(SCALARS, "PD", 0.01, gains_of(compensation=X_AXIS), memory, signals)
+    law = flc.flc("PD", 0.01)
+    memory = law.initial_memory(0.0)
+    found, _ = law.parts(SCALARS, law, gains_of(compensation=X_AXIS), memory, signals)
     u_d = 0.05 * 9 - 1.16 * 3 + 6.54
     shifted = gains_of()._replace(singletons=[[u + u_d for u in r] for r in rule_singletons("I")])
-    expected, _ = flc.parts(SCALARS, "PD", 0.01, shifted, memory, signals)
+    expected, _ = law.parts(SCALARS, law, shifted, memory, signals)
     assert found.command() == pytest.approx(expected.command())

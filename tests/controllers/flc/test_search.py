@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from hfc_design.controllers.flc.record import AflcDesign
+from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
@@ -73,12 +73,12 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     found = bred(own, count=3)
     scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS])
     loop = closed_loop(scenario, own.controller)
-    arguments = scenario.plant.values(), scenario.samples()
+    machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
     for k in range(3):
         gains = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], own.gains(found))
-        scores, _ = simulate.trajectory(loop, *arguments, gains)
+        judged, _ = simulate.trajectory(loop, machines, samples, gains)
         file = problem.design_of(found.take(slice(k, k + 1)), scenario)
-        assert evaluate(file, scenario).fitness == pytest.approx(scores[0], rel=1e-12)
+        assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
 
 
 def test_a_start_inside_the_range_is_the_first_individual():

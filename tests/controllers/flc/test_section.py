@@ -8,16 +8,16 @@ import phone
 import pytest
 from feed_oracle import verdict_jk04
 
-from hfc_design.controllers.aflc.adapted import at_the_end
+from hfc_design.controllers.aflc.section import at_the_end
 from hfc_design.controllers.flc import pictures as fuzzy_plots
-from hfc_design.controllers.flc import section as fuzzy
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, LABELS, rule_singletons
+from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import load_scenario
 from hfc_design.report import write_report
-from hfc_design.report.page import _summary
+from hfc_design.report.page import _sections, _summary
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
@@ -113,12 +113,17 @@ def test_summary_compares_contour_errors(report):
 
 def test_adapted_table_is_that_of_a_plain_transcription(report):
     scenario, result, _, _ = report[0]
-    found = at_the_end(result.design, result.evaluation, scenario)
-    if result.design.controller.kind == "flc":
-        assert found == {}
+    design, own = result.design, result.evaluation
+    title = "What the adaptation made of it"
+    titles = [section.title for section in _sections(design, own, scenario)]
+    if design.controller.kind == "flc":
+        assert title not in titles
         return
+    assert title in titles
+    signals = {axis.name: axis.told() for axis in own.axes}
+    found = at_the_end(design.controller, Shown(own.machine, scenario.plant.values(), signals))
     assert list(found) == ["X", "Y"]
-    for axis, record in zip(result.evaluation.axes, found.values(), strict=True):
+    for axis, record in zip(own.axes, found.values(), strict=True):
         expected = feed_oracle.Adaptive(
             ERROR_TERMS,
             CHANGE_TERMS,
@@ -134,9 +139,9 @@ def test_adapted_table_is_that_of_a_plain_transcription(report):
         np.testing.assert_allclose(record.table().error_terms, expected.a, atol=1e-9)
         np.testing.assert_allclose(record.table().change_terms, expected.b, atol=1e-9)
     noisy = scenario.model_copy(update={"sensors": SensorSettings(noise=0.3)})
-    assert at_the_end(result.design, result.evaluation, noisy) == {}
-    lost = result.evaluation._replace(diverged=True)
-    assert at_the_end(result.design, lost, scenario) == {}
+    assert title not in [section.title for section in _sections(design, own, noisy)]
+    lost = own._replace(diverged=True)
+    assert title not in [section.title for section in _sections(design, lost, scenario)]
 
 
 @pytest.mark.browser
@@ -153,8 +158,10 @@ def flc():
 def test_only_what_adapts_has_an_adapted_table():
     with pytest.raises(ValueError, match="kind flc does not adapt"):
         Controller(load_design("jee-koren-2004-flc")).adapted()
-    with pytest.raises(ValueError, match="of kind pd: no rules"):
-        fuzzy.sections(load_design("pd-only"), None, None)
+    design, scenario = load_design("pd-only"), load_scenario("c-axis-ramp")
+    (section,) = _sections(design, evaluate(design, scenario), scenario)
+    assert section.listing.caption == "Gains of the kind pd."
+    assert section.drawings == []
 
 
 def written(figure):

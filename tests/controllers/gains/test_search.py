@@ -10,13 +10,17 @@ from click.testing import CliRunner
 from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
-from hfc_design.controllers.gains.law import PID
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.pid.law import PidGains
-from hfc_design.search.loop import generations, strategy
-from hfc_design.search.settings import RaceSettings
+from hfc_design.search.loop import generations
+from hfc_design.search.registry import searcher
+from hfc_design.search.strategies.race import RaceSettings
+from hfc_design.search.strategy import Task
 
 GENOME = GainsGenome(
-    PID._replace(ranges=PidGains(k_p=(0.1, 1000.0), k_i=(0.0, 8.0), k_d=(-1.0, 3.0))), 0.01
+    KINDS.get("pid"),
+    PidGains(k_p=(0.1, 1000.0), k_i=(0.0, 8.0), k_d=(-1.0, 3.0)),
+    api.load_scenario("feed-drive-line").target,
 )
 
 
@@ -56,7 +60,8 @@ def test_the_race_finds_the_best_gains(seed):
         return 1.0 / (1.0 + off)
 
     settings = RaceSettings(population=32, generations=150)
-    *_, search = generations(strategy(settings, GENOME), GENOME, 150, seed, score, None)
+    race = searcher(settings, Task(GENOME))
+    *_, search = generations(race, GENOME, 150, seed, score)
     found = GENOME.gains(search.archive.population)
     assert found.k_p[0] == pytest.approx(30.0, rel=1e-3)
     assert found.k_i[0] == pytest.approx(6.0, abs=1e-3)

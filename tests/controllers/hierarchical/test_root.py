@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.controllers.flc.law import SCALARS
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.core.records import UserError
+from hfc_design.core.scalars import SCALARS
 from hfc_design.files.design import Design, design_json, parse_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller

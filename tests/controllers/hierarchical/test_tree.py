@@ -17,7 +17,8 @@ from hfc_design.controllers.hierarchical.tree import (
     unit_count,
     valid,
 )
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, infer
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, averaged, memberships
+from hfc_design.core.lanes import LANES
 from hfc_design.simulation.evaluation import load_design
 
 COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
@@ -188,7 +189,11 @@ def test_trees_as_data_equal_recursion(inputs, sample):
     def evaluated(values, pairs, tables):
         values = list(values)
         for (column, row), table in zip(pairs, tables, strict=True):
-            values.append(infer(LIN_LEE_TERMS, table, picked(values, column), picked(values, row)))
+            in_column, in_row = (
+                memberships(LANES, LIN_LEE_TERMS, picked(LANES, values, source))
+                for source in (column, row)
+            )
+            values.append(averaged(LANES, table, in_column, in_row))
         return values[-1]
 
     for k in chosen:

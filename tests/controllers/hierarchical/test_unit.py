@@ -7,15 +7,26 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, Term, infer, membership
+from hfc_design.controllers.hierarchical.unit import (
+    LIN_LEE_TERMS,
+    Term,
+    averaged,
+    membership,
+    memberships,
+)
+from hfc_design.core.lanes import LANES
 
 TABLE = np.random.default_rng(2).uniform(-1.0, 1.0, (7, 7))
 POINTS = np.random.default_rng(3).uniform(-1.5, 1.5, (50, 2))
 
 
+def infer(xp, terms, table, column, row):
+    return averaged(xp, table, memberships(xp, terms, column), memberships(xp, terms, row))
+
+
 @jax.jit
 def inferred(table, column, row):
-    return infer(LIN_LEE_TERMS, table, column, row)
+    return infer(LANES, LIN_LEE_TERMS, table, column, row)
 
 
 # By hand: exp(-rate (|u - centre| - half_width)^2), 1 on the flat top.
@@ -40,7 +51,7 @@ def inferred(table, column, row):
 )
 def test_membership_by_hand(term, u, degree):
     (found,) = (t for t in LIN_LEE_TERMS if t.label == term)
-    assert membership(found, np.float64(u)) == pytest.approx(degree, rel=1e-14)
+    assert membership(LANES, found, np.float64(u)) == pytest.approx(degree, rel=1e-14)
 
 
 def gauss2mf(x, sigma1, c1, sigma2, c2):
@@ -56,7 +67,7 @@ def test_membership_is_gauss2mf(term):
     shoulders = term.centre - term.half_width, term.centre + term.half_width
     for u in np.linspace(-1.5, 1.5, 61):
         wanted = gauss2mf(u, sigma, shoulders[0], sigma, shoulders[1])
-        assert membership(term, u) == pytest.approx(wanted, rel=1e-12)
+        assert membership(LANES, term, u) == pytest.approx(wanted, rel=1e-12)
 
 
 def test_inference_is_the_sum_over_49_rules():
@@ -75,7 +86,8 @@ def test_other_terms_than_the_papers():
     ]
     firing = np.outer(*degrees)
     wanted = np.sum(firing * TABLE) / np.sum(firing)
-    assert infer(terms, TABLE, np.float64(column), np.float64(row)) == pytest.approx(wanted)
+    found = infer(LANES, terms, TABLE, np.float64(column), np.float64(row))
+    assert found == pytest.approx(wanted)
 
 
 def test_column_is_the_first_input_and_row_the_second():

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from hfc_design.controllers.pid import law as pid
-from hfc_design.controllers.pid.law import PidGains, damped_poles, pid_by_pole_placement
+from hfc_design.controllers.pid.law import PidGains, damped_poles, pid, pid_by_pole_placement
+from hfc_design.core.scalars import SCALARS
 
 
 def test_law_by_hand():
-    memory = pid.initial_memory(0.0)
+    law = pid(0.01)
+    memory = law.initial_memory(0.0)
     gains = PidGains(1.5, 8.1, 0.1)
-    first, memory = pid.step(0.01, gains, memory, {"error": 2.0})
+    first, memory = law.step(SCALARS, gains, memory, {"error": 2.0})
     assert first == pytest.approx(1.5 * 2 + 8.1 * 0.01 * 2 + 0.1 * 2 / 0.01)
-    second, _ = pid.step(0.01, gains, memory, {"error": 1.0})
+    second, _ = law.step(SCALARS, gains, memory, {"error": 1.0})
     assert second == pytest.approx(1.5 * 1 + 8.1 * 0.01 * 3 - 0.1 * 1 / 0.01)
 
 

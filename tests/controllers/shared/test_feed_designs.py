@@ -9,10 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import lax
+from lifted import controller_of
 
+from hfc_design.controllers.controller import View
 from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
-from hfc_design.controllers.kinds import KINDS, from_design
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
+from hfc_design.core.lanes import LANES
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.runtime import Controller
@@ -92,7 +95,7 @@ def _jax_motion(controller, gains, references):
     def sample(gains, carry, reference):
         memory, position, velocity = carry
         signals = signals_of(position, velocity, reference, jnp.floor)
-        command, memory = controller.step(gains, memory, signals)
+        (command,), memory = controller.step(LANES, gains, memory, View((signals,)))
         moved = drive(position, velocity, jnp.clip(command, -128, 127))
         return (memory, *moved), command
 
@@ -108,7 +111,7 @@ def _jax_motion(controller, gains, references):
 def test_the_loop_equals_the_runtime(name):
     design = DESIGNS[name]
     expected = np.array(list(runtime_motion(design, circle())))
-    found = jax_motion(*from_design(design.controller), circle())
+    found = jax_motion(*controller_of(design), circle())
     assert np.abs(expected).max() > 10.0
     np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
 
@@ -118,13 +121,13 @@ def test_the_loop_equals_the_runtime_on_a_rough_reference(name):
     design = DESIGNS[name]
     reference = feed_oracle.errors(600, 3)
     expected = list(runtime_motion(design, reference))
-    found = jax_motion(*from_design(design.controller), reference)
+    found = jax_motion(*controller_of(design), reference)
     np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["2004-aflc with all terms", "1995-soflc with all terms"])
 def test_a_population_equals_its_individuals(name):
-    controller, one = from_design(DESIGNS[name].controller)
+    controller, one = controller_of(DESIGNS[name])
     random = np.random.default_rng(3)
     many = jax.tree.map(
         lambda leaf: leaf * random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,)), one
@@ -139,7 +142,7 @@ def test_a_population_equals_its_individuals(name):
 
 
 def test_single_precision_stays_single():
-    controller, gains = from_design(DESIGNS["2004-aflc with all terms"].controller)
+    controller, gains = controller_of(DESIGNS["2004-aflc with all terms"])
     found = jax_motion(controller, gains, circle(50), np.float32)
     expected = list(runtime_motion(DESIGNS["2004-aflc with all terms"], circle(50)))
     np.testing.assert_allclose(found[:, 0], expected, rtol=1e-4, atol=1e-3)
@@ -173,7 +176,7 @@ def test_reset_forgets_what_was_learned():
 @pytest.mark.parametrize("name", NAMES)
 def test_built_in_designs_are_as_published(name):
     record = DESIGNS[name].controller
-    assert record.kind in KINDS
+    assert record.kind in KINDS.built_in
     assert parse_design(design_json(DESIGNS[name]), name) == DESIGNS[name]
     gains = record.gains()
     if record.kind == "pid":

@@ -1,0 +1,146 @@
+"""An own kind of controller: PD beside a friction table over the speed, which it learns.
+
+Seven points of a table that start at zero; those that act learn from the error. Its three gains are
+searched, its table is saved, and it is exported to C. In this folder::
+
+    python 06_own_kind.py [GENERATIONS]
+    hfc design c-axis-ramp-cutting --controller 06_own_kind:KIND
+"""
+
+import sys
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field
+
+import hfc_design.api as hfc
+
+POINTS = 7
+HIGHEST = 0.04  # speed of the last point [rad/s]
+
+
+class Gains(NamedTuple):
+    """What is searched."""
+
+    kp: Any  # [V/rad]
+    kd: Any  # [V s/rad]
+    rate: Any  # at which a point learns [V/(rad s)]
+
+
+class Parts(NamedTuple):
+    """What the command is made of."""
+
+    pd: Any
+    friction: Any
+
+    def command(self) -> Any:
+        """The sum [V]."""
+        return self.pd + self.friction
+
+
+def start(law: hfc.AxisLaw, zero: Any) -> tuple[Any, ...]:
+    """The table before the first sample, as the design has it."""
+    return tuple(zero + height for height in law.structure)
+
+
+def parts(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, table: Any, signals: Any) -> Any:
+    """One sample, in scalars: the simulator, the runtime and the search all step this text."""
+    place = hfc.clipped(xp, 3.0 * signals["spindle_velocity"] / HIGHEST, -3.0, 3.0)
+    weights = [xp.maximum(1.0 - abs(place - (k - 3.0)), 0.0) for k in range(POINTS)]
+    friction = hfc.total(w * height for w, height in zip(weights, table, strict=True))
+    pd = gains.kp * signals["error"] + gains.kd * signals["error_rate"]
+    step = gains.rate * law.sample_time * signals["error"]
+    # A command at its limit teaches nothing: the table would wind up.
+    step = hfc.held(xp, law.limit, pd + friction, 0.0 * step, step)
+    learnt = tuple(height + step * w for w, height in zip(weights, table, strict=True))
+    return Parts(pd, friction), learnt
+
+
+class Design(hfc.ControllerRecord):
+    """The kind in a design file."""
+
+    kind: Literal["friction-table"] = "friction-table"
+    kp: float
+    kd: float
+    rate: Annotated[float, Field(ge=0)]
+    table: Annotated[tuple[float, ...], Field(min_length=POINTS, max_length=POINTS)] = (0.0,) * 7
+
+    def gains(self) -> Gains:
+        """Its numbers."""
+        return Gains(self.kp, self.kd, self.rate)
+
+    def adapted(self, learnt: Any) -> "Design":
+        """The same with the table that it has learnt."""
+        return self.model_copy(update={"table": tuple(learnt)})
+
+
+STATE = """
+typedef struct {
+    {{ name }}_real table[7]; /* [{{ command_unit }}] at evenly spaced speeds */
+} {{ name }}_state;
+"""
+CODE = """
+{% from "c/macros.j2" import row %}
+static const real start[7] = { {{ row(record.table) }} };
+
+void {{ name }}_init({{ name }}_state *state)
+{
+    for (int k = 0; k < 7; k++) {
+        state->table[k] = start[k];
+    }
+}
+
+static real commanded({{ name }}_state *state, const {{ name }}_inputs *inputs)
+{
+    real place = 3 * inputs->spindle_velocity / R({{ highest | number }}), weights[7], friction = 0;
+    place = place < -3 ? -3 : place > 3 ? 3 : place;
+    for (int k = 0; k < 7; k++) {
+        const real off = place - R(k - 3);
+        weights[k] = 1 - (off < 0 ? -off : off);
+        weights[k] = weights[k] > 0 ? weights[k] : 0;
+        friction += weights[k] * state->table[k];
+    }
+    const real pd = R({{ record.kp | number }}) * inputs->error
+        + R({{ record.kd | number }}) * inputs->error_rate;
+    real step = R({{ (record.rate * every) | number }}) * inputs->error;
+{% if limit %}
+    step = held(pd + friction, 0, step);
+{% endif %}
+    for (int k = 0; k < 7; k++) {
+        state->table[k] += step * weights[k];
+    }
+    return pd + friction;
+}
+"""
+
+KIND = hfc.Kind(
+    name="friction-table",
+    summary="PD beside a friction table over the speed, which it learns",
+    record=Design,
+    settings=hfc.settings_of(Gains((100.0, 1e4), (30.0, 3e3), (1.0, 1e5))),
+    gains=Design.gains,
+    law=lambda record, limit: hfc.AxisLaw(parts, start, record.sample_time_s, limit, record.table),
+    genome=hfc.genome_of_gains,
+    of_gains=lambda gains: {**gains, "table": (0.0,) * POINTS},
+    reads=lambda record: ["error", "error_rate", "spindle_velocity"],
+    adapted=Design.adapted,
+    c=hfc.Template(
+        ({"state.j2": STATE.lstrip(), "c.j2": CODE.lstrip()},),
+        lambda record: {"record": record, "highest": HIGHEST, "integrates": True},
+    ),
+)
+
+
+def main(generations: int = 30) -> None:
+    """Search it and a PD alone under the cutting load, and write the better one in C."""
+    hfc.register(KIND)
+    wanted = {"search.generations": generations, "search.population": 64, "limits.command": 60.0}
+    for kind in ("pd", "friction-table"):
+        changes = {**wanted, "controller": {"kind": kind}}
+        result = hfc.design(hfc.load_scenario("c-axis-ramp-cutting", changes))
+        metrics = result.evaluation.metrics
+        print(f"{kind}: rms error {1e3 * metrics['rms_error_rad']:.3f} mrad")
+    print(*sorted(path.name for path in hfc.export(result.design, "c", "friction_table").iterdir()))
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:2]))

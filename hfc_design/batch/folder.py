@@ -1,0 +1,169 @@
+"""A batch on disk: which cells it has, what became of each, and who is at it.
+
+The cells are ordinary run folders, and nothing else is written into them. What belongs to the
+batch lies in ``batch.json`` and in ``.batch/``.
+"""
+
+import fcntl
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from hfc_design.batch.file import Published
+from hfc_design.batch.plan import Plan
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import Record, RunError, UserError, checked
+from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
+
+PLAN, NOTES = "batch.json", ".batch"
+State = Literal["finished", "failed", "running", "broken off", "waiting"]
+
+
+class Told(Record):
+    """What a batch file says beside its cells."""
+
+    description: str = ""
+    published: tuple[Published, ...] = ()
+
+
+class Noted(Record):
+    """What ``batch.json`` holds."""
+
+    cells: dict[str, dict[str, Any]] = {}  # name of a folder -> settings
+    files: dict[str, Told] = {}  # by the batch's name
+
+
+class Entry(NamedTuple):
+    """A cell as the folder knows it."""
+
+    name: str
+    settings: dict[str, Any]
+    state: State
+    reason: str  # of a failure
+    seconds: float | None  # that a finished cell took
+
+
+def note_plan(out: Path, plan: Plan) -> None:
+    """Add the cells to the folder's plan; others that are in it stay.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    try:
+        (out / NOTES).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
+    with _locked(out, "plan") as mine:
+        assert mine
+        noted = _noted(out) if (out / PLAN).exists() else Noted()
+        cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
+        told = Told(description=plan.description, published=plan.published)
+        whole = Noted(cells=cells, files=noted.files | {plan.name: told})
+        write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
+
+
+def entries(out: Path) -> list[Entry]:
+    """What became of every cell of a batch.
+
+    Raises:
+        UserError: the folder holds no batch.
+    """
+    if not (out / PLAN).exists():
+        raise UserError(f"{out}: holds no batch (no {PLAN})")
+    found = []
+    for name, settings in _noted(out).cells.items():
+        reason, seconds = _text(out, name, "failed"), _text(out, name, "seconds")
+        time = float(seconds) if seconds else None
+        now = state(out, name)
+        if now != "finished" and _is_claimed(out, name):
+            now, reason = "running", ""
+        found.append(Entry(name, settings, now, reason, time))
+    return found
+
+
+def descriptions(out: Path) -> list[str]:
+    """What the batches of a folder are."""
+    return [told.description for told in _noted(out).files.values() if told.description]
+
+
+def published(out: Path) -> list[Published]:
+    """The published figures that a batch's runs stand beside."""
+    return [item for told in _noted(out).files.values() for item in told.published]
+
+
+def state(out: Path, name: str) -> State:
+    """What became of a cell."""
+    if (out / name / DESIGN).exists():
+        return "finished"
+    if (out / NOTES / f"{name}.failed").exists():
+        return "failed"
+    begun = (out / name / CONFIG).exists() or (out / name / CHECKPOINT).exists()
+    return "broken off" if begun else "waiting"
+
+
+def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) -> None:
+    """Note why a cell failed, or how many seconds it took."""
+    write_whole(out / NOTES / f"{name}.{kind}", (text + "\n").encode())
+
+
+def forget_failure(out: Path, name: str) -> None:
+    """A cell is tried again."""
+    (out / NOTES / f"{name}.failed").unlink(missing_ok=True)
+
+
+@contextmanager
+def claimed(out: Path, name: str) -> Iterator[bool]:
+    """Whether this process alone may run the cell; another batch may be at it.
+
+    The system gives the claim back when the process ends, however it ends.
+    """
+    with _locked(out, name, wait=False) as mine:
+        yield mine
+
+
+@contextmanager
+def reporting(out: Path) -> Iterator[None]:
+    """Only one process at a time writes the report of a batch; others wait."""
+    with suppress(OSError):  # the lock says it better
+        (out / NOTES).mkdir(exist_ok=True)
+    with _locked(out, "report"):
+        yield
+
+
+def _is_claimed(out: Path, name: str) -> bool:
+    """Whether a process is at a cell, or has sent it to a worker."""
+    lock = out / NOTES / f"{name}.lock"
+    if not lock.exists():
+        return False
+    with _locked(out, name, wait=False) as free:
+        return not free
+
+
+@contextmanager
+def _locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
+    try:
+        file = (out / NOTES / f"{name}.lock").open("a")
+    except OSError as error:
+        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
+
+
+def _noted(out: Path) -> Noted:
+    try:
+        plan = json.loads((out / PLAN).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserError(f"{out / PLAN}: cannot be read: {error}") from None
+    return checked(Noted, plan, out / PLAN, out)
+
+
+def _text(out: Path, name: str, kind: str) -> str:
+    path = out / NOTES / f"{name}.{kind}"
+    return path.read_text(encoding="utf-8").strip() if path.exists() else ""

@@ -1,0 +1,240 @@
+"""The page of many runs: what came out first, every single run last."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+from urllib.parse import quote
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hfc_design.batch.file import LABEL, OWN_KEYS
+from hfc_design.batch.published import HEAD, Reproduced, row
+from hfc_design.batch.runs import SEED, Run, text
+from hfc_design.batch.summary import (
+    ALPHA,
+    COMPARED,
+    FITNESS,
+    MERIT,
+    Comparison,
+    Group,
+    runs_needed,
+)
+from hfc_design.batch.tables import medians
+from hfc_design.pictures.section import Rows, score
+from hfc_design.report import REPORT, batch_plots
+from hfc_design.report.template import rendered
+
+#: So many tasks, and groups of each, are drawn: those with the highest medians.
+TASKS, DRAWN = 6, 10
+#: So many rows of each table stand on the page; the CSV files have all of them.
+GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
+#: So many ratios of published figures are drawn.
+RATIOS = 60
+#: Up to this many runs are shown at once, more only when asked for.
+UNFOLDED = 60
+
+
+class Task(NamedTuple):
+    """What the page says and draws of the groups that can be compared."""
+
+    name: str
+    sentence: str
+    measure: str
+    groups: int
+    drawn: int
+    convergence: Figure | None
+    outcomes: Figure | None
+
+
+def page(
+    name: str,
+    descriptions: Sequence[str],
+    runs: Sequence[Run],
+    groups: Sequence[Group],
+    comparisons: Sequence[Comparison],
+    figures: Sequence[Reproduced],
+) -> bytes:
+    """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
+    tasks = [
+        _task(task, [group for group in groups if group.task == task], comparisons, k < TASKS)
+        for k, task in enumerate(dict.fromkeys(group.task for group in groups))
+    ]
+    differing = list(groups[0].settings) if groups else []
+    labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
+    keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
+    troubles = [run for run in runs if run.reason or run.state != "finished"]
+    few = _too_few(comparisons)
+    scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
+    return rendered(
+        "batch.html.j2",
+        name=name,
+        descriptions=descriptions,
+        counts=_counts(runs),
+        tasks=tasks,
+        same=_same(runs, differing),
+        labelled=labelled,
+        published=[row(item) for item in figures],
+        published_head=HEAD,
+        ratios=_ratios(figures),
+        random=any(run.searched for run in runs),
+        repeated=sum(run.state == "finished" for group in groups for run in group.runs)
+        - sum(len(group.finished) for group in groups),
+        merits=any(group.measure != FITNESS for group in groups),
+        few=_few(groups),
+        group_head=["group", *keys, "runs", "median", "quartiles", "best"],
+        group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
+        groups=len(groups),
+        metrics=_metrics(groups[:GROUPS]),
+        comparison_rows=[_comparison_row(item) for item in comparisons[:COMPARISONS] if not few],
+        comparisons=len(comparisons),
+        too_few=few,
+        alpha=ALPHA,
+        compared=COMPARED,
+        left_out=any(task.groups > COMPARED for task in tasks),
+        trouble_rows=[[run.path, run.state, run.reason] for run in troubles[:TROUBLES]],
+        troubles=len(troubles),
+        run_head=["run", "group", *keys, "seed", "state", *scores, "generations"],
+        run_rows=_run_rows(runs[:RUNS], groups, keys, scores),
+        runs=len(runs),
+        unfolded=len(runs) <= UNFOLDED,
+    )
+
+
+def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
+    """The ratios that there are and that a logarithm can show."""
+    found = [(item, item.ratio) for item in figures]
+    shown = [(item.published, ratio) for item, ratio in found if ratio and 0 < ratio < np.inf]
+    if not shown:
+        return None
+    labels = [
+        ", ".join(filter(None, (f"{paper.figure} {paper.quantity}".strip(), paper.remark)))
+        for paper, _ in shown[:RATIOS]
+    ]
+    return batch_plots.ratios(labels, [ratio for _, ratio in shown[:RATIOS]])
+
+
+def _counts(runs: Sequence[Run]) -> str:
+    found = Counter(run.state for run in runs)
+    return ", ".join(f"{count} {state}" for state, count in found.items())
+
+
+def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> Task:
+    finished = [group for group in groups if group.finished][: DRAWN if draw else 0]
+    order = range(len(finished))
+    searched = [
+        (group.label, [run.best for run in group.finished if np.isfinite(run.best).any()], k)
+        for group, k in zip(finished, order, strict=True)
+    ]
+    searched = [item for item in searched if item[1]]
+    convergence = outcomes = None
+    if searched:
+        labels, searches, chosen = zip(*searched, strict=True)
+        convergence = batch_plots.convergence(labels, searches, chosen)
+    if any(np.isfinite(group.scores).any() for group in finished):
+        outcomes = batch_plots.outcomes(
+            [group.number for group in finished],
+            [group.scores for group in finished],
+            order,
+            groups[0].key,
+        )
+    sentence = _sentence(groups, comparisons)
+    measure = groups[0].measure
+    return Task(name, sentence, measure, len(groups), len(finished), convergence, outcomes)
+
+
+def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
+    """What came out of a task."""
+    best = groups[0]
+    if not best.finished:
+        return "No run has finished."
+    count = len(best.finished)
+    median = "fitness" if best.measure == FITNESS else f"of {best.measure}"
+    told = f"The highest median {median} is {score(best.median)}, of group {best.label}"
+    told += f" ({count} run{'s' if count > 1 else ''})"
+    against = [item for item in comparisons if item.first is best]
+    if not against:
+        return f"{told}."
+    shown = sum(item.holm <= ALPHA for item in against)
+    if len(against) > 1:
+        return f"{told}; by more than chance higher than {shown} of {len(against)} others."
+    if shown:
+        return f"{told}. The other group is lower by more than chance."
+    return f"{told}. That the other group is lower may be chance."
+
+
+def _same(runs: Sequence[Run], differing: Sequence[str]) -> list[tuple[str, str]]:
+    """Settings that all runs share, as far as they are known."""
+    known = next((run.settings for run in runs if run.settings), {})
+    return [(key, text(value)) for key, value in known.items() if key not in (*differing, SEED)]
+
+
+def _few(groups: Sequence[Group]) -> int:
+    """Groups whose quartiles say next to nothing; a given design is scored the same each time."""
+    random = (group for group in groups if any(run.searched for run in group.runs))
+    return sum(len(group.finished) < 5 for group in random)
+
+
+def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
+    own = (group.settings[key] for key in keys)
+    row = [str(group.number), *own, _of(len(group.finished), len(group.runs))]
+    if not group.finished:
+        return [*row, "–", "–", "–"]
+    low, median, high = group.quartiles
+    return [*row, score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
+
+
+def _of(count: int, total: int) -> str:
+    return str(total) if count == total else f"{count} of {total}"
+
+
+def _metrics(groups: Sequence[Group]) -> tuple[list[str], Rows]:
+    """Head and rows of the medians of all metrics."""
+    found = [medians(group) for group in groups]
+    shown = {group.key for group in groups}  # of which the page has a table already
+    names = list(dict.fromkeys(key for item in found for key in item if {key} != shown))
+    rows = [
+        [str(group.number), *(f"{item[key][1]:.4g}" if key in item else "–" for key in names)]
+        for group, item in zip(groups, found, strict=True)
+    ]
+    return ["group", *names], rows
+
+
+def _comparison_row(item: Comparison) -> list[str]:
+    if not item.testable:
+        verdict = "too few runs"
+    else:
+        verdict = f"{item.first.number} is higher" if item.holm <= ALPHA else "not shown"
+    pair = f"{item.first.number} and {item.second.number}"
+    counts = f"{len(item.first.scores)}, {len(item.second.scores)}"
+    return [pair, counts, f"{item.a12:.2f}", _p(item.p), _p(item.holm), verdict]
+
+
+def _p(value: float) -> str:
+    return "< 0.0001" if value < 1e-4 else f"{value:.2g}"
+
+
+def _too_few(comparisons: Sequence[Comparison]) -> int:
+    """Runs in each group that were needed; 0 where there are enough to show something."""
+    needed = runs_needed(len(comparisons))
+    sizes = (min(len(item.first.scores), len(item.second.scores)) for item in comparisons)
+    return needed if comparisons and max(sizes) < needed else 0
+
+
+def _told(value: float | None) -> str:
+    return score(-np.inf if value is None else value)
+
+
+def _run_rows(
+    runs: Sequence[Run], groups: Sequence[Group], keys: Sequence[str], scores: Sequence[str]
+) -> list[tuple[str, list[str]]]:
+    """Of each run the address of its own page, if it has one, and what the table says."""
+    number = {run.path: group.number for group in groups for run in group.runs}
+    rows = []
+    for run in runs:
+        own = [text(run.settings[key]) if key in run.settings else "–" for key in (*keys, SEED)]
+        told = [run.path, str(number.get(run.path, "–")), *own, run.state]
+        told += [_told(run.score[key]) if key in run.score else "–" for key in scores]
+        told.append(str(len(run.best)))
+        rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
+    return rows

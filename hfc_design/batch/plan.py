@@ -1,0 +1,149 @@
+"""The cells that a batch file asks for."""
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hfc_design.batch.file import (
+    CHANGE,
+    DESIGN,
+    LABEL,
+    LONGEST,
+    MAX_CELLS,
+    OWN_KEYS,
+    SCENARIO,
+    BatchFile,
+    Published,
+    matches,
+    read_file,
+)
+from hfc_design.core.dotted import flat, set_keys
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, design_json
+from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
+from hfc_design.simulation.evaluation import load_design, machine, meanings, own_scenario
+
+
+class Cell(NamedTuple):
+    """One run of a batch."""
+
+    name: str  # of its folder: the hash of its whole configuration
+    settings: dict[str, Any]  # dotted key -> value, as far as the batch file says
+    scenario: Scenario
+    design: Design | None = None  # to be scored; None: the run searches one
+
+
+class Plan(NamedTuple):
+    """A batch file, read."""
+
+    name: str  # of its folder
+    description: str
+    cells: list[Cell]
+    published: tuple[Published, ...]
+
+
+def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
+    """The cells of a batch file, in its order; cells that are the same run are one.
+
+    ``changes`` of dotted keys are laid over every cell.
+
+    Raises:
+        UserError: the file is none, or a run that it makes is not allowed.
+    """
+    file = read_file(path)
+    found: dict[str, Cell] = {}
+    others = set_keys(changes, "--set")
+    for settings in _combinations(file, path):
+        cell = _cell(settings | others, path)
+        found.setdefault(cell.name, cell)
+    for k, item in enumerate(file.published):
+        over = item.over or (item.of if item.over_metric else {})
+        for own, metric in ((item.of, item.metric), (over, item.over_metric or item.metric)):
+            try:
+                _check_figure(own, metric, found.values())
+            except UserError as error:
+                raise UserError(f"{path}: published.{k}: {error}") from None
+    return Plan(file.name or path.stem, file.description, list(found.values()), file.published)
+
+
+def _check_figure(wanted: dict[str, Any], metric: str, cells: Iterable[Cell]) -> None:
+    """Refuse a metric that no cell with the wanted settings has."""
+    if not wanted:
+        return
+    own = [cell for cell in cells if matches(wanted, cell.settings)]
+    if not own:
+        told = ", ".join(f"{key} = {value!r}" for key, value in flat(wanted).items())
+        raise UserError(f"no cell has {told}")
+    found = (key for cell in own for key in meanings(cell.scenario))
+    known = list(dict.fromkeys(["fitness", "merit", *found]))
+    if metric not in known:
+        near = get_close_matches(metric, known) or known
+        raise UserError(f"{metric!r} is no metric of these cells; there is {', '.join(near)}")
+
+
+def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
+    """The settings of each cell."""
+    common, grid = flat(file.set), flat(file.grid)
+    for key, values in grid.items():
+        if not isinstance(values, list) or not values:
+            raise UserError(f"{path}: grid.{key} = {values!r}: has to be a list of values")
+    count = max(len(file.cells), 1)
+    for values in grid.values():
+        count *= len(values)
+    if count > MAX_CELLS:
+        raise UserError(f"{path}: asks for {count} cells; allowed are {MAX_CELLS}")
+    for own in file.cells or ({},):
+        for values in product(*grid.values()):
+            yield common | dict(zip(grid, values, strict=True)) | flat(own)
+
+
+def _cell(settings: dict[str, Any], path: Path) -> Cell:
+    try:
+        scenario, design = _asked(settings, path.parent)
+    except UserError as error:
+        told = ", ".join(f"{key} = {value!r}" for key, value in settings.items())
+        raise UserError(f"{path}: cell with {told}: {error}") from None
+    return Cell(_name(scenario, design), settings, scenario, design)
+
+
+def _asked(settings: dict[str, Any], folder: Path) -> tuple[Scenario, Design | None]:
+    """The scenario of a cell, and the design that it scores if it searches none."""
+    label = settings.get(LABEL, "a")
+    if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
+        raise UserError(f"label: has to be a text of 1 to {LONGEST} letters that can be printed")
+    own = {key: value for key, value in settings.items() if key not in OWN_KEYS}
+    inside = {key.removeprefix(CHANGE): own.pop(key) for key in list(own) if key.startswith(CHANGE)}
+    name = settings.get(SCENARIO)
+    if DESIGN not in settings:
+        if inside:
+            raise UserError(f"{CHANGE}{next(iter(inside))}: needs a design that it changes")
+        return load_scenario(_place(name or "c-axis-ramp", folder), own), None
+    source = _place(settings[DESIGN], folder)
+    design = load_design(source, inside)
+    if name is None:
+        scenario = own_scenario(design, source, own)
+    else:
+        scenario = load_scenario(_place(name, folder), own)
+    machine(design, scenario)  # refuses a design that does not fit
+    return scenario.model_copy(update={"run": RunSettings()}), design  # nothing is random
+
+
+def _place(name: Any, folder: Path) -> str:
+    """What a batch file names: beside it, from where the user is, or built in."""
+    beside = folder / str(name)
+    return str(beside if beside.exists() else name)
+
+
+def _name(scenario: Scenario, design: Design | None) -> str:
+    """The hash of the configuration, with the contents of the files that it names."""
+
+    def by_content(key: str, file: Path) -> Path:
+        return Path(hashlib.sha256(file.read_bytes()).hexdigest())
+
+    text = scenario_toml(renamed(scenario, by_content))
+    if design is not None:
+        text += design_json(design)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

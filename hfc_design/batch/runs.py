@@ -1,0 +1,204 @@
+"""The runs below a folder, as far as they have come: settings, scores, histories.
+
+Only what a summary needs is read; whatever is damaged is told beside the run and stops nothing.
+"""
+
+import json
+import tomllib
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from hfc_design.batch import folder
+from hfc_design.core.dotted import flat
+from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
+from hfc_design.report import REPORT
+from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
+
+State = folder.State | Literal["unreadable"]
+SCENARIO, SEED, JUDGED_BY = "scenario", "run.seed", "judged_by"
+#: What ``config.toml`` says beside the settings.
+SAID = ("name", "description")
+
+
+class Run(NamedTuple):
+    """A run as its folder tells it."""
+
+    path: str  # below the folder that was asked for
+    settings: dict[str, Any]  # dotted key -> value; also scenario and run.seed
+    state: State
+    reason: str  # why it is not finished or not all of it could be read; "" if it is
+    score: dict[str, float | None]  # fitness, merit and metrics of a finished run, else empty
+    best: Floats  # (generations,) best merit so far, nan while all failed; empty if not known
+    page: bool  # has a report of its own
+    searched: bool = True  # else its design was given, and nothing is random
+    judged_by: str = ""  # title of the merit; "" where an earlier version made the run
+
+
+def is_run(path: Path) -> bool:
+    """Whether a folder is that of a run, and not of many."""
+    own = any((path / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN))
+    return own and not (path / folder.PLAN).exists()
+
+
+def runs_below(path: Path) -> list[Run]:
+    """Every run of the batches and every other run folder below a folder.
+
+    Raises:
+        UserError: there is none, or a batch's plan is damaged.
+    """
+    if not path.is_dir():
+        raise UserError(f"{path}: is no folder")
+    planned: list[Run] = []
+    alone: list[Run] = []
+    for place in _folders(path):
+        if (place / folder.PLAN).exists():
+            planned += [_cell(place, entry, path) for entry in folder.entries(place)]
+        else:
+            alone.append(_alone(place, path))
+    known = {key for run in planned for key in run.settings}
+    found = planned + _told_apart(alone, known)
+    if not found:
+        raise UserError(f"{path}: holds no runs ({folder.PLAN}, or folders with a {CONFIG})")
+    return found
+
+
+def batches_below(path: Path) -> list[Path]:
+    """The folders of batches below a folder, or itself."""
+    return [place for place in _folders(path) if (place / folder.PLAN).exists()]
+
+
+def _folders(path: Path) -> Iterator[Path]:
+    """Folders of batches and of runs, in the order of their names; nothing inside one of them."""
+    if (path / folder.PLAN).exists() or is_run(path):
+        yield path
+        return
+    try:
+        inside = sorted(inner for inner in path.iterdir() if inner.is_dir())
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from None
+    for inner in inside:
+        loop = inner.is_symlink() and not is_run(inner)  # perhaps, so it is left alone
+        if not loop and not inner.name.startswith("."):
+            yield from _folders(inner)
+
+
+def _cell(batch: Path, entry: folder.Entry, top: Path) -> Run:
+    settings = {SCENARIO: "c-axis-ramp", SEED: 0} | entry.settings
+    return _read(batch / entry.name, top, settings, entry.state, entry.reason)
+
+
+def _alone(path: Path, top: Path) -> Run:
+    """A run outside of every batch; its settings are all that its configuration says."""
+    try:
+        config = tomllib.loads((path / CONFIG).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error), {}, _NONE, False)
+    settings = {SCENARIO: config.get("name", ""), **flat(config)}
+    settings = {key: value for key, value in settings.items() if key not in SAID}
+    state: State = "finished" if (path / DESIGN).exists() else "broken off"
+    return _read(path, top, settings, state, "")
+
+
+def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
+    """The runs with those settings only that differ between runs of the same scenario.
+
+    Two scenarios differ in dozens of keys that say no more than their names do.
+    """
+    values: dict[tuple[str, str], set[str]] = defaultdict(set)
+    for run in runs:
+        for key, value in run.settings.items():
+            values[text(run.settings[SCENARIO]), key].add(text(value))
+    differing = {key for (_, key), found in values.items() if len(found) > 1}
+    kept = differing | known | {SCENARIO, SEED}
+    return [
+        run._replace(settings={key: v for key, v in run.settings.items() if key in kept})
+        for run in runs
+    ]
+
+
+def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason: str) -> Run:
+    score: dict[str, float | None] = {}
+    judged_by = ""
+    if state == "finished":
+        try:
+            score, judged_by = _score(path)
+        except (OSError, ValueError) as error:
+            state, reason = "unreadable", _told(DESIGN, error)
+    best, searched = _NONE, not (path / GIVEN).exists()
+    if (path / HISTORY).exists() or (state == "finished" and searched):
+        try:
+            best = _best(path)
+        except (OSError, ValueError) as error:
+            reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
+    if state in ("running", "broken off") and not reason:
+        reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
+    page = (path / REPORT).exists()
+    return Run(_below(path, top), settings, state, reason, score, best, page, searched, judged_by)
+
+
+def _score(path: Path) -> tuple[dict[str, float | None], str]:
+    """Fitness, merit and metrics in a run's design, and what the merit is.
+
+    Raises:
+        ValueError: the file is no design with a score.
+    """
+    design = json.loads((path / DESIGN).read_text(encoding="utf-8"))
+    score = design.get("score") if isinstance(design, dict) else None
+    if not isinstance(score, dict):
+        raise ValueError("has no score")
+    judged_by = score.pop(JUDGED_BY, "")
+    found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
+    fitness = found.pop("fitness", None)
+    if fitness is None and score.get("fitness", "") is not None:  # null: the design diverged
+        raise ValueError("has no fitness that is a number")
+    return {"fitness": fitness, **found}, text(judged_by)
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else None
+
+
+def _best(path: Path) -> Floats:
+    """Best merit so far, (generations,), nan while everything failed.
+
+    Raises:
+        ValueError: a row is damaged or missing.
+    """
+    lines = (path / HISTORY).read_text(encoding="utf-8").splitlines()
+    if len(lines) < 2 or "best" not in lines[0].split(","):
+        raise ValueError("has no column best or no generation")
+    head, *rows = lines
+    column, width = head.split(",").index("best"), head.count(",")
+    numbers = np.empty(len(rows))
+    for k, row in enumerate(rows):
+        cells = row.split(",")
+        if len(cells) != width + 1 or cells[0] != str(k):
+            raise ValueError(f"row {k + 2} is damaged")
+        numbers[k] = float(cells[column])
+    if np.isinf(numbers).any():
+        raise ValueError("a score is no number")
+    return numbers
+
+
+def _told(file: str, error: Exception) -> str:
+    """What is wrong with a file, in a line that does not depend on where it lies."""
+    why = error.strerror if isinstance(error, OSError) else str(error)
+    return " ".join(f"{file}: {why}".split())
+
+
+def text(value: object) -> str:
+    """A setting as a reader sees it."""
+    told = value if isinstance(value, str) else json.dumps(value, default=str)
+    return told.encode(errors="replace").decode()
+
+
+def _below(path: Path, top: Path) -> str:
+    return text(path.relative_to(top).as_posix())
+
+
+_NONE: Floats = np.empty(0)

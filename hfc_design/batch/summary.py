@@ -1,0 +1,178 @@
+"""Groups of runs that differ in nothing but the seed, and how their scores compare."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import mannwhitneyu
+
+from hfc_design.batch.file import LABEL
+from hfc_design.batch.runs import SCENARIO, SEED, Run, text
+from hfc_design.core.shapes import Floats
+
+#: A difference counts as shown where the corrected p is not above this.
+ALPHA = 0.05
+#: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
+MERIT, FITNESS = "merit", "fitness"
+#: So many groups of a task are compared with each other: those with the highest medians.
+COMPARED = 20
+#: Up to this many runs in the smaller group, and without ties, p is exact.
+EXACT = 8
+
+
+class Group(NamedTuple):
+    """Runs with the same settings and different seeds."""
+
+    number: int  # from 1; what tables and pictures call it
+    task: str  # what the score is of; scores of different tasks do not compare
+    measure: str  # what is compared: title of the merit of all runs of the task, or fitness
+    settings: dict[str, str]  # those that differ somewhere among all groups
+    runs: list[Run]
+    finished: list[Run]  # one a seed: run again, it would give the same and tell nothing more
+    scores: Floats  # (finished,) in float64; -inf where a design diverged
+    quartiles: tuple[float, float, float]  # of the scores; nan without a finished run
+
+    @property
+    def key(self) -> str:
+        """Which of the numbers of a run is compared."""
+        return FITNESS if self.measure == FITNESS else MERIT
+
+    @property
+    def median(self) -> float:
+        """Median of the final score."""
+        return self.quartiles[1]
+
+    @property
+    def label(self) -> str:
+        """Its number and what sets it apart from the other groups of its task."""
+        named = (item for item in self.settings.items() if not _of_task(item[0]))
+        own = [f"{key.rpartition('.')[2]} {value}" for key, value in named]
+        if LABEL in self.settings:
+            own = [self.settings[LABEL]]
+        return f"{self.number}: {', '.join(own)}" if own else str(self.number)
+
+
+class Comparison(NamedTuple):
+    """Two groups of the same task; the first one's median is not the lower one."""
+
+    first: Group
+    second: Group
+    a12: float  # Vargha & Delaney's effect size: share of pairs where the first is higher
+    p: float  # two-sided Mann-Whitney U test
+    holm: float  # p after Holm's correction for all comparisons
+
+    @property
+    def testable(self) -> bool:
+        """Whether so few runs could show any difference, however large it is."""
+        return smallest_p(len(self.first.scores), len(self.second.scores)) <= ALPHA
+
+
+def grouped(runs: Sequence[Run]) -> list[Group]:
+    """The groups, task by task, the highest median first."""
+    known = [run for run in runs if run.settings]
+    values: dict[str, set[str]] = defaultdict(set)
+    for key in {key: None for run in known for key in run.settings}:
+        values[key] = {_value(run, key) for run in known}
+    differing = [key for key, found in values.items() if len(found) > 1 and key != SEED]
+    members: dict[tuple[str, ...], list[Run]] = defaultdict(list)
+    for run in known:
+        members[_task(run, differing), *(_value(run, key) for key in differing)].append(run)
+    judges: dict[str, set[str]] = defaultdict(set)
+    for (task, *_), inside in members.items():
+        judges[task] |= {run.judged_by for run in inside if run.state == "finished"}
+    found = [
+        _group(task, _measure(judges[task]), dict(zip(differing, own, strict=True)), inside)
+        for (task, *own), inside in members.items()
+    ]
+    tasks = list(judges)
+    found.sort(key=lambda x: (tasks.index(x.task), np.isnan(x.median), -x.median))
+    return [group._replace(number=k) for k, group in enumerate(found, 1)]
+
+
+def compared(groups: Sequence[Group]) -> list[Comparison]:
+    """Every two groups of a task that have at least two finished runs each."""
+    pairs = list(_pairs(groups))
+    a12, p = np.empty(len(pairs)), np.empty(len(pairs))
+    alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
+    for k, (first, second) in enumerate(pairs):
+        both = np.concatenate([first.scores, second.scores])
+        ties = len(np.unique(both)) < len(both)
+        alike[len(first.scores), len(second.scores), ties].append(k)
+    for (own, other, ties), places in alike.items():  # one call for thousands of pairs
+        x = np.stack([pairs[k][0].scores for k in places])
+        y = np.stack([pairs[k][1].scores for k in places])
+        exact = min(own, other) <= EXACT and not ties
+        found = mannwhitneyu(x, y, axis=1, method="exact" if exact else "asymptotic")
+        a12[places], p[places] = found.statistic / (own * other), found.pvalue
+    return [Comparison(*pair, *v) for pair, *v in zip(pairs, a12, p, holm(p), strict=True)]
+
+
+def holm(p: Floats) -> Floats:
+    """Holm's step-down correction of (n,) p-values for having been n (Holm 1979)."""
+    order = np.argsort(p, kind="stable")
+    steps = np.maximum.accumulate(p[order] * (len(p) - np.arange(len(p))))
+    found = np.empty(len(p))
+    found[order] = np.minimum(steps, 1.0)
+    return found
+
+
+def smallest_p(own: int, other: int) -> float:
+    """The p of two groups of that many runs where every run of one beats every run of the other."""
+    return min(2 / comb(own + other, own), 1.0)
+
+
+def runs_needed(comparisons: int) -> int:
+    """Runs in each group with which a difference can be shown among so many comparisons."""
+    count = 2
+    while comparisons * smallest_p(count, count) > ALPHA:
+        count += 1
+    return count
+
+
+def _pairs(groups: Sequence[Group]) -> Iterator[tuple[Group, Group]]:
+    for task in dict.fromkeys(group.task for group in groups):
+        inside = [group for group in groups if group.task == task and len(group.scores) >= 2]
+        yield from combinations(inside[:COMPARED], 2)
+
+
+def _task(run: Run, differing: Sequence[str]) -> str:
+    """The scenario, and what else the fitness depends on."""
+    own = [f"{key} {_value(run, key)}" for key in differing if key.startswith("fitness.")]
+    return ", ".join([_value(run, SCENARIO), *own])
+
+
+def _of_task(key: str) -> bool:
+    return key == SCENARIO or key.startswith("fitness.")
+
+
+def _value(run: Run, key: str) -> str:
+    return text(run.settings[key]) if key in run.settings else "–"
+
+
+def _measure(judges: set[str]) -> str:
+    """The one judge of all; runs of an earlier version do not name theirs."""
+    return next(iter(judges)) or FITNESS if len(judges) == 1 else FITNESS
+
+
+def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -> Group:
+    once: dict[str, Run] = {}
+    for run in runs:
+        if run.state == "finished":
+            once.setdefault(text(run.settings[SEED]), run)
+    group = Group(0, task, measure, settings, runs, list(once.values()), np.empty(0), (np.nan,) * 3)
+    found = [run.score.get(group.key) for run in group.finished]
+    scores = np.array([-np.inf if value is None else value for value in found], float)
+    return group._replace(scores=scores, quartiles=quartiles(scores))
+
+
+def quartiles(values: Floats) -> tuple[float, float, float]:
+    """Lower quartile, median and upper quartile, which may be -inf; nan of nothing."""
+    if not len(values):
+        return np.nan, np.nan, np.nan
+    with np.errstate(invalid="ignore"):  # between -inf and what is finite
+        found = np.quantile(values, (0.25, 0.5, 0.75))
+    low, median, high = np.nan_to_num(found, nan=-np.inf, neginf=-np.inf).tolist()
+    return low, median, high

@@ -1,0 +1,181 @@
+"""What a worker process does: take its share of the machine, then run one cell at a time.
+
+JAX counts the cores when it is imported; so nothing that needs it is imported before that share
+has been taken.
+"""
+
+import os
+import signal
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+from distributed import Status, Worker, get_worker
+
+from hfc_design import __version__
+from hfc_design.core.plugins import References, know
+from hfc_design.core.records import UserError
+
+#: Contents of the files of a run folder, by their names.
+Files = dict[str, bytes]
+#: "again" is a cell that somebody else is at, or that the worker had to leave.
+Result = tuple[Literal["finished", "failed", "again"], str, float, Files]
+#: What claims of cores and GPUs begin with.
+CLAIM = "hfc-design"
+
+_alone = threading.Lock()  # a worker with many threads is given many cells
+_taken: list[socket.socket] = []
+
+
+class Left(Exception):
+    """Nobody waits for the cell any more, or the worker has to stop."""
+
+
+def dask_setup(worker: Worker) -> None:
+    """Leave Ctrl-C, which a terminal sends to every process, to the batch that began this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def run_cell(version: str, name: str, shared: str, files: Files, plugins: References) -> Result:
+    """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
+
+    ``plugins`` is what the command line of the batch named; no others of earlier cells are known.
+    Returns what became of it, the reason of a failure, its seconds, and the files that changed.
+    """
+    worker = get_worker()
+    key = worker.get_current_task()
+
+    def go_on(search: object) -> None:
+        task = worker.state.tasks.get(key)
+        running = task is not None and task.state in ("executing", "long-running")
+        if not running or worker.status not in (Status.running, Status.paused):
+            raise Left
+
+    if version != __version__:
+        reason = f"the worker {worker.address} has hfc-design {__version__}, the batch {version}"
+        return "failed", reason, 0.0, {}
+    with _alone:
+        take_share(worker.state.nthreads)
+        from hfc_design.batch.work import told  # with it comes every group of plug-ins
+
+        try:
+            with _of_this_worker("; install the module there, or start the worker in its folder"):
+                know(plugins)
+            if shared:
+                return _run_in(Path(shared), name, go_on)
+            with TemporaryDirectory(dir=worker.local_directory) as place:
+                return _run_sent(Path(place) / name, files, go_on)
+        except Exception as error:  # a full disk, for one; the worker may run other cells
+            return "failed", told(error), 0.0, {}
+
+
+@contextmanager
+def _of_this_worker(hint: str = "") -> Iterator[None]:
+    """What goes wrong is not so in the batch: the message says which worker it is."""
+    try:
+        yield
+    except UserError as error:
+        place = f"the worker {get_worker().address} on {socket.gethostname()}"
+        raise UserError(f"{place}: {error}{hint}") from error
+
+
+def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> Result:
+    from hfc_design.batch import folder
+
+    if not (out / folder.PLAN).exists():
+        host = socket.gethostname()
+        return "failed", f"{out}: the worker on {host} has no such folder; see --shared", 0.0, {}
+    with folder.claimed(out, name) as mine:
+        if not mine:
+            return "again", "", 0.0, {}
+        if folder.state(out, name) == "finished":
+            return "finished", "", 0.0, {}
+        return _run(out / name, go_on)
+
+
+def _run_sent(path: Path, files: Files, go_on: Callable[[object], None]) -> Result:
+    path.mkdir()
+    for name, content in files.items():
+        (path / name).write_bytes(content)
+    state, reason, seconds, _ = _run(path, go_on)
+    now = contents(path)
+    return state, reason, seconds, {k: v for k, v in now.items() if files.get(k) != v}
+
+
+def _run(path: Path, go_on: Callable[[object], None]) -> Result:
+    from hfc_design.batch.work import told
+    from hfc_design.runs import run as design
+
+    start = time.monotonic()
+    try:
+        go_on(None)  # it may have waited for long
+        with _of_this_worker():  # a package that the batch has may be missing
+            scenario = design.opened_run(path)
+        design.run(scenario, path, go_on)
+    except Left:
+        return "again", "", 0.0, {}
+    except Exception as error:
+        return "failed", told(error), 0.0, {}  # with what it has written
+    return "finished", "", time.monotonic() - start, {}
+
+
+def contents(path: Path) -> Files:
+    """The files of a run folder, without those that a killed process left half written."""
+    found = (file for file in path.iterdir() if file.is_file() and file.suffix != ".new")
+    return {file.name: file.read_bytes() for file in found}
+
+
+@cache
+def take_share(cores: int) -> None:
+    """Bind this process to cores, and to a GPU where there are any, that no other worker has."""
+    if found := gpus():
+        if card := _free("gpu", found, 1):
+            os.environ["CUDA_VISIBLE_DEVICES"] = card[0]
+        else:  # more workers than GPUs, and two would not get on in the memory of one
+            os.environ["JAX_PLATFORMS"] = "cpu"
+    own = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
+    if not own:  # more workers than cores: the system shares them out
+        os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(cores))
+        return
+    for thread in os.listdir("/proc/self/task"):  # later ones inherit it from these
+        with suppress(ProcessLookupError):  # it has ended
+            os.sched_setaffinity(int(thread), map(int, own))
+
+
+def gpus() -> list[str]:
+    """The GPUs that JAX may use, as CUDA_VISIBLE_DEVICES names them."""
+    if not entry_points(group="jax_plugins") or os.environ.get("JAX_PLATFORMS", "cuda") == "cpu":
+        return []
+    allowed = os.environ.get("CUDA_VISIBLE_DEVICES")
+    if allowed is not None:
+        return [name for name in allowed.split(",") if name]
+    return [str(k) for k, _ in enumerate(Path("/dev").glob("nvidia[0-9]*"))]
+
+
+def _free(kind: str, names: Sequence[str], count: int) -> list[str]:
+    """Up to ``count`` of the names, which no other process on this machine gets while this lives.
+
+    A socket name that does not lie in the file system can be bound once, and the system gives it
+    back when the process ends, however it ends.
+    """
+    job = os.environ.get("SLURM_JOB_ID", "")  # each job counts its own GPUs from 0
+    found: list[str] = []
+    for name in names:
+        if len(found) == count:
+            break
+        claim = socket.socket(socket.AF_UNIX)
+        try:
+            claim.bind(f"\0{CLAIM}-{job}-{kind}-{name}")
+        except OSError:
+            claim.close()
+            continue
+        _taken.append(claim)
+        found.append(name)
+    return found

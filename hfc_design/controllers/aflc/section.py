@@ -1,0 +1,69 @@
+"""What the page shows of a fuzzy controller that adapts."""
+
+from hfc_design.controllers.aflc.record import AflcDesign
+from hfc_design.controllers.flc import pictures as fuzzy_plots
+from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.controllers.flc.section import ORIGINAL, Parameters, controller, stable_gains
+from hfc_design.controllers.kind import Shown
+from hfc_design.core.scalars import SCALARS
+from hfc_design.pictures.section import Drawing, Section
+
+JUDGES = "It judges the rules that fired a sample ago by what became of the error, and moves them. "
+
+
+def sections(record: AflcDesign, shown: Shown) -> list[Section]:
+    """The table, the terms, what the adaptation made of them, the gains in the stable range."""
+    steps = record.adaptation
+    parameters: Parameters = [
+        ("step of an edge of an error term, k_a", steps.k_a, "BLU"),
+        ("step of an edge of a term of the change, k_b", steps.k_b, "BLU"),
+        ("step of a command in the rule table, k_c", steps.k_c, "unit"),
+        ("limit of the adaptation, K₁", steps.stable_range.k1_max, "unit/BLU"),
+        ("limit of the adaptation, K₂", steps.stable_range.k2_max, "unit/BLU"),
+    ]
+    adapted = at_the_end(record, shown)
+    return [
+        controller(record, JUDGES, [], parameters),
+        *([_adaptation(record, adapted)] if adapted else []),
+        stable_gains(record, shown, adapted),
+    ]
+
+
+def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
+    """The controller of each axis at the end of the motion, by the axis' name.
+
+    Stepped over what the axis measured, some 0.1 ms a sample.
+    """
+    from hfc_design.controllers.aflc import KIND  # which holds this module
+
+    found: dict[str, FuzzyRecord] = {}
+    assert KIND.law is not None
+    for axis, signals in (shown.signals or {}).items():
+        law, gains = KIND.law(record, None), record.gains()
+        memory = law.initial_memory(0.0)
+        read = {name: signals[name].tolist() for name in record.reads()}
+        for values in zip(*read.values(), strict=True):
+            _, memory = law.parts(SCALARS, law, gains, memory, dict(zip(read, values, strict=True)))
+        name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
+        found[name] = record.adapted(memory)
+    return found
+
+
+def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section:
+    drawings = []
+    for axis, after in adapted.items():
+        drawings += [
+            Drawing(
+                fuzzy_plots.rule_table(after, f"rule table of {axis}, adapted", record),
+                f"Heat map of the adapted rule table of {axis}",
+                f"Rule table of {axis} at the end of the motion: the numbers are the commands "
+                "[unit] by then, the colours what they have moved by.",
+            ),
+            Drawing(
+                fuzzy_plots.terms(after, f"terms of {axis}, adapted", record),
+                f"Adapted membership functions of {axis}",
+                f"Terms of {axis} at the end of the motion; grey: {ORIGINAL}.",
+            ),
+        ]
+    text = "Each axis begins with the table and the terms above and adapts its own while it moves."
+    return Section("What the adaptation made of it", text, None, drawings)

@@ -1,0 +1,115 @@
+"""A fuzzy controller's rule table for other programs, and what it does at a sample."""
+
+import math
+from typing import Any
+
+from hfc_design.controllers.flc.law import Parts
+from hfc_design.controllers.flc.record import FuzzyRecord, TriangleRecord
+from hfc_design.controllers.kind import Explain
+from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
+
+
+def units(record: FuzzyRecord) -> list[RuleUnit]:
+    """The one table."""
+    error, change = (
+        tuple(map(_triangle, part)) for part in (record.error_terms, record.error_change_terms)
+    )
+    return [RuleUnit("rules", "error_change", "error", change, error, record.rules.centroids)]
+
+
+def _triangle(term: TriangleRecord) -> Triangle:
+    left = -math.inf if term.left is None else term.left
+    right = math.inf if term.right is None else term.right
+    return Triangle(term.label, left, term.centre, right)
+
+
+def inputs(record: FuzzyRecord) -> list[str]:
+    """Column and row."""
+    return ["error_change", "error"]
+
+
+def about(record: FuzzyRecord, signal_units: dict[str, str]) -> dict[str, Any]:
+    """The integral, the compensation, and the steps of a sample in words."""
+    low, form = record.low_velocity, record.control_form()
+    change = "error - error of the previous sample, before the first one 0"
+    action = "rules" if form != "PI" else "sum of the outputs of rules up to this sample"
+    steps = [
+        f"error_change = {'0' if form == 'P' else change}",
+        "the unit rules reads both in BLU; they are neither scaled nor limited",
+        "integral = sum of integral_gain * sample_time_s * error up to this sample",
+        f"command = {action} + integral" + (" + compensation" if low else ""),
+    ]
+    if low:
+        steps += [
+            f"v = {low.blu_mm:g} * velocity [BLU/s] in mm/s; at |v| < 0.5 compensation = "
+            "breakaway[0] where error >= smallest_error, breakaway[1] where error <= "
+            "-smallest_error, else 0",
+            "at 0.5 <= |v| < highest_velocity_mm_s compensation = a v^2 + b v + c with forward for "
+            "v >= 0 and backward for v < 0; beyond it 0",
+        ]
+    if record.adapts:
+        steps.append("the adaptation is not here: the rules and terms are those to start from")
+    return {
+        "steps": steps,
+        "form": form,
+        "output": "rules",
+        "integral_gain": record.integral_gain,
+        "low_velocity": low.model_dump(mode="json") if low else None,
+    }
+
+
+def notes(record: FuzzyRecord) -> list[str]:
+    """Units of the signals, and what a rule table does not hold."""
+    found = ["error and error_change in BLU, output in units of the command"]
+    if record.adapts:
+        found.append(
+            f"terms and rules are those that the adaptation of an {record.kind} "
+            "starts from; the adaptation itself is not here"
+        )
+    elif record.control_form() == "PI":
+        found.append("form PI: the output is the change of the command in a sample")
+    return found
+
+
+def tables(record: FuzzyRecord) -> dict[str, Rows]:
+    """``rules.csv`` (rows: error, columns: change of error), the terms and ``manifest.csv``."""
+    labels = [term.label for term in record.error_terms]
+    corner = "row error [BLU] \\ column error_change [BLU]"
+    found = {"rules.csv": rows_of(corner, labels, record.rules.centroids)}
+    manifest = [["unit", "column_input", "row_input", "file"]]
+    manifest.append([record.kind, "error_change", "error", "rules.csv"])
+    for key in ("error_terms", "error_change_terms"):
+        rows = [["label", "left_BLU", "centre_BLU", "right_BLU"]]
+        for term in getattr(record, key):
+            edges = (term.left, term.centre, term.right)
+            rows.append([term.label, *("" if edge is None else repr(edge) for edge in edges)])
+        found[f"{key}.csv"] = rows
+    return found | {"manifest.csv": manifest}
+
+
+def signals(record: FuzzyRecord) -> tuple[list[str], list[str]]:
+    """Signals of a sample, and those of the sample before."""
+    return record.reads(), [] if record.control_form() == "P" else ["previous_error"]
+
+
+def remember(memory: Any, readings: dict[str, float]) -> Any:
+    """The memory with other readings of the sample before."""
+    return memory._replace(**readings)
+
+
+def shown(record: FuzzyRecord, parts: Parts) -> dict[str, Any]:
+    """What a sample's command is made of."""
+    labels = [term.label for term in record.error_terms]
+    column = side("error_change", parts.change, labels, parts.in_change)
+    row = side("error", parts.error, labels, parts.in_error)
+    unit = fired("rules", column, row, parts.singletons, parts.inferred)
+    shares = {"fuzzy": float(parts.fuzzy), "integral": float(parts.integral)}
+    if parts.compensation is not None:
+        shares["compensation"] = float(parts.compensation)
+    return {"units": [unit], "parts": shares}
+
+
+RULES = RuleBase(units, inputs, about, notes, tables)
+EXPLAIN = Explain(
+    signals, remember, shown, lambda record: record.held(), {"error_change": "previous_error"}
+)

@@ -1,0 +1,146 @@
+"""A hierarchy's rule tables for other programs, and what they do at a sample."""
+
+import math
+from typing import Any
+
+from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
+from hfc_design.controllers.hierarchical.record import (
+    HierarchicalDesign,
+    InputRecord,
+    TermRecord,
+)
+from hfc_design.controllers.kind import Explain
+from hfc_design.controllers.rules import (
+    FlatGaussian,
+    Rows,
+    RuleBase,
+    RuleUnit,
+    fired,
+    identifier,
+    rows_of,
+    side,
+)
+
+
+def units(record: HierarchicalDesign) -> list[RuleUnit]:
+    """Inputs are scaled and clamped to [-1, 1] before they enter."""
+    terms = tuple(map(_flat, record.terms))
+    return [
+        RuleUnit(
+            f"unit_{unit.id}",
+            identifier(unit.column_input),
+            identifier(unit.row_input),
+            terms,
+            terms,
+            unit.consequents,
+        )
+        for unit in record.units
+    ]
+
+
+def _flat(term: TermRecord) -> FlatGaussian:
+    low, high = term.centre - term.half_width, term.centre + term.half_width
+    return FlatGaussian(term.label, low, high, 1.0 / math.sqrt(2.0 * term.rate))
+
+
+def inputs(record: HierarchicalDesign) -> list[str]:
+    """As the design file has them."""
+    return [item.name for item in record.inputs]
+
+
+def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> dict[str, Any]:
+    """Scales, limits, gains, and the steps of a sample in words."""
+    root = f"unit_{record.units[-1].id}"
+    steps = [
+        "input = min(max(scale * signal, lowest), highest); with samples_ago 1 the signal is that "
+        "of the previous sample, before the first one 0",
+        "the units of manifest.csv in its order; each reads inputs or earlier units",
+        f"command = kp * error + kd * error_rate + output_scale * {root}",
+    ]
+    if record.adaptation is not None:
+        steps.append(f"the adaptation of {root} is not here: its table is the one to start from")
+    return {
+        "steps": steps,
+        "inputs": [_input(item, signal_units) for item in record.inputs],
+        "output": root,
+        "output_scale": record.output_scale,
+        "kp": record.pd.kp,
+        "kd": record.pd.kd,
+    }
+
+
+def _input(item: InputRecord, signal_units: dict[str, str]) -> dict[str, Any]:
+    signal = item.name.removeprefix(PREVIOUS)
+    return {
+        "name": identifier(item.name),
+        "signal": signal,
+        "signal_unit": signal_units.get(signal, ""),
+        "samples_ago": int(item.name.startswith(PREVIOUS)),
+        "scale": item.scale,
+        "lowest": -1.0,
+        "highest": 1.0,
+    }
+
+
+def notes(record: HierarchicalDesign) -> list[str]:
+    """Units of the signals, and what a rule table does not hold."""
+    found = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
+    if record.adaptation is not None:
+        found.append("the root's table is the one that its adaptation starts from")
+    return found
+
+
+def tables(record: HierarchicalDesign) -> dict[str, Rows]:
+    """``unit-N.csv`` (rows: row term) and ``manifest.csv``."""
+    labels = [term.label for term in record.terms]
+    manifest = [["unit", "column_input", "row_input", "file"]]
+    found = {}
+    for unit in record.units:
+        name = f"unit-{unit.id}.csv"
+        corner = f"row {unit.row_input} \\ column {unit.column_input}"
+        found[name] = rows_of(corner, labels, unit.consequents)
+        manifest.append([f"unit-{unit.id}", unit.column_input, unit.row_input, name])
+    return found | {"manifest.csv": manifest}
+
+
+def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
+    """Signals of a sample, and those of the sample before."""
+    before = [item.name for item in record.inputs if item.name.startswith(PREVIOUS)]
+    return reads(record), before
+
+
+def reads(record: HierarchicalDesign) -> list[str]:
+    """Signals of a sample, those last that are needed a sample later."""
+    names = [item.name for item in record.inputs]
+    now = [name for name in names if not name.startswith(PREVIOUS)]
+    before = [name.removeprefix(PREVIOUS) for name in names if name.startswith(PREVIOUS)]
+    return list(dict.fromkeys(["error", "error_rate", *now, *before]))
+
+
+def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> HierarchicalMemory:
+    """The memory with other readings of the sample before."""
+    return memory._replace(readings={**memory.readings, **readings})
+
+
+def shown(record: HierarchicalDesign, parts: HierarchyParts) -> dict[str, Any]:
+    """What a sample's command is made of."""
+    labels = [term.label for term in record.terms]
+    found = [
+        {"name": item.name, "reading": reading, "scale": item.scale, "scaled": u}
+        for item, reading, u in zip(record.inputs, parts.readings, parts.scaled, strict=True)
+    ]
+    units = []
+    for unit, firing in zip(record.units, parts.units, strict=True):
+        column = side(unit.column_input, firing.column, labels, firing.in_column)
+        row = side(unit.row_input, firing.row, labels, firing.in_row)
+        units.append(fired(f"unit-{unit.id}", column, row, firing.table, firing.output))
+    shares = {
+        "proportional": float(parts.proportional),
+        "derivative": float(parts.derivative),
+        "fuzzy": float(parts.fuzzy),
+    }
+    return {"inputs": found, "units": units, "output_scale": record.output_scale, "parts": shares}
+
+
+RULES = RuleBase(units, inputs, about, notes, tables)
+EXPLAIN = Explain(signals, remember, shown)

@@ -1,0 +1,168 @@
+"""What a kind of controller is: one record of everything that the rest of the package asks it.
+
+A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known. What a kind
+lacks is None here, and one sentence to the user. Never imports JAX.
+"""
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
+from hfc_design.controllers.rules import RuleBase
+from hfc_design.core.records import Positive, Record, UserError
+
+#: Largest command of each axis by its name, in the machine's order; None: no limit.
+Limits = dict[str, float | None]
+
+
+class ControllerRecord(Record):
+    """A controller in a design file; each kind adds keys of its own."""
+
+    kind: str
+    sample_time_s: Positive
+
+
+class ControllerSettings(Record):
+    """The ``[controller]`` of a scenario: what a search starts from and may vary."""
+
+    kind: str
+
+    def fault(self, target: "Target") -> str | None:
+        """What makes a search for ``target`` impossible, in a line that begins with the key."""
+        return None
+
+
+class Target(NamedTuple):
+    """What a controller is designed for."""
+
+    machine: Any  # plants.Machine
+    parameters: tuple[Any, ...]  # the record of each axis
+    sample_time: float  # [s]
+    limits: Limits
+    bounds: Any = None  # settings of the search, which may bound what it varies
+
+    def of(self, k: int) -> "Target":
+        """The same for axis ``k`` alone."""
+        name, drive = self.machine.axes[k], self.machine.drives[k]
+        only = type(self.machine)(self.machine.name, (name,), (drive,))
+        limits = {name: self.limits[name]}
+        return self._replace(machine=only, parameters=(self.parameters[k],), limits=limits)
+
+
+class Template(NamedTuple):
+    """A controller in another language: its templates, and what they need of a record.
+
+    For C there is ``c.j2`` (``NAME_init`` and a static ``commanded``) and ``state.j2``
+    (``NAME_state``), for Structured Text ``st.j2`` (statements that end with ``command``).
+    """
+
+    places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
+    values: Callable[[Any], dict[str, Any]]
+
+
+class Shown(NamedTuple):
+    """What a report knows of a design besides its record."""
+
+    machine: Any  # plants.Machine
+    parameters: tuple[Any, ...]  # the record of each axis
+    #: What each axis told the control, signal -> (steps,); None where that is not known.
+    signals: dict[str, dict[str, Any]] | None
+
+    def of(self, axis: str) -> "Shown":
+        """The same of one axis."""
+        k = self.machine.axes.index(axis)
+        machine = type(self.machine)(axis, (axis,), (self.machine.drives[k],))
+        own = None if self.signals is None else {axis: self.signals[axis]}
+        return Shown(machine, (self.parameters[k],), own)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each signal of the first axis."""
+        found: dict[str, str] = self.machine.drives[0].units
+        return found
+
+
+class Explain(NamedTuple):
+    """How a kind explains what it does at a sample; see ``runtime.explain``."""
+
+    #: Signals that it reads at a sample, and those that it remembers of the one before.
+    signals: Callable[[Any], tuple[list[str], list[str]]]
+    #: (memory, readings of the sample before) -> memory.
+    remember: Callable[[Any, dict[str, float]], Any]
+    #: (record, parts) -> units with the rules that fire, and shares of the command.
+    shown: Callable[[Any, Any], dict[str, Any]]
+    #: The record without its adaptation.
+    held: Callable[[Any], Any] = lambda record: record
+    #: Other names for what is remembered: as the change of a signal, say.
+    changes: dict[str, str] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """A kind of controller."""
+
+    name: str
+    summary: str  # for hfc list controllers
+    record: type[ControllerRecord]  # in a design file
+    settings: type[ControllerSettings] | None  # in a scenario; None: nothing searches it
+    #: The numbers of a record, for one individual; arrays with a trailing axis in a population.
+    gains: Callable[[Any], Any]
+    #: The law of one axis: of (record, limit of the command).
+    law: Callable[[Any, float | None], AxisLaw] | None = None
+    #: The controller of a whole machine, of (record, limits), where it is no law for each axis.
+    controller: Callable[[Any, Limits], Controller] | None = None
+    #: The record of each axis by its name, where they differ; formats write them one by one.
+    axes: Callable[[Any], dict[str, Any]] | None = None
+    #: What a search can do with it: (settings, target) -> Genome.
+    genome: Callable[[Any, Target], Any] | None = None
+    #: Signals that it reads at a sample.
+    reads: Callable[[Any], list[str]] = lambda record: ["error", "error_rate"]
+    #: The record with what the memory has made of it.
+    adapted: Callable[[Any, Any], Any] | None = None
+    #: A record of given gains by their names.
+    of_gains: Callable[[dict[str, float]], dict[str, Any]] | None = None
+    rules: RuleBase | None = None
+    c: Template | None = None
+    st: Template | None = None
+    #: Terms tabulated for a machine without exp: (record, points) -> values for the C template.
+    lookup: Callable[[Any, int], dict[str, Any]] | None = None
+    explain: Explain | None = None
+    #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
+    table_gains: Callable[[Any], dict[str, tuple[float, float]]] | None = None
+    #: What a report shows: (record, Shown) -> sections; None: the record's numbers.
+    sections: Callable[[Any, Shown], list[Any]] | None = None
+
+    def controller_of(self, record: Any, limits: Limits) -> Controller:
+        """The controller of a machine whose axes have these limits of their commands."""
+        if self.controller is not None:
+            return self.controller(record, limits)
+        assert self.law is not None  # see fault
+        return PerAxis(self.name, tuple(self.law(record, limit) for limit in limits.values()))
+
+
+def per_axis(kind: str, law: Callable[[float | None], AxisLaw], target: Target) -> PerAxis:
+    """The controller of a machine with the same law on every axis."""
+    return PerAxis(kind, tuple(law(limit) for limit in target.limits.values()))
+
+
+def later(module: str, name: str) -> Callable[..., Any]:
+    """A function of a module that is imported at the first call: it starts JAX, or draws."""
+
+    def call(*arguments: Any) -> Any:
+        return getattr(importlib.import_module(module), name)(*arguments)
+
+    return call
+
+
+def needed(capability: Any, design: Any, lacks: str) -> Any:
+    """The capability of a kind.
+
+    Raises:
+        UserError: the kind has none; the line names the design and what it ``lacks``.
+    """
+    if capability is None:
+        raise UserError(f"design {design.name} is of kind {design.controller.kind}: {lacks}")
+    return capability

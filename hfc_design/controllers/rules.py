@@ -1,0 +1,101 @@
+"""Rule tables as every format and every explanation wants them, whatever the kind.
+
+Names and labels are identifiers (``records.Label``, ``records.Name``), everything else is a
+number, so that nothing a user wrote freely gets into a generated file. Never imports JAX.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hfc_design.core.records import Table
+
+Rows = list[list[str]]
+
+
+class FlatGaussian(NamedTuple):
+    """1 from ``low`` to ``high``, Gaussian tails of width ``sigma`` beyond them (LL eq. 3)."""
+
+    label: str
+    low: float
+    high: float
+    sigma: float
+
+
+class Triangle(NamedTuple):
+    """JK04 eq. 1; an outermost term is 1 beyond its centre, where its edge is infinite."""
+
+    label: str
+    left: float
+    centre: float
+    right: float
+
+
+Term = FlatGaussian | Triangle
+
+
+class RuleUnit(NamedTuple):
+    """A two-input unit: product, weighted average of singletons."""
+
+    name: str  # identifier
+    column: str  # identifier of what it reads: a signal or an earlier unit
+    row: str
+    column_terms: tuple[Term, ...]
+    row_terms: tuple[Term, ...]
+    table: Table  # [row term][column term]
+
+
+class RuleBase(NamedTuple):
+    """What a kind with rule tables tells the formats."""
+
+    #: Units in evaluation order, the last one gives the output.
+    units: Callable[[Any], list[RuleUnit]]
+    #: Names of the inputs, in the order in which the wiring numbers them.
+    inputs: Callable[[Any], list[str]]
+    #: (record, units of signals) -> what a command takes beside the units, steps in words.
+    about: Callable[[Any, dict[str, str]], dict[str, Any]]
+    #: What a reader of a unit's file has to know.
+    notes: Callable[[Any], list[str]]
+    #: Rule tables as CSV: name of a file -> its rows.
+    tables: Callable[[Any], dict[str, Rows]]
+
+
+def identifier(name: str) -> str:
+    """A name of a design file as an identifier of every target."""
+    return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+
+
+def rows_of(corner: str, labels: Sequence[str], table: Table) -> Rows:
+    """A rule table with its labels."""
+    rows = [[label, *map(repr, row)] for label, row in zip(labels, table, strict=True)]
+    return [[corner, *labels], *rows]
+
+
+def side(
+    name: str, value: float, labels: Sequence[str], degrees: Iterable[float]
+) -> dict[str, Any]:
+    """An input of a unit at a sample: its value and the degrees of its terms."""
+    pairs = zip(labels, map(float, degrees), strict=True)
+    return {"input": name, "value": float(value), "degrees": dict(pairs)}
+
+
+def fired(
+    name: str, column: dict[str, Any], row: dict[str, Any], table: Any, output: float
+) -> dict[str, Any]:
+    """One unit with the rules that fire, the strongest first; its inputs are ``side``s."""
+    in_column, in_row = (np.array(list(side["degrees"].values())) for side in (column, row))
+    strength = np.outer(in_row, in_column)
+    total = float(strength.sum())
+    rules = [
+        {
+            "row": list(row["degrees"])[i],
+            "column": list(column["degrees"])[j],
+            "strength": float(strength[i, j]),
+            "share": float(strength[i, j] / total),
+            "consequent": float(table[i][j]),
+        }
+        for i, j in zip(*np.nonzero(strength), strict=True)
+    ]
+    rules.sort(key=lambda rule: -rule["strength"])
+    return {"unit": name, "column": column, "row": row, "rules": rules, "output": float(output)}

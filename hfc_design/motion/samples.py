@@ -1,0 +1,65 @@
+"""What happens to the closed loop, sampled: references, loads, sensor noise, the path.
+
+Positions, loads and commands count in the units of each axis' drive (``Drive.units``): rad, N m
+and V for the C-axis; BLU and units of the converter for a feed drive.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from hfc_design.core.records import Positive, Record
+from hfc_design.core.shapes import Floats
+
+
+class AxisSamples(NamedTuple):
+    """What happens to one axis, one column a control sample."""
+
+    reference: Any  # (steps,) what the control is told, in whole steps if it counts
+    reference_rate: Any  # (steps,)
+    loads: Any  # (2 substeps + 1, steps) load where the integrator needs it
+    noise: Any  # (encoders, steps) added to the encoders' readings
+    target: Any  # (steps,) where the axis should be
+    reference_acceleration: Any = None  # (steps,)
+
+
+class PathFrame(NamedTuple):
+    """The path of an X-Y machine where it should be, one column a control sample."""
+
+    tangent_x: Any  # (steps,) unit vector along the path
+    tangent_y: Any
+    curvature: Any  # (steps,) positive to the left [1 / unit of the position]
+
+
+class Samples(NamedTuple):
+    """Everything that happens to the loop, one column a control sample."""
+
+    axes: tuple[AxisSamples, ...]
+    path: PathFrame | None  # None for a machine of one axis
+    settled: Any  # (steps,) 1 once the loop should have settled, before that 0
+    sample_time: Any  # scalar [s]
+
+
+class Simulation(Record):
+    """Duration and step: LL prints neither; one RK4 step a millisecond is exact to 1e-8 rad."""
+
+    duration_s: Positive = 10.0
+    sample_time_s: Positive = 0.001
+    substeps: int = Field(1, ge=1, le=1000)
+
+    @property
+    def steps(self) -> int:
+        """Number of control samples."""
+        return round(self.duration_s / self.sample_time_s)
+
+    @property
+    def time(self) -> Floats:
+        """(steps,) time of each sample [s]."""
+        return np.arange(self.steps, dtype=np.float64) * self.sample_time_s
+
+    @property
+    def moments(self) -> list[Floats]:
+        """The 2 substeps + 1 times of every sample at which the integrator needs a load [s]."""
+        shares = np.arange(2 * self.substeps + 1) / (2 * self.substeps)
+        return [self.time + share * self.sample_time_s for share in shares]

@@ -1,0 +1,65 @@
+"""The contour error of an X-Y machine as a fitness."""
+
+from functools import cache
+from typing import Any, Literal
+
+import jax.numpy as jnp
+
+from hfc_design.core.records import NotNegative
+from hfc_design.motion.contour import local_error
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
+
+
+class ContourSettings(ObjectiveSettings):
+    """Weights of ``contour``."""
+
+    kind: Literal["contour"] = "contour"
+    worst: NotNegative = 0.3  # of the largest contour error
+    lag: NotNegative = 0.01
+
+
+@cache
+def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
+    """``1 / (rms + worst * largest + lag * rms lag)`` of an X-Y machine [1/BLU].
+
+    The first two are of the contour error. The lag is how far the machine is behind along the
+    path: one that never leaves the path because it never moves is no good.
+    """
+
+    def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
+        squares, largest, lags, count = sums
+        x, y = (moment.deviation for moment in moments)
+        error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
+        behind = x * path.tangent_x + y * path.tangent_y
+        return (
+            squares + error * error,
+            jnp.maximum(largest, jnp.abs(error)),
+            lags + behind * behind,
+            count + 1.0,
+        )
+
+    def score(sums: Any) -> Any:
+        squares, largest, lags, count = sums
+        return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
+
+    return Objective(
+        initial=lambda zero: (zero, zero, zero, zero),
+        update=update,
+        score=score,
+        name="contour",
+        title="fitness",
+        unit="1/BLU",
+        meaning=f"1 / (rms + {worst:g} × largest + {lag:g} × rms lag) of the contour error [1/BLU]",
+        settings=ContourSettings,
+        make=lambda own: contour(own.worst, own.lag),
+        fault=_fault,
+    )
+
+
+def _fault(axes: int, path: bool) -> str | None:
+    if path:
+        return None
+    return f"a machine of {'one axis' if axes == 1 else 'axes that follow no path'} has no contour"
+
+
+OBJECTIVE = contour()

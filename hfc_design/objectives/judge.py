@@ -1,0 +1,70 @@
+"""How closed loops are judged: by one object in searches, final choices, scores and reports."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from hfc_design.objectives.objective import Moment, Objective
+from hfc_design.objectives.stick_share import stick_share
+
+
+class Judged(NamedTuple):
+    """What a judge says of each of a population of closed loops."""
+
+    merit: Any  # (individuals,) what they are ranked by; means nothing where one failed
+    values: Any  # (individuals, objectives)
+    failed: Any  # (individuals,) bool: an axis or an objective ended as no finite number
+
+    @property
+    def rank(self) -> Any:
+        """(individuals,) the merit, -inf where one failed: below every other."""
+        return np.where(self.failed, -np.inf, self.merit)
+
+
+class Judge(NamedTuple):
+    """Objectives, and how they become the merit: the larger, the better."""
+
+    objectives: tuple[Objective, ...]  # the fitness comes first
+    merit: Callable[[list[Any]], Any]  # of a value of each objective
+    title: str  # of the merit, as people read it
+
+    @property
+    def titles(self) -> dict[str, str]:
+        """What tables show of an evaluation: ``fitness`` and, where it is another, ``merit``."""
+        fitness = self.objectives[0].label()
+        return {"fitness": fitness} | ({"merit": self.title} if self.title != fitness else {})
+
+    def initial(self, zero: Any) -> tuple[Any, ...]:
+        """Empty sums of every objective."""
+        return tuple(objective.initial(zero) for objective in self.objectives)
+
+    def update(self, sums: Any, moments: tuple[Moment, ...], path: Any) -> tuple[Any, ...]:
+        """The sums with one sample more of every axis."""
+        pairs = zip(self.objectives, sums, strict=True)
+        return tuple(objective.update(own, moments, path) for objective, own in pairs)
+
+    def judged(self, sums: Any, positions: list[Any]) -> Judged:
+        """A population by its sums and by the last position of every axis, (individuals,) each."""
+        pairs = zip(self.objectives, sums, strict=True)
+        values = [objective.score(own) for objective, own in pairs]
+        merit = self.merit(values)
+        finite = jnp.isfinite(jnp.stack([merit, *values, *positions]))
+        return Judged(merit, jnp.stack(values, axis=-1), ~finite.all(axis=0))
+
+
+@cache
+def judge(fitness: Objective, stick_penalty: float) -> Judge:
+    """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
+    if not stick_penalty:
+        return Judge((fitness,), lambda values: values[0], fitness.label())
+    title = fitness.label(f" / (1 + {stick_penalty:g} stick share)")
+    return Judge((fitness, stick_share(stick_penalty)), _worse_by_cost, title)
+
+
+def _worse_by_cost(values: list[Any]) -> Any:
+    fitness, cost = values
+    factor = 1.0 - cost
+    return jnp.where(fitness < 0.0, fitness * factor, fitness / factor)

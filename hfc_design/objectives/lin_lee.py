@@ -1,0 +1,50 @@
+"""The fitness of Lin & Lee (1999), eq. 5."""
+
+from functools import cache
+from typing import Any, Literal
+
+import jax.numpy as jnp
+from pydantic import model_validator
+
+from hfc_design.core.records import NotNegative
+from hfc_design.objectives.objective import Objective, ObjectiveSettings
+
+
+class LinLeeSettings(ObjectiveSettings):
+    """Weights a and b of LL eq. 5."""
+
+    kind: Literal["lin-lee"] = "lin-lee"
+    error: NotNegative = 3.0
+    error_rate: NotNegative = 0.1
+
+    @model_validator(mode="after")
+    def _weighs_something(self) -> "LinLeeSettings":
+        if not self.error and not self.error_rate:
+            raise ValueError("one of the two weights has to be positive")
+        return self
+
+
+@cache
+def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Objective:
+    """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
+
+    def score(sums: tuple[Any, Any]) -> Any:
+        error, error_rate = sums
+        return 1000.0 * (error_weight / error + error_rate_weight / error_rate)
+
+    return Objective(
+        initial=lambda zero: (zero, zero),
+        update=lambda sums, moments, path: (
+            sums[0] + sum(jnp.abs(moment.error) for moment in moments),
+            sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
+        ),
+        score=score,
+        name="lin-lee",
+        title="fitness, LL eq. 5",
+        meaning="eq. 5 of Lin & Lee (1999)",
+        settings=LinLeeSettings,
+        make=lambda own: lin_lee(own.error, own.error_rate),
+    )
+
+
+OBJECTIVE = lin_lee()

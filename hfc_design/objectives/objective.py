@@ -1,0 +1,73 @@
+"""What an objective is: a number that a closed loop gives, the larger the better.
+
+It is accumulated sample by sample inside the loop, so that its memory does not grow with the
+number of samples.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from pydantic import SerializerFunctionWrapHandler, model_serializer
+
+from hfc_design.core.records import NotNegative, Record
+
+
+class Moment(NamedTuple):
+    """What an objective sees of one axis at one sample; scalars in the units of the plant."""
+
+    error: Any
+    error_rate: Any
+    deviation: Any  # from where the axis should be, its sign the other way round
+    command: Any
+    reference_rate: Any
+    settled: Any  # 1 once the loop should have settled, before that 0
+
+
+class ObjectiveSettings(Record):
+    """The ``[fitness]`` of a scenario; an objective that has weights adds them."""
+
+    kind: str
+    settled_after_s: NotNegative = 1.0
+
+    @model_serializer(mode="wrap")
+    def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = whole(self)
+        settled = data.pop("settled_after_s")
+        return {**data, "settled_after_s": settled}
+
+
+class Objective(NamedTuple):
+    """A number as pure functions of scalars, the larger the better; it may be below zero.
+
+    ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
+    axis, ``score(sums)`` is the number. A loop whose number is not finite has failed. ``path`` is
+    a ``PathFrame`` of scalars, None for a machine of one axis.
+    """
+
+    initial: Callable[[Any], Any]
+    update: Callable[[Any, tuple[Moment, ...], Any], Any]
+    score: Callable[[Any], Any]
+    name: str = ""  # the ``kind`` in a scenario
+    title: str = ""  # what people read; "" for the name
+    unit: str = ""
+    meaning: str = ""  # what it is, in words
+    settings: type[ObjectiveSettings] = ObjectiveSettings
+    make: Callable[[Any], "Objective"] | None = None  # of settings; None: they change nothing
+    #: Why it cannot judge a machine of so many axes, on a path or not, in a line.
+    fault: Callable[[int, bool], str | None] = lambda axes, path: None
+
+    def label(self, tail: str = "") -> str:
+        """What people read: the title, ``tail`` behind it, the unit."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        return (self.title or f"fitness, {self.name}") + tail + unit
+
+
+def objective_fault(objective: Objective) -> str | None:
+    """What an objective lacks, in a line; None if nothing that is seen at once."""
+    for part in ("initial", "update", "score", "fault"):
+        if not callable(getattr(objective, part)):
+            return f"{part} has to be a function, and is {getattr(objective, part)!r}"
+    own: Any = objective.settings
+    if not (isinstance(own, type) and issubclass(own, ObjectiveSettings)):
+        return "settings has to be a subclass of ObjectiveSettings"
+    return None

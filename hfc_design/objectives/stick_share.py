@@ -1,0 +1,56 @@
+"""How long an axis sticks that should move.
+
+LL eq. 5 rewards loops that swing about the reference so fast that the spindle stops again and
+again; they are a dead end for a search, and no good on a machine.
+"""
+
+from functools import cache
+from typing import Any, Literal
+
+import jax.numpy as jnp
+
+from hfc_design.core.records import Positive
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
+
+#: Below this share of the commanded speed the spindle counts as stuck.
+STUCK = 0.1
+
+
+class StickShareSettings(ObjectiveSettings):
+    """Weight of ``stick_share``."""
+
+    kind: Literal["stick-share"] = "stick-share"
+    weight: Positive = 1.0
+
+
+def is_stuck(speed: Any, commanded: Any) -> Any:
+    """Whether an axis moves at less than a tenth of its commanded speed."""
+    return abs(speed) < STUCK * abs(commanded)
+
+
+@cache
+def stick_share(weight: float = 1.0) -> Objective:
+    """``-weight`` times the share of the settled time at which an axis sticks; 0 is the best."""
+
+    def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
+        stuck, settled = sums
+        for moment in moments:
+            now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+            stuck = stuck + jnp.where(now, moment.settled, 0.0)
+            settled = settled + moment.settled
+        return stuck, settled
+
+    return Objective(
+        initial=lambda zero: (zero, zero),
+        update=update,
+        score=lambda sums: -(weight * sums[0] / jnp.maximum(sums[1], 1.0)),
+        name="stick-share",
+        title=f"-{weight:g} stick share",
+        unit="1",
+        meaning=f"-{weight:g} times the share of the settled time at which an axis sticks",
+        settings=StickShareSettings,
+        make=lambda own: stick_share(own.weight),
+    )
+
+
+OBJECTIVE = stick_share()

@@ -1,0 +1,87 @@
+"""What a search strategy is, and what it is given to search."""
+
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple, Protocol
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from hfc_design.controllers.genome import Genome
+from hfc_design.core.records import Positive, Record
+from hfc_design.core.shapes import Floats
+from hfc_design.search.newton import Linear
+
+Probability = Annotated[float, Field(ge=0, le=1)]
+
+
+def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] > pair[1]:
+        raise ValueError("has to be [low, high]")
+    return pair
+
+
+Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+
+
+class StrategySettings(Record):
+    """The ``[search]`` of a scenario; each strategy adds keys of its own.
+
+    ``stick_penalty`` is what the judge divides by, 0 where a strategy has no such key. The keys
+    of ``controllers.hierarchical.bounds.Bounds`` bound what is varied of a hierarchy.
+    """
+
+    preset: str
+    population: int = Field(100, ge=1, le=10_000_000)
+    generations: int = Field(100, ge=1, le=10_000_000)
+
+
+class Task(NamedTuple):
+    """What a strategy searches."""
+
+    genome: Genome
+    #: The tracking error and its derivative about one individual, which gives None where they
+    #: are not finite; None where the genome or the machine has no such derivative.
+    linearised: Callable[[Any], Linear | None] | None = None
+
+
+class Searcher(Protocol):
+    """A strategy at work: pure functions of its state and of a random generator.
+
+    What is asked is a record with a ``population`` and whatever ``tell`` has to know of it.
+    """
+
+    def start(self, rng: np.random.Generator) -> tuple[Any, Any]:
+        """State before the first generation, and its candidates."""
+
+    def ask(self, state: Any, generation: int, rng: np.random.Generator) -> tuple[Any, Any]:
+        """State and candidates of a later generation."""
+
+    def tell(self, state: Any, asked: Any, score: Floats) -> Any:
+        """State after the candidates have been scored; -inf is the score of one that failed."""
+
+
+class Strategy(NamedTuple):
+    """A search strategy as the rest of the package knows it."""
+
+    name: str  # the ``preset`` of a scenario
+    settings: type[StrategySettings]
+    #: NamedTuple of arrays, numbers and such records, as ``tell`` gives it. What it calls
+    #: ``population`` is one; with a ``score`` beside it, its best are looked at in the end.
+    state: type[Any]
+    make: Callable[[Any, Task], Searcher]  # of settings and task
+    summary: str = ""  # for hfc list strategies
+    #: Why it cannot search, in a line: of its settings and of the ``[controller]``.
+    fault: Callable[[Any, Any], str | None] = lambda settings, controller: None
+
+
+def strategy_fault(strategy: Strategy) -> str | None:
+    """What a strategy lacks, in a line; None if nothing that is seen at once."""
+    parts: Any = strategy
+    if not (isinstance(parts.settings, type) and issubclass(parts.settings, StrategySettings)):
+        return "settings has to be a subclass of StrategySettings"
+    if not getattr(parts.state, "_fields", ()):
+        return "state has to be a NamedTuple class"
+    for part in ("make", "fault"):
+        if not callable(getattr(parts, part)):
+            return f"{part} has to be a function, and is {getattr(parts, part)!r}"
+    return None

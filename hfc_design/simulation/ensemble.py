@@ -1,0 +1,102 @@
+"""Many designs on an ensemble: every scenario on every machine, in one compiled program a scenario.
+
+Designs that share a program (a kind, its terms, its limits) step together as one population.
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from hfc_design.core.records import UserError, checked
+from hfc_design.core.shapes import Floats
+from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario
+from hfc_design.simulation import population
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import controller_of, machine
+from hfc_design.simulation.population import Machines
+
+
+class Judgements(NamedTuple):
+    """What the judge of each scenario says of designs; (designs, scenarios, machines) each."""
+
+    merit: Floats  # -inf where the loop failed
+    fitness: Floats  # -inf where the loop failed
+    failed: NDArray[np.bool_]
+
+    def kept(self, how: Literal["mean", "quantile", "worst"], share: float = 0.05) -> Floats:
+        """One merit a design, (designs,), of all scenarios and machines.
+
+        The mean, the lower quantile of a ``share``, or the worst. One that fails anywhere has no
+        mean, that is -inf.
+        """
+        every = self.merit.reshape(len(self.merit), -1)
+        if how == "mean":
+            return np.asarray(every.mean(axis=1))
+        if how == "worst":
+            return np.asarray(every.min(axis=1))
+        return np.asarray(np.quantile(every, share, axis=1, method="lower"))
+
+
+def evaluate_many(
+    designs: Sequence[Design],
+    scenarios: Sequence[Scenario],
+    machines: Sequence[Mapping[str, float]] = ({},),
+) -> Judgements:
+    """Judge many designs, on every scenario and on machines of many parameters, in float64.
+
+    Each of ``machines`` has the parameters that differ from the design's own machine, in every
+    axis, or of one axis as in ``"x.gain"``.
+
+    Raises:
+        UserError: a design does not fit a scenario, or a machine cannot exist.
+    """
+    if not (designs and scenarios and machines):
+        raise UserError("designs, scenarios and machines: at least one of each is needed")
+    shape = (len(designs), len(scenarios), len(machines))
+    found = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
+    for j, scenario in enumerate(scenarios):
+        samples = scenario.samples()
+        for (controller, plants), places in _alike(designs, scenario, machines).items():
+            gains = [controller_of(designs[k], scenario)[1] for k in places]
+            together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *gains)
+            told, *_ = plants
+            true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants[1:])
+            loop = closed_loop(scenario, controller)
+            judged = population.scores(loop, Machines(told, true), samples, together, np.float64)
+            found.failed[places, j] = judged.failed
+            found.merit[places, j] = judged.rank
+            found.fitness[places, j] = np.where(judged.failed, -np.inf, judged.values[..., 0])
+    return found
+
+
+def _alike(
+    designs: Sequence[Design], scenario: Scenario, machines: Sequence[Mapping[str, float]]
+) -> dict[Any, list[int]]:
+    """Places of the designs that can step together: the same program on the same machines.
+
+    The keys are the controller, and the parameters of its own machine and of all machines.
+    """
+    found: dict[Any, list[int]] = defaultdict(list)
+    for k, design in enumerate(designs):
+        own = machine(design, scenario)
+        plants = (own.values(), *(_changed(own, changes).values() for changes in machines))
+        found[controller_of(design, scenario)[0], plants].append(k)
+    return found
+
+
+def _changed(own: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
+    """The machine with other parameters."""
+    every = {key: value for key, value in changes.items() if "." not in key}
+    axes = {axis: {**numbers, **every} for axis, numbers in own.axes.items()}
+    for key in changes.keys() - every.keys():
+        axis, _, name = key.partition(".")
+        axes.setdefault(axis, {})[name] = changes[key]
+    data = {"name": own.name, "parameters": own.parameters | every, "axes": axes}
+    return checked(PlantSettings, data, "machines", Path())

@@ -1,0 +1,125 @@
+"""What a machine is: named axes, each with a drive of its own, and the forces between them.
+
+A single drive is a machine of one axis without another word; ``side_by_side`` puts drives next to
+each other, ``coupled`` lets them push one another.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from jax import lax
+from jax import numpy as jnp
+
+from plants.drive import Drive
+
+#: Name of the axis of a machine that has one.
+ONLY = "axis"
+#: Forces(fixed, states, commands) -> what is added to the load of each axis, in its unit.
+Forces = Callable[[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
+
+
+@dataclass(frozen=True, eq=False)  # compared by identity: a machine is a key of compiled code
+class Machine:
+    """Axes side by side, or coupled; every function is of one machine in scalars."""
+
+    name: str
+    axes: tuple[str, ...]
+    drives: tuple[Drive, ...]
+    #: None: no axis feels another one.
+    forces: Forces | None = None
+
+    def coefficients(self, parameters: tuple[Any, ...]) -> tuple[Any, ...]:
+        """What a step needs of the parameters of each axis."""
+        pairs = zip(self.drives, parameters, strict=True)
+        return tuple(drive.coefficients(own) for drive, own in pairs)
+
+    def initial_state(self, zero: Any) -> tuple[Any, ...]:
+        """The state of each axis at rest."""
+        return tuple(drive.initial_state(zero) for drive in self.drives)
+
+    def moved(
+        self,
+        fixed: tuple[Any, ...],
+        states: tuple[Any, ...],
+        commands: tuple[Any, ...],
+        loads: tuple[Any, ...],
+        time: Any,
+        substeps: int,
+    ) -> tuple[Any, ...]:
+        """States ``time`` [s] later: so many substeps under held commands.
+
+        ``loads`` are, of each axis, the load at the start, the middle and the end of every
+        substep (2 substeps + 1).
+        """
+        dt = time / substeps
+        if substeps == 1:
+            return self._step(fixed, states, commands, loads, dt)
+        points = [jnp.stack(own) for own in loads]
+
+        def substep(k: Any, states: Any) -> Any:
+            here = tuple((own[2 * k], own[2 * k + 1], own[2 * k + 2]) for own in points)
+            return self._step(fixed, states, commands, here, dt)
+
+        return tuple(lax.fori_loop(0, substeps, substep, states))
+
+    def _step(self, fixed: Any, states: Any, commands: Any, loads: Any, dt: Any) -> Any:
+        if self.forces is None:
+            return self._pushed(fixed, states, commands, loads, dt)
+        # The forces at the end are those of a first try, so that the step is of second order.
+        before = self.forces(fixed, states, commands)
+        held = [(force, force, force) for force in before]
+        tried = self._pushed(fixed, states, commands, _sums(loads, held), dt)
+        after = self.forces(fixed, tried, commands)
+        rising = [(a, 0.5 * (a + b), b) for a, b in zip(before, after, strict=True)]
+        return self._pushed(fixed, states, commands, _sums(loads, rising), dt)
+
+    def _pushed(self, fixed: Any, states: Any, commands: Any, loads: Any, dt: Any) -> Any:
+        each = zip(self.drives, fixed, states, commands, loads, strict=True)
+        return tuple(drive.step(c, x, u, load, dt) for drive, c, x, u, load in each)
+
+
+def _sums(loads: Any, forces: Any) -> Any:
+    """Loads and forces of each axis at the start, the middle and the end of a step."""
+    pairs = zip(loads, forces, strict=True)
+    return tuple(tuple(a + b for a, b in zip(*own, strict=True)) for own in pairs)
+
+
+@cache
+def alone(drive: Drive) -> Machine:
+    """The machine of one axis."""
+    return Machine(drive.name, (ONLY,), (drive,))
+
+
+@cache
+def _beside(name: str, axes: tuple[str, ...], drives: tuple[Drive, ...]) -> Machine:
+    return Machine(name, axes, drives)
+
+
+def side_by_side(name: str = "", **drives: Drive) -> Machine:
+    """A machine of axes that do not feel each other, as in ``side_by_side(x=DRIVE, y=DRIVE)``."""
+    own = name or "+".join(dict.fromkeys(drive.name for drive in drives.values()))
+    return _beside(own, tuple(drives), tuple(drives.values()))
+
+
+def coupled(machine: Machine, forces: Forces, name: str = "") -> Machine:
+    """The machine with the forces that its axes exert on one another."""
+    return Machine(name or machine.name, machine.axes, machine.drives, forces)
+
+
+def machine_fault(machine: Machine) -> str | None:
+    """What keeps a machine from working, in a line; None if nothing that is seen at once."""
+    if not machine.axes or len(machine.axes) != len(machine.drives):
+        return "needs a drive for each of its axes"
+    if machine.forces is None:
+        return None
+    fixed = machine.coefficients(tuple(drive.parameters() for drive in machine.drives))
+    zeros = (0.0,) * len(machine.axes)
+    try:
+        found = machine.forces(fixed, machine.initial_state(0.0), zeros)
+    except Exception as error:  # whatever the user's code raises
+        return f"its forces cannot be computed: {type(error).__name__}: {error}"
+    if not isinstance(found, tuple) or len(found) != len(machine.axes):
+        return f"its forces have to be a tuple of {len(machine.axes)}, one an axis"
+    return None

@@ -1,0 +1,241 @@
+"""Cells of a batch that score a given design, and the published figures beside them."""
+
+import csv
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from batches import batch, files, written
+from click.testing import CliRunner
+
+from hfc_design.batch.plan import read_batch
+from hfc_design.cli import main
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import load_scenario
+from hfc_design.runs import run as design
+
+SHORT = "[set]\nsimulation.duration_s = 0.2\n"
+CELLS = """
+[[cells]]
+label = "weak"
+scenario = "c-axis-ramp"
+design = "pd-only"
+change.controller.pd.kp = 400.0
+[[cells]]
+label = "strong"
+scenario = "c-axis-ramp"
+design = "pd-only"
+[[cells]]
+label = "cutting"
+scenario = "c-axis-ramp-cutting"
+design = "pd-only"
+"""
+PUBLISHED = """
+published = [
+    { quantity = "w", value = 2e-3, metric = "max_error_rad", remark = "b", of = "weak" },
+    { figure = "1", quantity = "a", value = 4.0, metric = "fitness", of = "strong", over = "weak" },
+    { quantity = "one run", metric = "max_error_rad", of = "weak", over_metric = "rms_error_rad" },
+    { quantity = "never", value = 1.0, metric = "settling_time_s", of = "weak" },
+    { quantity = "median", value = 0.0, metric = "max_error_rad", of.scenario = "c-axis-ramp" },
+]
+"""
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def scores(out):
+    """Score by label."""
+    plan = json.loads((out / "batch.json").read_text())["cells"]
+    return {
+        settings["label"]: json.loads((out / name / "design.json").read_text())["score"]
+        for name, settings in plan.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scored")
+    found = batch(written(path, PUBLISHED + SHORT + CELLS), "--out", path / "out")
+    assert found.exit_code == 0, found.output
+    return path / "out"
+
+
+def test_a_cell_scores_what_hfc_score_says(out):
+    own = ("--set", "simulation.duration_s=0.2", "--json")
+    for label, changes in (
+        ("weak", ("--scenario", "c-axis-ramp", "--change", "controller.pd.kp=400")),
+        ("strong", ("--scenario", "c-axis-ramp")),
+        ("cutting", ("--scenario", "c-axis-ramp-cutting")),
+    ):
+        said = json.loads(hfc("score", "pd-only", *own, *changes).stdout)
+        assert not said.pop("diverged")
+        assert said.pop("design") == "pd-only"
+        assert scores(out)[label] == said
+
+
+def test_published_figures_by_hand(out):
+    with (out / "published.csv").open(newline="") as file:
+        weak, ratio, inside, missing, median = csv.DictReader(file)
+    found = scores(out)
+    largest = {label: found[label]["max_error_rad"] for label in found}
+    assert (ratio["figure"], weak["remark"]) == ("1", "b")
+    assert float(weak["simulated"]) == largest["weak"]
+    assert float(weak["ratio"]) == pytest.approx(largest["weak"] / 2e-3)
+    better = found["strong"]["fitness"] / found["weak"]["fitness"]
+    assert float(ratio["simulated"]) == pytest.approx(better)
+    assert float(ratio["ratio"]) == pytest.approx(better / 4.0)
+    assert float(inside["simulated"]) == largest["weak"] / found["weak"]["rms_error_rad"]
+    assert (inside["published"], inside["ratio"]) == ("", "")
+    middle = (largest["weak"] + largest["strong"]) / 2
+    assert float(median["simulated"]) == pytest.approx(middle)
+    assert (median["runs"], median["ratio"]) == ("2", "")
+    assert (missing["simulated"], missing["runs"]) == ("", "0")
+
+
+def test_the_page_begins_with_them(out):
+    page = (out / "report.html").read_text()
+    assert page.index("Published and simulated") < page.index("Groups")
+    assert "nothing is random" in page
+    assert "medians\nand quartiles are rough" not in page
+    assert hfc("report", out, "--each").exit_code == 0
+    for name in json.loads((out / "batch.json").read_text())["cells"]:
+        own = (out / name / "report.html").read_text()
+        assert "How it was found" not in own
+        assert "hfc score given.json --scenario config.toml" in own
+
+
+def test_figures_of_two_batches_do_not_mix(out, tmp_path):
+    for name, value in (("one", 400.0), ("two", 700.0)):
+        text = f"""
+        published = [{{ quantity = "{name}", metric = "max_error_rad", of = "same" }}]
+        {SHORT}
+        [[cells]]
+        label = "same"
+        design = "pd-only"
+        change.controller.pd.kp = {value}
+        """
+        file = written(tmp_path, text, f"{name}.toml")
+        assert batch(file, "--out", tmp_path / "both" / name).exit_code == 0
+    assert hfc("report", tmp_path / "both").exit_code == 0
+    with (tmp_path / "both" / "published.csv").open(newline="") as file:
+        one, two = (float(row["simulated"]) for row in csv.DictReader(file))
+    own = [scores(tmp_path / "both" / name)["same"]["max_error_rad"] for name in ("one", "two")]
+    assert [one, two] == own
+    assert one != two
+
+
+def test_broken_off_between_any_two_files(out, tmp_path):
+    """Whatever had been written, the same command ends with the same bytes."""
+    undisturbed = {k: v for k, v in files(out).items() if "report" not in k and "tables" not in k}
+    path = written(tmp_path, PUBLISHED + SHORT + CELLS)
+    kept = [set(), {design.GIVEN}, {design.GIVEN, design.CONFIG}]
+    for cell, names in zip(read_batch(path).cells, kept, strict=True):
+        (tmp_path / "out" / cell.name).mkdir(parents=True)
+        for name in names:
+            content = undisturbed[f"{cell.name}/{name}"]
+            (tmp_path / "out" / cell.name / name).write_bytes(content)
+    assert batch(path, "--out", tmp_path / "out").exit_code == 0
+    assert files(tmp_path / "out") == undisturbed
+
+
+def test_seeds_of_a_given_design_are_one_run(tmp_path):
+    text = f"{SHORT}[grid]\nrun.seed = [0, 1, 2]\nsearch.population = [8, 16]\n"
+    text += '[[cells]]\ndesign = "pd-only"\n[[cells]]\n'
+    cells = read_batch(written(tmp_path, text)).cells
+    assert [cell.design is None for cell in cells].count(True) == 6
+    assert [cell.design is None for cell in cells].count(False) == 2  # search.population is kept
+
+
+def test_a_design_beside_the_file_and_its_own_scenario(tmp_path):
+    assert hfc("export", "jee-koren-2004-flc", "--to", "json", "--out", tmp_path / "a.json")
+    (cell,) = read_batch(written(tmp_path, '[set]\ndesign = "a.json"\n')).cells
+    assert cell.scenario.name == "feed-drive-circle"
+    first = cell.name
+    text = (tmp_path / "a.json").read_text().replace("-32.0", "-31.0")
+    (tmp_path / "a.json").write_text(text)
+    assert read_batch(tmp_path / "mine.toml").cells[0].name != first  # another design, another run
+
+
+def test_changes_for_every_cell(tmp_path):
+    path = written(tmp_path, "[grid]\nrun.seed = [0, 1]\nsearch.generations = [5, 6]\n")
+    cells = read_batch(path, ["search.generations=2"]).cells
+    assert [cell.scenario.run.seed for cell in cells] == [0, 1]
+    assert {cell.scenario.search.generations for cell in cells} == {2}
+    found = batch(path, "--dry-run", "--set", "run.seed=7")
+    assert "2 cells" in found.output
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("change.controller.pd.kp = 4.0", "change.controller.pd.kp: needs a design"),
+        ('design = "nope"', "nope: no such design"),
+        ('design = "pd-only"\nchange.controller.pd.kx = 4.0', "controller.pd.kx"),
+        ('design = "pd-only"\nscenario = "feed-drive-circle"', "is for the plant c-axis"),
+        (
+            'design = "pd-only"\nsimulation.sample_time_s = 0.002\nsimulation.substeps = 2',
+            "runs every 0.001 s",
+        ),
+        ("design = 3", "3: no such design"),
+        ("label = 3", "label: has to be a text of 1 to 120 letters"),
+        ('label = "a\\u001bb"', "label: has to be a text"),
+        (f'label = "{121 * "a"}"', "label: has to be a text"),
+    ],
+)
+def test_cells_that_cannot_be(text, told, tmp_path):
+    path = written(tmp_path, f"[set]\n{text}\n")
+    with pytest.raises(UserError, match="cell with") as found:
+        read_batch(path)
+    assert told in str(found.value)
+    assert str(path) in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("entry", "told"),
+    [
+        ('{ quantity = "a", metric = "b", of = "c" }', "published.0: no cell has label = 'c'"),
+        (
+            '{ quantity = "a", metric = "fitness", of.run.seed = 0, over = { run.seed = 5 } }',
+            "published.0: no cell has run.seed = 5",
+        ),
+        (
+            '{ quantity = "a", metric = "max_eror_rad", of.run.seed = 0 }',
+            "published.0: 'max_eror_rad' is no metric of these cells; there is max_error_rad",
+        ),
+        (
+            '{ quantity = "a", metric = "fitness", of.run.seed = 0, over_metric = "nope" }',
+            "published.0: 'nope' is no metric of these cells; there is fitness, merit, rms_",
+        ),
+        (
+            '{ quantity = "a", metric = "fitness", of.run.seed = 0, over = 5 }',
+            "published.0.over = 5: has to be a table of keys and values",
+        ),
+        ('{ quantity = "a", metric = "b" }', "published.0.of: is missing"),
+        ('{ quantity = "a", metric = "b", of = "c", value = nan }', "published.0.value = nan"),
+        ('{ quantity = "a", metric = "b", of = "c", worth = 1.0 }', "published.0.worth"),
+    ],
+)
+def test_published_figures_that_cannot_be(entry, told, tmp_path):
+    path = written(tmp_path, f"published = [{entry}]\n[set]\nrun.seed = 0\n")
+    with pytest.raises(UserError) as found:
+        read_batch(path)
+    assert told in str(found.value)
+
+
+def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
+    root = Path(__file__).parents[2]
+    texts = []
+    for page in ("README.md", "docs/batch.md"):
+        text = (root / page).read_text(encoding="utf-8")
+        texts += re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    plans = [text for text in texts if "[grid]" in text or "published" in text]
+    assert len(plans) == 3
+    for text in plans:
+        assert len(read_batch(written(tmp_path, text)).cells) >= 2
+    (window,) = [text for text in texts if text.startswith("[[windows]]")]
+    own = load_scenario("feed-drive-circle", {"windows": tomllib.loads(window)["windows"]})
+    assert own.windows[0].name == "cycle_2"

@@ -1,0 +1,92 @@
+"""What a worker takes of its machine, and worker processes that cannot be had."""
+
+import os
+import socket
+import subprocess
+import sys
+import uuid
+
+import pytest
+from batches import batch, written
+from dask_cluster import GRID, PATIENCE
+
+from hfc_design.batch import worker
+from hfc_design.batch.cluster import connected
+from hfc_design.core.records import UserError
+
+SHARE = """
+import os, sys, threading
+from hfc_design.batch import worker
+worker.CLAIM = sys.argv[1]
+worker.gpus = lambda: ["7"]
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+worker.take_share(1)
+places = {tuple(os.sched_getaffinity(int(task))) for task in os.listdir("/proc/self/task")}
+names = "CUDA_VISIBLE_DEVICES", "JAX_PLATFORMS", "JAX_NUM_CPU_DEVICES"
+print(places, *map(os.environ.get, names), "jax" in sys.modules, flush=True)
+sys.stdin.read()
+"""
+
+
+def test_workers_share_the_cores_of_a_machine():
+    """Each has a core of its own, in all its threads, before JAX counts them; one has the GPU."""
+    cores = sorted(os.sched_getaffinity(0))
+    names = "CUDA_VISIBLE_DEVICES", "JAX_PLATFORMS", "JAX_NUM_CPU_DEVICES"
+    plain = {name: value for name, value in os.environ.items() if name not in names}
+    command = [sys.executable, "-c", SHARE, uuid.uuid4().hex]  # beside what really runs here
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": plain}
+    processes, said = [], []
+    try:
+        for _ in range(len(cores) + 1):  # one more than there are cores
+            processes.append(subprocess.Popen(command, **pipes))
+            said.append(processes[-1].stdout.readline().strip())
+    finally:
+        for process in processes:
+            process.communicate(timeout=PATIENCE)
+    first, *others = [f"{{({core},)}}" for core in cores]
+    assert said == [
+        f"{first} 7 None None False",
+        *(f"{core} None cpu None False" for core in others),
+        f"{{{tuple(cores)}}} None cpu 1 False",
+    ]
+
+
+def test_one_gpu_a_worker(monkeypatch):
+    monkeypatch.setattr(worker, "entry_points", lambda group: ["cuda"])
+    monkeypatch.delenv("JAX_PLATFORMS", raising=False)
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "gpu-a,gpu-b")
+    assert worker.gpus() == ["gpu-a", "gpu-b"]
+    found = batch("none.toml", "--workers", 3)
+    assert (found.exit_code, "none.toml" in found.output) == (2, True)
+    with pytest.raises(UserError, match="--workers 3: there are 2 GPUs"), connected(3, None):
+        pass
+    monkeypatch.setenv("JAX_PLATFORMS", "cpu")
+    assert worker.gpus() == []
+    with pytest.raises(UserError, match=r"--workers 9999: there are \d+ cores"):
+        connected(9999, None).__enter__()
+
+
+def test_what_cannot_be_reached(tmp_path, monkeypatch):
+    path = written(tmp_path, GRID)
+    with socket.socket() as nobody:  # bound, and not listening
+        nobody.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
+        monkeypatch.setattr("hfc_design.batch.cluster.ANSWER_WITHIN", "1s")
+        found = batch(path, "--out", tmp_path / "out", "--scheduler", address)
+    assert (found.exit_code, "no scheduler answers" in found.output) == (1, True)
+    found = batch(path, "--out", tmp_path / "out", "--scheduler", "here:there")
+    assert (found.exit_code, "--scheduler here:there" in found.output) == (2, True)
+    assert batch(path, "--workers", 1, "--scheduler", address).exit_code == 2
+    assert batch(path, "--shared").exit_code == 2
+    assert "has no such folder" in worker._run_in(tmp_path / "elsewhere", "a", print)[1]
+
+
+def test_without_the_package(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    for name in ("cluster", "worker"):
+        monkeypatch.delitem(sys.modules, f"hfc_design.batch.{name}")
+        monkeypatch.delattr(f"hfc_design.batch.{name}")
+    found = batch(written(tmp_path, GRID), "--out", tmp_path / "out", "--workers", 1)
+    assert found.exit_code == 2
+    assert "pip install 'hfc-design[cluster]'" in found.output
+    assert found.output.count("\n") == 1

@@ -1,0 +1,174 @@
+"""The limit of a command goes with the design: into the simulator, the runtime, C and ST.
+
+The oracle of the anti-windup is a PID written down once more with NumPy.
+"""
+
+import numpy as np
+import pytest
+from c_program import built, commands
+from structured_text import FunctionBlock
+from wiring import not_adapting
+
+import hfc_design.api as hfc
+from hfc_design.files.design import builtin_designs, design_json, parse_design
+from hfc_design.formats import structured_text
+from hfc_design.runtime import Controller
+
+#: Largest commands that hold the built-in designs back.
+LIMITS = {"c-axis": 12.0, "feed-drive": 9.0}
+
+
+def limited(name, limit=None, **changes):
+    design = hfc.load_design(name)
+    changes |= {"limits.command": limit or LIMITS[design.plant.name]}
+    return hfc.load_design(name, changes)
+
+
+def samples(design, count=400):
+    """Signals by name, each (count,): swings that wind an integral up and let it go."""
+    rng = np.random.default_rng(3)
+    swing = np.sin(np.linspace(0.0, 12.0, count))
+    large = {"c-axis": 0.05, "feed-drive": 30.0}[design.plant.name]
+    names = design.kind.reads(design.controller)
+    found = {name: large * 0.3 * rng.normal(size=count) for name in names}
+    return found | {"error": large * swing}
+
+
+def stepped(design, signals):
+    controller = Controller(design)
+    rows = zip(*(column.tolist() for column in signals.values()), strict=True)
+    return np.array([controller.step(dict(zip(signals, row, strict=True))) for row in rows])
+
+
+FORMS = {
+    **{name: (name, {}) for name in builtin_designs()},
+    "flc that integrates": ("jee-koren-2004-flc", {"controller.integral_gain": 40.0}),
+    "flc of form PI": ("jee-koren-2004-flc", {"controller.form": "PI"}),
+    "aflc that integrates": ("jee-koren-2004-aflc", {"controller.integral_gain": 40.0}),
+    "root that adapts": ("lin-lee-1999-table-1", {"controller.adaptation": {"largest_move": 1.0}}),
+}
+
+
+@pytest.mark.parametrize("case", FORMS)
+def test_the_runtime_and_c_keep_it_alike(case, tmp_path):
+    name, changes = FORMS[case]
+    design = limited(name, **changes)
+    limit = design.limits.command
+    signals = samples(design)
+    expected = stepped(design, signals)
+    # It does hold back, and never lets more pass; a sum alone stops within a step of it.
+    assert 0.95 * limit < np.abs(expected).max() <= limit
+    found = commands(built("gcc", design, tmp_path / "c"), np.stack(list(signals.values()), axis=1))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * limit)
+    assert np.abs(found).max() <= limit
+
+
+@pytest.mark.parametrize("case", [case for case in FORMS if "lc" in case or "pid" in case])
+def test_structured_text_keeps_it_too(case, tmp_path):
+    name, changes = FORMS[case]
+    design = limited(name, **changes)
+    same = not_adapting(design) if design.kind.adapted else design  # the block has no adaptation
+    signals = samples(design)
+    structured_text.write(design, tmp_path / "block.st")
+    block = FunctionBlock((tmp_path / "block.st").read_text())
+    rows = zip(*(column.tolist() for column in signals.values()), strict=True)
+    found = [block.step(**dict(zip(signals, row, strict=True))) for row in rows]
+    np.testing.assert_allclose(found, stepped(same, signals), rtol=0, atol=1e-10)
+    assert 0.95 * design.limits.command < np.abs(found).max() <= design.limits.command
+
+
+def pid_by_hand(errors, k_p, k_i, k_d, every, limit):
+    """Clamping: the sum stays while the command is beyond the limit and the error pushes on."""
+    total, before, found = 0.0, 0.0, []
+    for error in errors:
+        rate = (error - before) / every
+        command = k_p * error + k_i * every * (total + error) + k_d * rate
+        if not (abs(command) > limit and error * command > 0.0):
+            total += error
+        command = k_p * error + k_i * every * total + k_d * rate
+        found.append(np.clip(command, -limit, limit))
+        before = error
+    return np.array(found)
+
+
+def test_a_sum_does_not_wind_up():
+    design = limited("jee-koren-2004-pid", 10.0)
+    errors = np.concatenate([np.full(300, 20.0), np.full(100, -2.0)])
+    found = stepped(design, {"error": errors})
+    gains = design.controller.pid
+    by_hand = pid_by_hand(errors, gains.k_p, gains.k_i, gains.k_d, 0.01, 10.0)
+    np.testing.assert_allclose(found, by_hand, rtol=1e-12)
+    free = stepped(hfc.load_design("jee-koren-2004-pid"), {"error": errors})
+    assert (found[302:] < 0.0).all()  # turns round at once
+    assert (np.clip(free, -10.0, 10.0)[302:340] == 10.0).all()  # wound up it does not
+
+
+@pytest.mark.parametrize(
+    ("name", "scenario"),
+    [
+        ("lin-lee-1999-table-1", "c-axis-step"),
+        ("jee-koren-2004-pid", "feed-drive-line"),
+        ("jee-koren-2004-aflc", "feed-drive-line"),
+    ],
+)
+def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):
+    design = limited(name, 7.0)
+    found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
+    for axis in found.axes:
+        controller = Controller(design)
+        told = {key: values.tolist() for key, values in axis.told().items()}
+        accepted = axis.drive.coefficients(axis.parameters)
+        for k, command in enumerate(axis.motion.command.tolist()):
+            own = controller.step({key: values[k] for key, values in told.items()})
+            assert float(axis.drive.accepted(accepted, own)) == pytest.approx(command, abs=1e-10)
+        assert np.abs(axis.motion.command).max() == 7.0
+
+
+def test_what_a_search_finds_holds_the_scenario_s_limit():
+    changes = {
+        "limits.command": 25.0,
+        "simulation.duration_s": 0.3,
+        "controller": {"kind": "pd"},
+        "search.population": 16,
+        "search.generations": 2,
+    }
+    design = hfc.design(hfc.load_scenario("c-axis-ramp", changes)).design
+    assert design.limits.command == 25.0
+    assert parse_design(design_json(design), "again").limits.command == 25.0
+    huge = {"error": 10.0, "error_rate": 0.0}
+    assert Controller(design).step(huge) == 25.0
+
+
+def test_a_design_without_one_says_nothing_of_it():
+    assert "limits" not in design_json(hfc.load_design("jee-koren-2004-pid"))
+
+
+def test_an_axis_may_have_its_own(tmp_path):
+    design = hfc.load_design(
+        "jee-koren-2004-pid",
+        {
+            "plant.axes": {"x": {}, "y": {}},
+            "limits.command": 9.0,
+            "limits.axes.y": {"command": 4.0},
+        },
+    )
+    found = hfc.evaluate(
+        design, hfc.load_scenario("feed-drive-line", {"simulation.duration_s": 1.0})
+    )
+    assert [np.abs(axis.motion.command).max() for axis in found.axes] == [9.0, 4.0]
+    hfc.export(design, "c", tmp_path / "c")
+    text = (tmp_path / "c" / "y" / "jee_koren_2004_pid_y.c").read_text()
+    assert "largest = R(4.0); /* command of either sign [unit] */" in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"limits.command": -1}, "limits.command = -1: Input should be greater than 0"),
+        ({"limits.axes": {"z": {"command": 1}}}, "limits.axes.z: the machine has no such axis"),
+        ({"limits.axes": {"x": {"command": 0}}}, "axes.x.command = 0"),
+    ],
+)
+def test_a_limit_that_cannot_be_is_refused(changes, told):
+    with pytest.raises(hfc.UserError, match=told):
+        hfc.load_scenario("feed-drive-line", changes)

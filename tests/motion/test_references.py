@@ -1,0 +1,184 @@
+"""References and loads by hand, and what a bad CSV file is told."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import oracle
+import pytest
+
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import load_scenario
+from hfc_design.motion.references import (
+    Load,
+    LoadSine,
+    Ramp,
+    Sine,
+    Step,
+    Table,
+    Trapezoidal,
+)
+from hfc_design.motion.samples import Simulation
+
+
+def at(signal, *times):
+    return signal.at(np.array(times)).tolist()
+
+
+def rate(signal, *times):
+    return signal.rate(np.array(times)).tolist()
+
+
+def test_ramp():
+    assert at(Ramp(), 0.0, 1.5) == pytest.approx([0.0, 0.03])
+    assert rate(Ramp(velocity=-0.5), 0.0, 1.5) == [-0.5, -0.5]
+
+
+def test_sine():
+    sine = Sine(amplitude=0.2, frequency_rad_s=3.0)
+    assert at(sine, 0.0, pi / 6, 1.0) == pytest.approx([0.0, 0.2, 0.2 * sin(3)])
+    assert rate(sine, 0.0, pi / 6, 1.0) == pytest.approx([0.6, 0.0, 0.6 * cos(3)], abs=1e-15)
+
+
+def test_step():
+    jump = Step(height=0.005, time_s=0.1)
+    assert at(jump, 0.0, 0.0999, 0.1, 2.0) == [0.0, 0.0, 0.005, 0.005]
+    assert rate(jump, 0.0, 0.1, 2.0) == [0.0, 0.0, 0.0]
+    assert at(Step(height=1.0), 0.0) == [1.0]
+
+
+def test_trapezoidal():
+    """1 rad at up to 0.5 rad/s and 2 rad/s2: 0.25 s up, 1.75 s even, 0.25 s down."""
+    move = Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0)
+    times = (0.0, 0.1, 0.25, 1.25, 2.0, 2.15, 2.25, 9.0)
+    assert at(move, *times) == pytest.approx(
+        [0.0, 0.01, 0.0625, 0.5625, 0.9375, 0.99, 1.0, 1.0], abs=1e-15
+    )
+    assert rate(move, *times) == pytest.approx([0.0, 0.2, 0.5, 0.5, 0.5, 0.2, 0.0, 0.0], abs=1e-15)
+
+
+def test_trapezoidal_too_short_for_its_velocity_is_a_triangle():
+    """-0.5 rad at 2 rad/s2 peaks at 1 rad/s after 0.5 s and ends after 1 s."""
+    move = Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0)
+    times = (0.0, 0.25, 0.5, 0.75, 1.0, 2.0)
+    assert at(move, *times) == pytest.approx([0.0, -0.0625, -0.25, -0.4375, -0.5, -0.5])
+    assert rate(move, *times) == pytest.approx([0.0, -0.5, -1.0, -0.5, 0.0, 0.0])
+
+
+def test_trapezoidal_nowhere():
+    move = Trapezoidal(distance=0.0, velocity=1.0, acceleration=1.0)
+    assert at(move, 0.0, 1.0) == [0.0, 0.0]
+    assert rate(move, 0.0, 1.0) == [0.0, 0.0]
+
+
+@pytest.fixture
+def table(tmp_path):
+    path = tmp_path / "angle.csv"
+    path.write_text("time_s,angle_rad\n1.0,2.0\n2.0,2.5\n4.0,1.5\n")
+    return Table(file=path)
+
+
+def test_table(table):
+    times = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)
+    assert at(table, *times) == pytest.approx([2.0, 2.0, 2.25, 2.5, 2.0, 1.5, 1.5])
+    assert rate(table, *times) == pytest.approx([0.0, 0.5, 0.5, -0.5, -0.5, 0.0, 0.0])
+
+
+def test_rate_is_the_derivative_of_the_angle(table):
+    references = (
+        Ramp(velocity=0.3),
+        Sine(amplitude=0.2, frequency_rad_s=3.0),
+        Step(height=0.1, time_s=0.7),
+        Trapezoidal(distance=1.0, velocity=0.5, acceleration=2.0),
+        Trapezoidal(distance=-0.5, velocity=3.0, acceleration=2.0),
+        table,
+    )
+    h = 1e-5
+    time = np.arange(0.013, 5.0, 0.0271)  # no corner is nearer than h to one of these
+    for reference in references:
+        slope = (reference.at(time + h) - reference.at(time - h)) / (2 * h)
+        np.testing.assert_allclose(reference.rate(time), slope, atol=1e-9)
+
+
+def test_load_of_equation_7():
+    load = load_scenario("c-axis-ramp-cutting").load
+    times = (0.0, pi / 2, 0.8, 3.21)
+    assert at(load, *times) == pytest.approx([oracle.cutting_load(t) for t in times])
+    assert at(load, 0.0) == pytest.approx([5 + 0.5**0.5])  # 5 + 0 + sin(pi / 4)
+    assert at(load, pi / 2) == pytest.approx([7 + sin(25 * pi + pi / 4)])
+
+
+def test_load_adds_a_constant_sines_and_a_table(table):
+    sines = (LoadSine(amplitude=3.0, frequency_rad_s=2.0, phase_rad=pi / 2),)
+    load = Load(constant=1.0, sines=sines, file=table.file)
+    assert at(load, 0.0, 1.5) == pytest.approx([1 + 3 + 2.0, 1 + 3 * cos(3.0) + 2.25])
+    assert at(Load(), 0.0, 1.0) == [0.0, 0.0]
+
+
+def test_samples_hold_the_load_where_the_integrator_needs_it():
+    scenario = load_scenario("c-axis-ramp-cutting", ["simulation.substeps=2"])
+    samples = scenario.samples()
+    (axis,) = samples.axes
+    assert axis.loads.shape == (5, 10_000)
+    for k in range(5):  # 2 substeps of 0.5 ms: their starts, middles and ends
+        wanted = oracle.cutting_load(0.777 + k * 0.00025)
+        assert axis.loads[k, 777] == pytest.approx(wanted, rel=1e-12)
+    assert axis.reference[777] == pytest.approx(0.02 * 0.777)
+    assert (axis.reference_rate == 0.02).all()
+    assert samples.settled.tolist() == [0.0] * 1000 + [1.0] * 9000  # from 1 s on
+    brief = load_scenario("c-axis-ramp", ["simulation.duration_s=0.5"]).samples()
+    assert (brief.settled == 1.0).all()  # it ends earlier and is looked at as a whole
+
+
+def test_samples_in_time():
+    simulation = Simulation(duration_s=0.3, sample_time_s=0.1)  # 0.3 / 0.1 is not quite 3
+    assert simulation.steps == 3
+    assert simulation.time.tolist() == pytest.approx([0.0, 0.1, 0.2])
+
+
+def scenario_with(folder, csv, section="reference"):
+    """A scenario in ``folder`` that reads ``angle.csv`` beside it; no file where csv is None."""
+    if csv is not None:
+        (folder / "angle.csv").write_text(csv)
+    kind = 'kind = "csv"\n' if section == "reference" else ""
+    path = folder / "own.toml"
+    path.write_text(f'[{section}]\n{kind}file = "angle.csv"\n')
+    return str(path)
+
+
+@pytest.mark.parametrize("section", ["reference", "load"])
+@pytest.mark.parametrize(
+    ("csv", "message"),
+    [
+        (None, "cannot be read: "),
+        ("t,a\n0,1\n1,x\n", "is no table of numbers: "),
+        ("t,a\n0,1\n1\n", "is no table of numbers: "),
+        ("t\n0\n1\n", "needs two columns and at least two rows"),
+        ("t,a,b\n0,1,2\n1,2,3\n", "needs two columns and at least two rows"),
+        ("t,a\n0,1\n", "needs two columns and at least two rows"),
+        ("t,a\n", "needs two columns and at least two rows"),
+        ("", "needs two columns and at least two rows"),
+        ("t,a\n0,1\n0,2\n", "needs a first column (time in s) that rises"),
+        ("t,a\n1,1\n0,2\n", "needs a first column (time in s) that rises"),
+        ("t,a\n0,1\n1,nan\n", "has a number that is not finite"),
+        ("t,a\n0,1\ninf,2\n", "has a number that is not finite"),
+    ],
+)
+def test_bad_csv_is_one_line(tmp_path, section, csv, message):
+    path = scenario_with(tmp_path, csv, section)
+    with pytest.raises(UserError) as caught:
+        load_scenario(path)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert text.startswith(f"{path}: {section}.file = ")
+    assert "angle.csv" in text
+    assert message in text
+    assert caught.value.exit_code == 2
+
+
+def test_relative_csv_is_found_beside_the_scenario(tmp_path, monkeypatch):
+    path = scenario_with(tmp_path, "t,a\n0,0\n1,0.04\n")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    (elsewhere / "angle.csv").write_text("t,a\n0,0\n1,99\n")
+    assert at(load_scenario(path).reference, 0.5) == [0.02]

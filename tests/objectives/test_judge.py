@@ -1,0 +1,248 @@
+"""One object judges closed loops: in searches, in the final choice, in scores and in reports."""
+
+import json
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from run_folders import hfc
+
+from hfc_design import api
+from hfc_design.controllers.gains.genome import GainVectors
+from hfc_design.objectives.judge import Judged, judge
+from hfc_design.objectives.lin_lee import lin_lee
+from hfc_design.runs import problem
+from hfc_design.search.loop import Archive, Search
+
+TITLE = "fitness, LL eq. 5 / (1 + 300 stick share)"
+#: In 0.3 s, with a PD part alone; a large derivative gain diverges.
+SMALL = {
+    "simulation.duration_s": 0.3,
+    "search.population": 16,
+    "search.generations": 6,
+    "controller": {"kind": "pd", "ranges": {"kd": [30.0, 1e5]}},
+}
+#: Below zero: minus the largest error in mrad; and one that is never a number.
+CALM = api.Objective(
+    lambda zero: zero,
+    lambda sums, moments, path: jnp.maximum(sums, jnp.abs(moments[0].error)),
+    lambda sums: -1000.0 * sums,
+    name="calm",
+    title="largest error",
+    unit="mrad",
+)
+LOST = CALM._replace(name="lost", score=lambda sums: jnp.nan * sums)
+
+
+def one(sums):
+    """An objective that is given."""
+    return api.Objective(lambda zero: zero, lambda s, moments, path: s, lambda s: s, name=sums)
+
+
+def judged(fitness, shares, penalty, positions=(0.0, 0.0, 0.0)):
+    """The judge's word on three individuals with such fitness and shares of sticking."""
+    sums = np.array(fitness), (np.array(shares) * 50.0, np.full(3, 50.0))
+    found = judge(one("given"), penalty).judged(sums, [np.array(positions)])
+    return Judged(*map(np.asarray, found))
+
+
+def test_merit_by_hand():
+    """A tenth of the time at a penalty of 20 costs a factor of three, whatever the sign."""
+    found = judged([9.0, -9.0, 0.0], [0.1, 0.1, 0.1], 20.0)
+    assert found.merit == pytest.approx([3.0, -27.0, 0.0])
+    assert found.values[:, 0].tolist() == [9.0, -9.0, 0.0]
+    assert found.values[:, 1] == pytest.approx([-2.0, -2.0, -2.0])
+    assert not found.failed.any()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_position_or_an_objective_that_is_no_number_fails_and_ranks_last(bad):
+    found = judged([bad, -1e30, 1.0], [0.0, 0.0, 0.0], 20.0, positions=[0.0, 0.0, bad])
+    assert found.failed.tolist() == [True, False, True]
+    assert found.rank.tolist() == [-np.inf, -1e30, -np.inf]
+
+
+def test_what_a_judge_is_called():
+    plain, hard = judge(lin_lee(), 0.0), judge(lin_lee(), 300.0)
+    assert plain.titles == {"fitness": "fitness, LL eq. 5"}
+    assert hard.titles == {"fitness": "fitness, LL eq. 5", "merit": TITLE}
+    assert judge(CALM, 2.5).title == "largest error / (1 + 2.5 stick share) [mrad]"
+    assert judge(one("mine"), 0.0).title == "fitness, mine"
+    assert judge(lin_lee(), 300.0) is hard  # one compiled program
+
+
+def test_the_final_choice_is_by_merit(monkeypatch):
+    """Hand-made results: the highest fitness belongs to one that sticks."""
+    results = {0.1: (50.0, 5.0), 0.2: (20.0, 20.0), 0.3: (-np.inf, -np.inf)}
+    scenario = api.load_scenario("c-axis-ramp", SMALL)
+
+    def evaluated(design, where):
+        place = round((np.log(design.controller.pd.kp) - np.log(100.0)) / np.log(100.0), 6)
+        fitness, merit = results[place]
+        common = (not np.isfinite(merit), None, {}, np.empty(0), (), None)
+        return api.Evaluation(fitness, merit, *common)
+
+    def population(*kp):
+        return GainVectors(np.zeros(len(kp), int), np.array([[place, 0.5] for place in kp]))
+
+    monkeypatch.setattr(problem, "evaluate", evaluated)
+    archive = Archive(population(0.1), np.array([5.0]))
+    search = Search(3, Archive(population(0.3, 0.2), np.array([7.0, 6.0])), archive, None)
+    design, found = problem.champion(search, scenario)
+    assert (found.fitness, found.merit) == (20.0, 20.0)
+    assert design.score == {
+        "scenario": "c-axis-ramp",
+        "fitness": 20.0,
+        "merit": 20.0,
+        "judged_by": TITLE,
+    }
+
+
+@pytest.mark.parametrize(("precision", "off"), [("float32", 0.02), ("float64", 1e-9)])
+def test_an_x_y_machine_is_chosen_by_what_was_searched(precision, off):
+    """Its metrics have no share of sticking, so the share is told from the motion here."""
+    changes = {
+        "search.stick_penalty": 300.0,
+        "search.population": 24,
+        "search.generations": 6,
+        "simulation.duration_s": 3.0,
+        "run.precision": precision,
+        "fitness.settled_after_s": 0.0,  # so that the first samples, from rest, count as stuck
+    }
+    result = api.design(api.load_scenario("feed-drive-hierarchy", changes))
+    best, found = result.search.history.best[-1], result.evaluation
+    assert found.merit == pytest.approx(best, rel=off)
+    settled, stuck = 0, 0
+    for axis in found.axes:
+        commanded = abs(axis.happens.reference_rate)
+        stuck += np.count_nonzero(abs(axis.velocity) < 0.1 * commanded)
+        settled += len(commanded)
+    assert stuck > 0
+    assert found.merit == pytest.approx(found.fitness / (1 + 300 * stuck / settled), rel=1e-9)
+
+
+@pytest.mark.parametrize("preset", ["race", "lin-lee-1999"])
+def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins):
+    api.register(CALM)
+    changes = {**SMALL, "fitness": {"kind": "calm"}, "search.preset": preset}
+    if preset != "race":  # which searches hierarchies
+        del changes["controller"]
+        changes["search.generations"] = 20
+    scenario = api.load_scenario("c-axis-ramp", changes)
+    whole = api.design(scenario, tmp_path / "whole")
+    history = whole.search.history
+    assert history.diverged.sum() > 0 or preset != "race"
+    assert history.best[-1] > history.best[0]
+    assert (history.median <= history.best).all()
+    assert history.best[-1] < 0.0
+    state = whole.search.state
+    assert np.isfinite(state.score[: len(state.score) // 2]).all()
+    own = whole.evaluation
+    assert own.fitness == pytest.approx(-1000 * own.metrics["max_error_rad"], rel=1e-9)
+    share = own.metrics["stick_share"]
+    penalty = scenario.search.stick_penalty
+    assert own.merit == pytest.approx(own.fitness * (1 + penalty * share), rel=1e-9)
+
+    class Stopped(Exception):
+        pass
+
+    def stop(search):
+        if search.generation == 3:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        api.design(scenario, tmp_path / "parts", stop)
+    api.design(scenario, tmp_path / "parts")
+    for file in ("design.json", "history.csv", "checkpoint.npz", "report.html"):
+        assert (tmp_path / "parts" / file).read_bytes() == (tmp_path / "whole" / file).read_bytes()
+
+
+def test_where_everything_fails_the_run_ends_and_says_so(tmp_path, own_plugins, no_baselines):
+    api.register(LOST)
+    changes = {**SMALL, "search.generations": 2, "fitness": {"kind": "lost"}}
+    result = api.design(api.load_scenario("c-axis-ramp", changes), tmp_path / "run")
+    assert result.evaluation.diverged
+    rows = np.genfromtxt(tmp_path / "run" / "history.csv", delimiter=",", names=True)
+    assert rows["diverged"].tolist() == [16, 16]
+    assert np.isnan(rows["best"]).all()
+    assert np.isnan(rows["median"]).all()
+    score = json.loads((tmp_path / "run" / "design.json").read_text())["score"]
+    assert (score["fitness"], score["merit"]) == (None, None)
+    assert "diverges on c-axis-ramp" in (tmp_path / "run" / "report.html").read_text()
+    assert hfc("report", tmp_path).exit_code == 0
+    page = (tmp_path / "report.html").read_text()
+    assert "is diverged, of group 1" in page
+
+
+def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baselines):
+    small = ("--set", "simulation.duration_s=0.3", "--population", 8, "--generations", 2)
+    done = hfc("design", "--controller", "pd", *small, "--out", tmp_path / "run")
+    assert done.exit_code == 0, done.output
+    assert f"generation 2/2  {TITLE}: best" in done.stderr
+    assert "fitness, LL eq. 5\n" not in done.stdout  # a row, with numbers
+    assert "│ / (1 + 300 stick share)" in done.stdout
+    score = json.loads((tmp_path / "run" / "design.json").read_text())["score"]
+    assert score["judged_by"] == TITLE
+    found = json.loads(hfc("score", tmp_path / "run", "--json").stdout)
+    assert [found[key] for key in score if key != "scenario"] == list(score.values())[1:]
+    text = (tmp_path / "run" / "report.html").read_text()
+    for part in (
+        f"designs are ranked by {TITLE};",
+        f'<th scope="row">{TITLE}</th><td class="value">{score["merit"]:.4f}</td>',
+        f'<th scope="row">fitness, LL eq. 5</th><td class="value">{score["fitness"]:.4f}</td>',
+        f"{TITLE}: the best so far",
+    ):
+        assert part in text
+    plain = hfc("score", tmp_path / "run", "--set", "search.stick_penalty=0").stdout
+    assert "stick share)" not in plain
+    spread = hfc("score", tmp_path / "run", "--spread", 0.1, "--samples", 4)
+    assert f"merit is {TITLE}" in " ".join(spread.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("objective", "words"),
+    [
+        (CALM._replace(update=None), ["fitness 'calm'", "update has to be a function", "None"]),
+        (CALM._replace(score=1.0), ["fitness 'calm'", "score has to be a function", "1.0"]),
+        (CALM._replace(settings=dict), ["fitness 'calm'", "settings", "ObjectiveSettings"]),
+        (CALM._replace(name=""), ["fitness ''", "a name has letters"]),
+        (CALM._replace(name="stick-share"), ["'stick-share' is built in"]),
+        (object(), ["none of", "fitness", "plant"]),
+    ],
+)
+def test_an_objective_that_lacks_something(objective, words, own_plugins):
+    with pytest.raises(api.UserError) as error:
+        api.register(objective)
+    for word in words:
+        assert word in str(error.value)
+
+
+class Weighed(api.ObjectiveSettings):
+    worst: float = 1.0
+
+
+def test_an_own_objective_has_weights_of_its_own(own_plugins):
+    """And a wrong one is told by its key."""
+
+    def weighed(own):
+        return CALM._replace(score=lambda sums: -own.worst * sums)
+
+    api.register(CALM._replace(name="weighed", settings=Weighed, make=weighed))
+    scenario = api.load_scenario(
+        "c-axis-ramp", {**SMALL, "fitness": {"kind": "weighed", "worst": 5.0}}
+    )
+    design = api.with_gains(scenario, "pd", {"kp": 900.0, "kd": 700.0})
+    found = api.evaluate(design, scenario)
+    assert found.fitness == pytest.approx(-5.0 * found.metrics["max_error_rad"], rel=1e-9)
+    assert scenario.model_dump()["fitness"] == {
+        "kind": "weighed",
+        "worst": 5.0,
+        "settled_after_s": 1.0,
+    }
+    for changes, words in (
+        ({"kind": "weighed", "worst": "much"}, "fitness.worst = 'much'"),
+        ({"kind": "weighed", "best": 1.0}, "fitness.best = 1.0"),
+        ({"kind": 5}, "fitness.kind = 5"),
+    ):
+        with pytest.raises(api.UserError, match=words):
+            api.load_scenario("c-axis-ramp", {"fitness": changes})

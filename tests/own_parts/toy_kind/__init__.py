@@ -1,0 +1,224 @@
+"""A user's own kind: a table over the error that learns while it runs, beside an integral.
+
+``hfc design SCENARIO --controller toy_kind:KIND`` searches its heights. Everything about it is in
+this folder; nothing in the package knows it.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+import hfc_design.api as hfc
+
+POINTS = 5
+HERE = Path(__file__).parent
+
+
+class Gains(NamedTuple):
+    """One individual, or a population in the trailing axis."""
+
+    heights: Any  # (5,) command at errors of -2, -1, 0, 1, 2 widths
+    width: Any  # of the error between two points
+    integral: Any  # integral gain
+    rate: Any  # by which a point learns, a sample
+
+
+class Memory(NamedTuple):
+    """What it remembers; all zero before the first sample."""
+
+    moves: Any  # (5,) of the points
+    sum: Any  # of the integral
+
+
+class Parts(NamedTuple):
+    """What the command is made of."""
+
+    place: Any  # of the error in the table
+    weights: list[Any]  # (5,)
+    table: list[Any]  # (5,) heights as they are at this sample
+    inferred: Any
+    integral: Any
+
+    def command(self) -> Any:
+        """The sum."""
+        return self.inferred + self.integral
+
+
+def start(law: hfc.AxisLaw, zero: Any) -> Memory:
+    """Nothing learnt."""
+    return Memory((zero,) * POINTS, zero)
+
+
+def parts(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, memory: Memory, signals: Any) -> Any:
+    """Linear between the points, constant beyond; the points that act learn from the error."""
+    error = signals["error"]
+    place = hfc.clipped(xp, error / gains.width, -2.0, 2.0)
+    weights = [xp.maximum(1.0 - abs(place - (k - 2.0)), 0.0) for k in range(POINTS)]
+    table = [h + move for h, move in zip(gains.heights, memory.moves, strict=True)]
+    inferred = hfc.total(w * h for w, h in zip(weights, table, strict=True))
+    summed = memory.sum + gains.integral * law.sample_time * error
+    summed = hfc.held(xp, law.limit, inferred + summed, memory.sum, summed)
+    moves = tuple(
+        move + gains.rate * w * error for move, w in zip(memory.moves, weights, strict=True)
+    )
+    return Parts(place, weights, table, inferred, summed), Memory(moves, summed)
+
+
+Heights = Annotated[tuple[float, ...], Field(min_length=POINTS, max_length=POINTS)]
+
+
+class Design(hfc.ControllerRecord):
+    """A controller of this kind in a design file."""
+
+    kind: Literal["toy"] = "toy"
+    heights: Heights
+    width: Annotated[float, Field(gt=0)]
+    integral: float = 0.0
+    rate: float = 0.0
+
+    def gains(self) -> Gains:
+        """The numbers."""
+        return Gains(self.heights, self.width, self.integral, self.rate)
+
+    def adapted(self, memory: Memory) -> "Design":
+        """With the table that it has learnt."""
+        table = tuple(h + move for h, move in zip(self.heights, memory.moves, strict=True))
+        return self.model_copy(update={"heights": table})
+
+
+class Settings(hfc.ControllerSettings):
+    """What a search varies."""
+
+    kind: Literal["toy"]
+    width: Annotated[float, Field(gt=0)] = 1.0
+    largest: Annotated[float, Field(gt=0)] = 10.0
+    integral: float = 0.0
+    rate: float = 0.0
+
+
+class Tables(NamedTuple):
+    """n individuals; every array carries them in its leading axis."""
+
+    tree: np.ndarray  # (n,) 0
+    heights: np.ndarray  # (n, 5)
+
+    def take(self, chosen: Any) -> "Tables":
+        """Some of them."""
+        return Tables(self.tree[chosen], self.heights[chosen])
+
+
+class Genome(NamedTuple):
+    """How tables begin and vary."""
+
+    settings: Settings
+    target: hfc.Target
+    structures: int = 1
+
+    @property
+    def controller(self) -> Any:
+        """The law on every axis."""
+        return hfc.per_axis("toy", lambda limit: law(self.target.sample_time, limit), self.target)
+
+    def empty(self) -> Tables:
+        """One table of zeros."""
+        return Tables(np.zeros(1, int), np.zeros((1, POINTS)))
+
+    def fresh(self, tree: Any, rng: np.random.Generator) -> Tables:
+        """Rising tables."""
+        steps = rng.uniform(0.0, self.settings.largest / 2, (len(tree), POINTS))
+        return Tables(tree, np.cumsum(steps, axis=1) - np.cumsum(steps, axis=1)[:, 2:3])
+
+    def mutated(self, population: Tables, step: Any, rng: np.random.Generator) -> Tables:
+        """Other heights."""
+        moved = rng.standard_normal(population.heights.shape) * self.settings.largest
+        return population._replace(heights=population.heights + step[:, None] * moved)
+
+    def blended(self, one: Tables, other: Tables, share: Any) -> Tables:
+        """Heights on a straight line."""
+        line = one.heights + share[:, None] * (other.heights - one.heights)
+        return one._replace(heights=line)
+
+    def nudged(self, population: Tables, rng: np.random.Generator) -> Tables:
+        """Heights a millionth off."""
+        return population._replace(heights=population.heights * (1.0 + 1e-6))
+
+    def gains(self, population: Tables) -> Gains:
+        """As the simulator wants them."""
+        s, count = self.settings, len(population.tree)
+        same = (np.full(count, value) for value in (s.width, s.integral, s.rate))
+        return Gains(population.heights.T, *same)
+
+    def notation(self, structure: int) -> str:
+        """There is one."""
+        return "toy"
+
+    def record(self, individual: Tables) -> dict[str, Any]:
+        """As a design file has it, without the sample time."""
+        s = self.settings
+        heights = individual.heights[0].tolist()
+        return {
+            "kind": "toy",
+            "heights": heights,
+            "width": s.width,
+            "integral": s.integral,
+            "rate": s.rate,
+        }
+
+
+def law(sample_time: float, limit: float | None) -> hfc.AxisLaw:
+    """The law of one axis."""
+    return hfc.AxisLaw(parts, start, sample_time, limit)
+
+
+def shown(record: Design, parts: Parts) -> dict[str, Any]:
+    """Which points of the table act."""
+    rules = [
+        {"row": str(k - 2), "column": "-", "strength": w, "share": w, "consequent": height}
+        for k, (w, height) in enumerate(zip(parts.weights, parts.table, strict=True))
+        if w > 0.0
+    ]
+    place = {"input": "error", "value": float(parts.place), "degrees": {"0": 1.0}}
+    unit = {"unit": "table", "column": place, "row": place, "rules": rules, "output": 0.0}
+    return {"units": [unit], "parts": {"fuzzy": parts.inferred, "integral": parts.integral}}
+
+
+def sections(record: Design, shown: hfc.Shown) -> list[Any]:
+    """Its table."""
+    unit = shown.units["command"]
+    rows = [[f"{k - 2}", f"{height:.4g}", unit] for k, height in enumerate(record.heights)]
+    listing = hfc.Listing("The learnt table.", ["place", "command", "unit"], rows)
+    return [hfc.Section("A table of its own", "", listing, [])]
+
+
+def st_values(record: Design) -> dict[str, Any]:
+    """Variables of the function block."""
+    return {
+        "constants": {
+            "heights": record.heights,
+            "width": record.width,
+            "integral": record.integral,
+            "sample_time": record.sample_time_s,
+            "rate": record.rate,
+        },
+        "remembered": ["summed", *(f"move_{k}" for k in range(POINTS))],
+        "within": ["place", "inferred", "new_sum", *(f"weight_{k}" for k in range(POINTS))],
+    }
+
+
+KIND = hfc.Kind(
+    name="toy",
+    summary="a table over the error that learns",
+    record=Design,
+    settings=Settings,
+    gains=Design.gains,
+    law=lambda record, limit: law(record.sample_time_s, limit),
+    genome=Genome,
+    reads=lambda record: ["error"],
+    adapted=Design.adapted,
+    explain=hfc.Explain(lambda record: (["error"], []), lambda memory, readings: memory, shown),
+    c=hfc.Template((HERE,), lambda record: {"gains": record, "integrates": True}),
+    st=hfc.Template((HERE,), st_values),
+    sections=sections,
+)
