@@ -74,7 +74,8 @@ def _values(design: Design) -> dict[str, Any]:
             f"design {design.name}: HAL has no component of the plant {design.plant.name}; there "
             f"is {known}"
         )
-    drive = PlantSettings(**design.plant.model_dump()).machine.drives[0]
+    plant = PlantSettings(**design.plant.model_dump())
+    drive = plant.machine.drives[0]
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
         raise UserError(
@@ -92,6 +93,7 @@ def _values(design: Design) -> dict[str, Any]:
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
+        "millimetres": drive.millimetres and drive.millimetres(plant.values()[0]),
         "true_position": TRUE_POSITION[drive.name],
     }
 
