@@ -13,10 +13,12 @@ from plants.drive import Drive
 
 
 class FeedDriveParameters(NamedTuple):
-    """Physical parameters; the defaults are the X-axis of ``PARAMETER_SETS["x-coulomb"]``.
+    """Physical parameters; the defaults are the X-axis of JK04.
 
     Above the Coulomb level, friction at V [mm/s] is ``start + slope V + curvature V^2``: the
     start and negative viscous friction of JK04 eq. 28, signed as printed for either direction.
+    F_c gives the PID's contour errors of Fig. 12 with the printed K. No single pair of them gives
+    all figures: Fig. 10 needs K = 40 without F_c.
     """
 
     gain: float = 28.3  # K [(BLU/s)/unit]
@@ -33,41 +35,6 @@ class FeedDriveParameters(NamedTuple):
     blu: float = 0.01  # basic length-unit [mm]
     lowest_command: float = -128.0  # [unit]
     highest_command: float = 127.0  # [unit]
-
-
-FRICTION = (
-    "coulomb",
-    "stiction_rise",
-    *(f"positive_{part}" for part in ("start", "slope", "curvature")),
-    *(f"negative_{part}" for part in ("start", "slope", "curvature")),
-)
-
-
-def without_friction(p: FeedDriveParameters) -> FeedDriveParameters:
-    """The same axis without any friction: JK04 eq. 18 alone."""
-    return p._replace(**dict.fromkeys(FRICTION, 0.0))
-
-
-_X = FeedDriveParameters()
-_Y = _X._replace(
-    positive_start=7.23,
-    positive_slope=-1.12,
-    positive_curvature=0.04,
-    negative_start=-5.04,
-    negative_slope=-0.68,
-    negative_curvature=-0.02,
-)
-#: JK04 prints neither F_c nor the gain of each figure, and no single pair gives all of them.
-#: "coulomb" has the printed K = 28.3 and gives the PID's contour errors of Fig. 12; "start" has
-#: only the nonlinear part of the friction and, with K = 40, gives the FLC's axial error of Fig. 10
-#: (with K = 28.3 its largest singleton, 32 units, cannot keep up with that circle's 44).
-PARAMETER_SETS = {
-    "x-coulomb": _X,
-    "y-coulomb": _Y,
-    "x-start": _X._replace(gain=40.0, coulomb=0.0),
-    "y-start": _Y._replace(gain=40.0, coulomb=0.0),
-    "frictionless": without_friction(_X),
-}
 
 
 class FeedDriveState(NamedTuple):

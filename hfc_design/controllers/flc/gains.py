@@ -1,8 +1,7 @@
 """Gains of a rule table, which the stable range bounds."""
 
 from hfc_design.controllers.flc.record import FuzzyRecord
-from hfc_design.stability.sectors import sectors_at_centres
-from hfc_design.stability.true_sectors import Triangle, true_sectors
+from hfc_design.stability.sectors import Triangle, sectors_at_centres, true_sectors
 
 
 def points(record: FuzzyRecord) -> dict[str, tuple[float, float]]:
