@@ -11,6 +11,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
+from hfc_design.stability.sectors import Triangle, sectors_at_centres, true_sectors
 
 #: Linguistic labels, negative large to positive large.
 LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
@@ -171,6 +172,24 @@ def terms_fault(terms: tuple[TriangleRecord, ...]) -> str | None:
         if not (a[1] <= b[0] and a[2] <= b[1]):
             return f"an edge between {low.label} and {high.label} passes the other's centre"
     return None
+
+
+def points(record: FuzzyRecord) -> dict[str, tuple[float, float]]:
+    """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
+    error, change = (
+        [Triangle(term.left, term.centre, term.right) for term in terms]
+        for terms in (record.error_terms, record.error_change_terms)
+    )
+    table = record.rules.centroids
+    at_centres = sectors_at_centres(
+        [term.centre for term in error], [term.centre for term in change], table
+    )
+    with_edges = true_sectors(error, change, table)
+    found = {
+        "table, eq. 13 and 14": (at_centres.k1, at_centres.k2),
+        "table, with its edges": (with_edges.k1, with_edges.k2),
+    }
+    return found | record.adaptation_limit()
 
 
 def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hfc_design.controllers.pid.law import PidGains, pid
+from hfc_design.controllers.pid import PidGains, pid
 from hfc_design.core.scalars import SCALARS
 
 
