@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 Scalar: TypeAlias = Any
 #: A truth about ``Scalar``s, of the same three kinds.
 Truth: TypeAlias = Any
+#: (..., steps) numbers, one a control sample: of NumPy or JAX, or being traced.
+Series: TypeAlias = Any
 #: What only its kind of controller knows: its numbers, and what it remembers.
 Gains: TypeAlias = Any
 Memory: TypeAlias = Any
 #: What only a drive knows: the record of its parameters.
 Parameters: TypeAlias = Any
+#: What TOML and JSON hold, of which only a model knows what it should be.
+Plain: TypeAlias = Any
 
 Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right
@@ -24,3 +28,4 @@ RuleTable: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 7) singletons [row][col
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
+Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on

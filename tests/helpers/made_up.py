@@ -1,8 +1,9 @@
 """Random designs of every kind that has rules."""
 
 import numpy as np
+from jk04 import rule_labels
 
-from hfc_design.controllers.flc.rule_bases import LABELS, rule_labels
+from hfc_design.controllers.flc.record import LABELS
 from hfc_design.files.design import Design
 
 TERMS = 7
