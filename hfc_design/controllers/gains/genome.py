@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.gains.law import Range
+from hfc_design.controllers.gains.law import Range, Ranges
 from hfc_design.controllers.gains.settings import GainsSettings
 from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Kind, Target
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Mask
 
 
 class GainVectors(NamedTuple):
@@ -28,7 +28,7 @@ class GainsGenome(NamedTuple):
     """What a search can do with ``GainVectors``."""
 
     kind: Kind
-    ranges: Any  # a NamedTuple of (low, high)
+    ranges: Ranges
     target: Target
 
     @property
@@ -66,7 +66,7 @@ class GainsGenome(NamedTuple):
         off = 1e-6 * rng.standard_normal(population.places.shape)
         return _allowed(population, population.places + off)
 
-    def gains(self, population: GainVectors) -> Any:
+    def gains(self, population: GainVectors) -> Gains:
         """The kind's record of gains, each (n,)."""
         pairs = zip(self.ranges, population.places.T, strict=True)
         return type(self.ranges)(*(_between(pair, place) for pair, place in pairs))
