@@ -1,6 +1,6 @@
 """Genome of a controller whose gains are a few numbers."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from hfc_design.controllers.gains.settings import GainsSettings
 from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Kind, Target
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.shapes import Floats, Gains, Integers, Mask
+from hfc_design.core.shapes import Data, Floats, Gains, Integers, Mask
 
 
 class GainVectors(NamedTuple):
@@ -75,7 +75,7 @@ class GainsGenome(NamedTuple):
         """There is one."""
         return self.kind.name
 
-    def record(self, individual: GainVectors) -> dict[str, Any]:
+    def record(self, individual: GainVectors) -> Data:
         """The kind and its gains, without its sample time."""
         found = self.gains(individual)._asdict()
         assert self.kind.of_gains is not None

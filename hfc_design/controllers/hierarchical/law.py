@@ -56,9 +56,7 @@ class HierarchicalGains(NamedTuple):
     kd: Scalar  # [V s/rad]
     scales: Sequence[Scalar] | Floats  # (inputs,) k_1, k_2, ..., per unit of the input
     sources: Sources  # (units,) column and row source, see ``tree.Tree``
-    consequents: (
-        Sequence[RuleTable] | Floats
-    )  # (units, 7, 7) singletons [unit][row][column]
+    consequents: Sequence[RuleTable] | Floats  # (units, 7, 7) singletons [unit][row][column]
 
 
 class HierarchicalMemory(NamedTuple):
