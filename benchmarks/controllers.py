@@ -20,10 +20,10 @@ from rich.console import Console
 from rich.table import Table
 
 from hfc_design.controllers.kinds import from_design
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import load_design
 
 #: Design -> the scenario that it runs.
 DESIGNS = {

@@ -16,10 +16,10 @@ from hfc_design.core.records import UserError, checked
 from hfc_design.core.shapes import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import controller_of, machine
 from hfc_design.simulation.population import Machines
 
 

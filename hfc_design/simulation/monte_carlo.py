@@ -16,17 +16,11 @@ from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import (
-    Evaluation,
-    controller_of,
-    evaluation,
-    individual,
-    machine,
-    picked,
-)
+from hfc_design.simulation.evaluation import Evaluation, evaluation
 from hfc_design.simulation.population import Machines
 
 Progress = Callable[[int, int], None]
@@ -168,7 +162,7 @@ def _motions(
         judged, motions = population.trajectory(loop, some, samples, gains)
         for k in range(min(size, count - start)):
             own = some.take(k).true
-            found = evaluation(scenario, own, samples, picked(judged, k), individual(motions, k))
+            found = evaluation(scenario, own, samples, judged, motions, k)
             stable = is_stable(loop, own, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)

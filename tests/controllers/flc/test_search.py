@@ -5,12 +5,13 @@ import pytest
 
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 from hfc_design.runs import run as design
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.simulation.evaluation import evaluate
 from hfc_design.stability.stable_range import stable_range
 from hfc_design.stability.true_sectors import Triangle, true_sectors
 
