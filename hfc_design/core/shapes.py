@@ -14,8 +14,9 @@ Truth: TypeAlias = Any
 #: What only its kind of controller knows: its numbers, and what it remembers.
 Gains: TypeAlias = Any
 Memory: TypeAlias = Any
-#: What only a drive knows: the record of its parameters.
+#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
 Parameters: TypeAlias = Any
+State: TypeAlias = Any
 
 Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right

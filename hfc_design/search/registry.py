@@ -11,13 +11,7 @@ from hfc_design.core.plugins import Group, chosen, found_in
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats
 from hfc_design.search import strategies
-from hfc_design.search.strategy import (
-    Searcher,
-    Strategy,
-    StrategySettings,
-    Task,
-    strategy_fault,
-)
+from hfc_design.search.strategy import Searcher, Strategy, StrategySettings, Task, strategy_fault
 
 STRATEGIES: Group[Strategy] = Group(
     "strategy",

@@ -20,7 +20,7 @@ import numpy as np
 from jax import lax
 from jax.sharding import Mesh, PartitionSpec
 from jax.typing import ArrayLike, DTypeLike
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, PyTree
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
@@ -28,7 +28,7 @@ from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats, Gains, Integers, Parameters
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.motion.samples import AxisSamples, Samples
-from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.objectives.registry import OBJECTIVES
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
@@ -39,7 +39,6 @@ CHUNK = 64
 LANES = 16
 
 
-Individuals: TypeAlias = Float[Array, " individuals"]
 #: A number of one individual, or the rows of a table as tuples of tuples.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
 Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
