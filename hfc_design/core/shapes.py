@@ -16,8 +16,9 @@ Series: TypeAlias = Any
 #: What only its kind of controller knows: its numbers, and what it remembers.
 Gains: TypeAlias = Any
 Memory: TypeAlias = Any
-#: What only a drive knows: the record of its parameters.
+#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
 Parameters: TypeAlias = Any
+State: TypeAlias = Any
 #: What TOML and JSON hold, of which only a model knows what it should be.
 Plain: TypeAlias = Any
 
