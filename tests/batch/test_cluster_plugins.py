@@ -1,5 +1,6 @@
 """Own plants, fitnesses and laws on worker processes: only their names are sent."""
 
+import json
 import re
 import subprocess
 import sys
@@ -47,10 +48,24 @@ def sledges(path, module):
     return [text for key, name in objects.items() for text in (f"--{key}", f"{module}:{name}")]
 
 
+def apart(found, module):
+    """The files without what designs say of their plug-ins, which lie in ``module``."""
+    rest = dict(found)
+    for name in found:
+        if name.endswith("design.json"):
+            rest[name] = json.loads(found[name])
+            assert rest[name]["provenance"].pop("plugins") == {
+                "plant": {"sledge": f"{module}:SLEDGE"},
+                "fitness": {"last-error": f"{module}:LAST"},
+                "controller": {"only-p": f"{module}:P"},
+            }
+    return rest
+
+
 def test_workers_of_our_own_know_a_module_of_the_current_folder(tmp_path, plain, started):
     assert len([name for name in plain if name.endswith("design.json")]) == 2
     assert ended(started("--workers", "2", *sledges(tmp_path, "here"))) == (0, [])
-    assert files(tmp_path / "out") == plain
+    assert apart(files(tmp_path / "out"), "here") == apart(plain, "mine")
 
 
 def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
@@ -60,11 +75,12 @@ def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
     assert (code, len(said)) == (1, 3), said
     for line in said[:2]:
         assert re.search(r"the worker tcp://127\.0\.0\.1:\d+ on \S", line)
-        for part in ("--plant there:SLEDGE", "No module named 'there'", "install the module"):
+        assert re.search(r"--(plant there:SLEDGE|fitness there:LAST|controller there:P):", line)
+        for part in ("No module named 'there'", "install the module"):
             assert part in line
     (cluster.path / "there.py").write_text(MODULE)
     assert ended(started("--scheduler", address, *options, "--shared")) == (0, [])
-    assert files(tmp_path / "out") == plain
+    assert apart(files(tmp_path / "out"), "there") == apart(plain, "mine")
 
 
 def test_workers_elsewhere_need_the_package(tmp_path, plain, started, cluster):
@@ -87,4 +103,4 @@ def test_workers_elsewhere_need_the_package(tmp_path, plain, started, cluster):
         assert part in said[0]
     package(cluster.path, *points)
     assert ended(started("--scheduler", address)) == (0, [])
-    assert files(tmp_path / "out") == plain
+    assert apart(files(tmp_path / "out"), "packaged") == apart(plain, "mine")

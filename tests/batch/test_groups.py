@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 import scipy.stats
-from hfc_design.runs.batch.runs import runs_below
-from hfc_design.runs.batch.summary import compared, grouped, holm, runs_needed, smallest_p
 from run_folders import PRESETS, batch_folder, hfc, run_folder
+
+from hfc_design.batch.runs import runs_below
+from hfc_design.batch.summary import compared, grouped, holm, runs_needed, smallest_p
 
 
 def test_groups_by_hand(tmp_path):
@@ -30,11 +31,11 @@ def test_comparisons_against_enumeration_and_scipy(tmp_path):
     found = compared(grouped(runs_below(tmp_path)))
     assert [(item.first.number, item.second.number) for item in found] == [(1, 2), (1, 3), (2, 3)]
     for item in found:
-        x, y = item.first.fitness, item.second.fitness
+        x, y = item.first.scores, item.second.scores
         assert item.p == scipy.stats.mannwhitneyu(x, y).pvalue
         assert item.a12 == sum((a > b) + 0.5 * (a == b) for a in x for b in y) / 25
     # 1 and 3 have no ties: p is the share of the 252 ways to deal ten ranks that differ as much
-    x, y = found[1].first.fitness, found[1].second.fitness
+    x, y = found[1].first.scores, found[1].second.scores
     every = np.concatenate([x, y])
 
     def wins(own):
@@ -80,7 +81,7 @@ def test_a_seed_run_twice_counts_once(tmp_path):
         run_folder(tmp_path / name, 1.0 + seed)
         (tmp_path / name / "config.toml").write_text(f'name = "mine"\n[run]\nseed = {seed}\n')
     (group,) = grouped(runs_below(tmp_path))
-    assert group.fitness.tolist() == [1.0, 2.0]
+    assert group.scores.tolist() == [1.0, 2.0]
     assert len(group.runs) == 3
     assert hfc("report", tmp_path).exit_code == 0
     assert "settings and seed (1)" in (tmp_path / "report.html").read_text()

@@ -227,7 +227,7 @@ def test_published_figures_that_cannot_be(entry, told, tmp_path):
 
 
 def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[2]
     texts = []
     for page in ("README.md", "docs/batch.md"):
         text = (root / page).read_text(encoding="utf-8")

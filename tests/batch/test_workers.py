@@ -9,14 +9,14 @@ import uuid
 import pytest
 from batches import batch, written
 from dask_cluster import GRID, PATIENCE
-from hfc_design.runs.batch import worker
-from hfc_design.runs.batch.cluster import connected
 
+from hfc_design.batch import worker
+from hfc_design.batch.cluster import connected
 from hfc_design.core.records import UserError
 
 SHARE = """
 import os, sys, threading
-from hfc_design.runs.batch import worker
+from hfc_design.batch import worker
 worker.CLAIM = sys.argv[1]
 worker.gpus = lambda: ["7"]
 threading.Thread(target=threading.Event().wait, daemon=True).start()
@@ -71,7 +71,7 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
     with socket.socket() as nobody:  # bound, and not listening
         nobody.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
-        monkeypatch.setattr("hfc_design.runs.batch.cluster.ANSWER_WITHIN", "1s")
+        monkeypatch.setattr("hfc_design.batch.cluster.ANSWER_WITHIN", "1s")
         found = batch(path, "--out", tmp_path / "out", "--scheduler", address)
     assert (found.exit_code, "no scheduler answers" in found.output) == (1, True)
     found = batch(path, "--out", tmp_path / "out", "--scheduler", "here:there")
@@ -84,8 +84,8 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
 def test_without_the_package(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     for name in ("cluster", "worker"):
-        monkeypatch.delitem(sys.modules, f"hfc_design.runs.batch.{name}")
-        monkeypatch.delattr(f"hfc_design.runs.batch.{name}")
+        monkeypatch.delitem(sys.modules, f"hfc_design.batch.{name}")
+        monkeypatch.delattr(f"hfc_design.batch.{name}")
     found = batch(written(tmp_path, GRID), "--out", tmp_path / "out", "--workers", 1)
     assert found.exit_code == 2
     assert "pip install 'hfc-design[cluster]'" in found.output

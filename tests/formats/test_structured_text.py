@@ -64,7 +64,7 @@ for form in ("P", "PI", "PD"):
     CASES[form] = (updated("jee-koren-2004-flc", **changes),) * 2
 
 
-def samples(record, count=2000):
+def samples(record, count=800):
     """Random signals, then all pairs of edges and centres, their outermost and beyond."""
     rng = np.random.default_rng(11)
     inputs = getattr(record.controller, "inputs", ())
