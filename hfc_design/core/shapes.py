@@ -16,6 +16,8 @@ Gains: TypeAlias = Any
 Memory: TypeAlias = Any
 #: What only a drive knows: the record of its parameters.
 Parameters: TypeAlias = Any
+#: A table of a TOML or JSON file: what its values are only who reads them knows.
+Json: TypeAlias = dict[str, Any]
 
 Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right
