@@ -28,7 +28,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import c_source
-from hfc_design.formats.units import rule_units
+from hfc_design.formats.writing import rule_units
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluation import evaluate
 

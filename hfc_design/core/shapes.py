@@ -19,8 +19,8 @@ Memory: TypeAlias = Any
 #: What only a drive knows: the record of its parameters, what a step needs of them, its state.
 Parameters: TypeAlias = Any
 State: TypeAlias = Any
-#: What TOML and JSON hold, of which only a model knows what it should be.
-Plain: TypeAlias = Any
+#: A table of a TOML or JSON file: what its values are only who reads them knows.
+Json: TypeAlias = dict[str, Any]
 
 Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right
