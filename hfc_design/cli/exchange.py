@@ -21,8 +21,8 @@ def export(
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
+    from hfc_design.files.pairing import load_design
     from hfc_design.formats import FORMATS, c_source
-    from hfc_design.simulation.evaluation import load_design
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")

@@ -34,8 +34,8 @@ def loaded(
     Raises:
         UserError: there is no such design or scenario, or a change is not allowed.
     """
+    from hfc_design.files.pairing import load_design, own_scenario
     from hfc_design.files.scenario import load_scenario
-    from hfc_design.simulation.evaluation import load_design, own_scenario
 
     found = load_design(name, others)
     # The controller is the design's, whatever a search of the scenario would vary.

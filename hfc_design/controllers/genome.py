@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol, Self, TypeAlias, TypeVar
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.shapes import Data, Floats, Gains, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
 
 
 class Population(Protocol):
@@ -72,7 +72,7 @@ class Genome(Protocol):
     def notation(self, structure: int) -> str:
         """A structure as people read it."""
 
-    def record(self, individual: Members) -> Data:
+    def record(self, individual: Members) -> Json:
         """A population of one as the controller of a design file."""
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.records import Positive, Record, UserError
-from hfc_design.core.shapes import Data, Floats, Gains, Memory, Own, Parameters
+from hfc_design.core.shapes import Floats, Gains, Json, Memory, Own, Parameters
 
 if TYPE_CHECKING:
     from plants import Machine  # which imports JAX
@@ -64,7 +64,7 @@ class Template(NamedTuple):
     """
 
     places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
-    values: Callable[[Own], Data]
+    values: Callable[[Own], Json]
 
 
 class Shown(NamedTuple):
@@ -96,7 +96,7 @@ class Explain(NamedTuple):
     #: (memory, readings of the sample before) -> memory.
     remember: Callable[[Memory, dict[str, float]], Memory]
     #: (record, parts) -> units with the rules that fire, and shares of the command.
-    shown: Callable[[Own, Any], Data]
+    shown: Callable[[Own, Any], Json]
     #: The record without its adaptation.
     held: Callable[[Own], Own] = lambda record: record
     #: Other names for what is remembered: as the change of a signal, say.
@@ -126,12 +126,12 @@ class Kind:
     #: The record with what the memory has made of it.
     adapted: Callable[[Own, Memory], Own] | None = None
     #: A record of given gains by their names.
-    of_gains: Callable[[dict[str, float]], Data] | None = None
+    of_gains: Callable[[dict[str, float]], Json] | None = None
     rules: RuleBase | None = None
     c: Template | None = None
     st: Template | None = None
     #: Terms tabulated for a machine without exp: (record, points) -> values for the C template.
-    lookup: Callable[[Own, int], Data] | None = None
+    lookup: Callable[[Own, int], Json] | None = None
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
     table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None

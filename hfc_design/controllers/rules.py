@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.records import Table
-from hfc_design.core.shapes import Data, Own, RuleTable
+from hfc_design.core.shapes import Json, Own, RuleTable
 
 Rows = list[list[str]]
 
@@ -55,7 +55,7 @@ class RuleBase(NamedTuple):
     #: Names of the inputs, in the order in which the wiring numbers them.
     inputs: Callable[[Own], list[str]]
     #: (record, units of signals) -> what a command takes beside the units, steps in words.
-    about: Callable[[Own, dict[str, str]], Data]
+    about: Callable[[Own, dict[str, str]], Json]
     #: What a reader of a unit's file has to know.
     notes: Callable[[Own], list[str]]
     #: Rule tables as CSV: name of a file -> its rows.
@@ -73,13 +73,13 @@ def rows_of(corner: str, labels: Sequence[str], table: Table) -> Rows:
     return [[corner, *labels], *rows]
 
 
-def side(name: str, value: float, labels: Sequence[str], degrees: Iterable[float]) -> Data:
+def side(name: str, value: float, labels: Sequence[str], degrees: Iterable[float]) -> Json:
     """An input of a unit at a sample: its value and the degrees of its terms."""
     pairs = zip(labels, map(float, degrees), strict=True)
     return {"input": name, "value": float(value), "degrees": dict(pairs)}
 
 
-def fired(name: str, column: Data, row: Data, table: RuleTable, output: float) -> Data:
+def fired(name: str, column: Json, row: Json, table: RuleTable, output: float) -> Json:
     """One unit with the rules that fire, the strongest first; its inputs are ``side``s."""
     in_column, in_row = (np.array(list(side["degrees"].values())) for side in (column, row))
     strength = np.outer(in_row, in_column)

@@ -20,7 +20,7 @@ from pydantic import ValidationError, ValidationInfo, ValidatorFunctionWrapHandl
 from pydantic_core import InitErrorDetails
 
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Data
+from hfc_design.core.shapes import Json
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
@@ -203,6 +203,15 @@ def missing(named: Any) -> str:
     return f"; its provenance names {' '.join(needed)}" if needed else ""
 
 
+def lacking(thing: Any, functions: Iterable[str], settings: type[Any]) -> str | None:
+    """What a part lacks, in a line: one of its functions, or settings of the right class."""
+    for part in functions:
+        if not callable(getattr(thing, part)):
+            return f"{part} has to be a function, and is {getattr(thing, part)!r}"
+    right = isinstance(thing.settings, type) and issubclass(thing.settings, settings)
+    return None if right else f"settings has to be a subclass of {settings.__name__}"
+
+
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]],
     part: str,
@@ -235,7 +244,7 @@ def chosen(
     return WrapValidator(validated)
 
 
-def found_in(package: ModuleType, attribute: str) -> Data:
+def found_in(package: ModuleType, attribute: str) -> Json:
     """What the modules and folders of a package hold under one name, by the names of these."""
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
     parts = (importlib.import_module(f"{package.__name__}.{name}") for name in modules)

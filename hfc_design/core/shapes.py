@@ -17,11 +17,12 @@ Series: TypeAlias = Any
 Own: TypeAlias = Any
 Gains: TypeAlias = Any
 Memory: TypeAlias = Any
-#: What only a drive knows: the record of its parameters.
+#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
 Parameters: TypeAlias = Any
-#: What TOML and JSON hold, of which only a model knows what it should be, and a table of it.
+State: TypeAlias = Any
+#: What TOML and JSON hold, and a table of it: what it should be only who reads it knows.
 Plain: TypeAlias = Any
-Data: TypeAlias = dict[str, Plain]
+Json: TypeAlias = dict[str, Plain]
 
 Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right

@@ -10,7 +10,7 @@ from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc import genome as flc
 from hfc_design.controllers.flc.genome import FuzzyGenome, FuzzyTables, alike
 from hfc_design.controllers.kind import Target, per_axis
-from hfc_design.core.shapes import Data, Floats
+from hfc_design.core.shapes import Floats, Json
 
 
 class AflcGenome(FuzzyGenome):
@@ -27,7 +27,7 @@ class AflcGenome(FuzzyGenome):
         rates = Rates(*steps, *_overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 
-    def record(self, individual: FuzzyTables) -> Data:
+    def record(self, individual: FuzzyTables) -> Json:
         """Kind ``aflc``: as the start but for what was searched."""
         record = super().record(individual)
         sectors = self.sectors(individual.share)

@@ -15,7 +15,7 @@ from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.core.records import TERMS
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Data, Floats, Gains, Integers, Mask, Own, Triangles
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own, Triangles
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -162,9 +162,9 @@ class FuzzyGenome(NamedTuple):
         """There is one."""
         return str(self.start.kind)
 
-    def record(self, individual: FuzzyTables) -> Data:
+    def record(self, individual: FuzzyTables) -> Json:
         """The kind's record: as the start but for what was searched."""
-        record: Data = self.start.model_dump()
+        record: Json = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
         for key, joints in zip(keys, by_input(individual), strict=True):
             edges = _terms(joints)[0].tolist()

@@ -11,7 +11,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
-from hfc_design.core.shapes import Data, Parameters
+from hfc_design.core.shapes import Json, Parameters
 from hfc_design.stability.sectors import Triangle, sectors_at_centres, true_sectors
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ class CompensationRecord(Record):
     blu_mm: Positive = BLU_MM  # length of a BLU
 
     @model_serializer(mode="wrap")
-    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> Data:
-        data: Data = whole(self)
+    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> Json:
+        data: Json = whole(self)
         if data["blu_mm"] == BLU_MM:
             del data["blu_mm"]
         return data

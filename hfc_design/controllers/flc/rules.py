@@ -6,7 +6,7 @@ from hfc_design.controllers.flc.law import Parts
 from hfc_design.controllers.flc.record import FuzzyRecord, TriangleRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
-from hfc_design.core.shapes import Data, Memory
+from hfc_design.core.shapes import Json, Memory
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
@@ -28,7 +28,7 @@ def inputs(record: FuzzyRecord) -> list[str]:
     return ["error_change", "error"]
 
 
-def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Data:
+def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
     """The integral, the compensation, and the steps of a sample in words."""
     low, form = record.low_velocity, record.control_form()
     change = "error - error of the previous sample, before the first one 0"
@@ -97,7 +97,7 @@ def remember(memory: Memory, readings: dict[str, float]) -> Memory:
     return memory._replace(**readings)
 
 
-def shown(record: FuzzyRecord, parts: Parts) -> Data:
+def shown(record: FuzzyRecord, parts: Parts) -> Json:
     """What a sample's command is made of."""
     labels = [term.label for term in record.error_terms]
     column = side("error_change", parts.change, labels, parts.in_change)

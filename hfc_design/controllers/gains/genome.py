@@ -10,7 +10,7 @@ from hfc_design.controllers.gains.settings import GainsSettings
 from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Kind, Target
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.shapes import Data, Floats, Gains, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
 
 
 class GainVectors(NamedTuple):
@@ -75,7 +75,7 @@ class GainsGenome(NamedTuple):
         """There is one."""
         return self.kind.name
 
-    def record(self, individual: GainVectors) -> Data:
+    def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
         found = self.gains(individual)._asdict()
         assert self.kind.of_gains is not None

@@ -8,7 +8,7 @@ from hfc_design.controllers.hierarchical.law import outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.unit import Graded, memberships
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Data, Floats
+from hfc_design.core.shapes import Floats, Json
 
 
 class Lookup(NamedTuple):
@@ -22,7 +22,7 @@ class Lookup(NamedTuple):
     deviation: float  # largest one found from the exact command
 
 
-def tabulated(design: HierarchicalDesign, points: int) -> Data:
+def tabulated(design: HierarchicalDesign, points: int) -> Json:
     """What the C template needs to go without ``exp``."""
     found = lookup(design, points)
     return {"lookup": found, "exponential": False, "deviation": found.deviation}

@@ -11,7 +11,7 @@ from hfc_design.controllers.hierarchical.unit import Term
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.pd import PdRecord
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
-from hfc_design.core.shapes import Data
+from hfc_design.core.shapes import Json
 
 
 class InputRecord(Record):
@@ -78,8 +78,8 @@ class HierarchicalDesign(ControllerRecord):
     adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
 
     @model_serializer(mode="wrap")
-    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> Data:
-        data: Data = whole(self)
+    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> Json:
+        data: Json = whole(self)
         if adaptation := data.pop("adaptation", None):
             data["adaptation"] = {k: v for k, v in adaptation.items() if v is not None}
         return data

@@ -9,7 +9,7 @@ from hfc_design.controllers.genome import Genome, Members, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.controllers.per_axis.record import PerAxisSettings, kinds
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Data, Floats, Gains, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
 
 #: Structures of all axes together, at most; each is an island of a search.
 MOST = 20_000
@@ -90,7 +90,7 @@ class PerAxisGenome(NamedTuple):
         each = zip(self.names, self.axes, trees, strict=True)
         return ", ".join(f"{name}: {genome.notation(own)}" for name, genome, own in each)
 
-    def record(self, individual: SideBySide) -> Data:
+    def record(self, individual: SideBySide) -> Json:
         """The record of each axis."""
         each = zip(self.names, self.axes, individual.axes, strict=True)
         return {

@@ -11,7 +11,7 @@ from hfc_design.controllers.gains import genome_of_gains, settings_of
 from hfc_design.controllers.kind import ControllerRecord, Kind, Template
 from hfc_design.core.records import Finite, Record
 from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Data, Scalar
+from hfc_design.core.shapes import Json, Scalar
 
 
 class PidGains(NamedTuple):
@@ -82,7 +82,7 @@ class PidDesign(ControllerRecord):
         return PidGains(self.pid.k_p, self.pid.k_i, self.pid.k_d)
 
 
-def _st(record: PidDesign) -> Data:
+def _st(record: PidDesign) -> Json:
     kp, ki, kd = record.gains()
     return {
         "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s},

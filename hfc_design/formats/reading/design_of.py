@@ -82,7 +82,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
 
 
 def _with_known_plant(name: str) -> Design:
-    from hfc_design.simulation.evaluation import load_design  # with JAX
+    from hfc_design.files.pairing import load_design  # with JAX
 
     return load_design(name)
 
