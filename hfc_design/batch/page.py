@@ -151,15 +151,12 @@ def _few(groups: Sequence[Group]) -> int:
 
 def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
     own = (group.settings[key] for key in keys)
-    row = [str(group.number), *own, _of(len(group.finished), len(group.runs))]
+    count, total = len(group.finished), len(group.runs)
+    row = [str(group.number), *own, str(total) if count == total else f"{count} of {total}"]
     if not group.finished:
         return [*row, "–", "–", "–"]
     low, median, high = group.quartiles
     return [*row, score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
-
-
-def _of(count: int, total: int) -> str:
-    return str(total) if count == total else f"{count} of {total}"
 
 
 def _metrics(groups: Sequence[Group]) -> tuple[list[str], Rows]:
@@ -195,10 +192,6 @@ def _too_few(comparisons: Sequence[Comparison]) -> int:
     return needed if comparisons and max(sizes) < needed else 0
 
 
-def _told(value: float | None) -> str:
-    return score(-np.inf if value is None else value)
-
-
 def _run_rows(
     runs: Sequence[Run], groups: Sequence[Group], keys: Sequence[str], scores: Sequence[str]
 ) -> list[tuple[str, list[str]]]:
@@ -208,7 +201,8 @@ def _run_rows(
     for run in runs:
         own = [text(run.settings[key]) if key in run.settings else "–" for key in (*keys, SEED)]
         told = [run.path, str(number.get(run.path, "–")), *own, run.state]
-        told += [_told(run.score[key]) if key in run.score else "–" for key in scores]
+        values = [run.score.get(key, "–") for key in scores]  # None: the design diverged
+        told += [x if isinstance(x, str) else score(-np.inf if x is None else x) for x in values]
         told.append(str(len(run.best)))
         rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
     return rows

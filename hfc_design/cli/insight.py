@@ -2,12 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import click
 
 from hfc_design.cli.options import PATH, Texts, as_json, changing_design, knowing_plugins
 
+#: Name -> gains (K_1, K_2) of a rule table.
+Points = dict[str, tuple[float, float]]
 SIGNALS = "SIGNAL=NUMBER,..."
 AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
 
@@ -72,7 +73,7 @@ def stability(
     if design is None:
         if others:
             raise UserError("--change needs a DESIGN")
-        points = {}
+        points: Points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
         points, drive = _of_design(design, others, given)
@@ -88,7 +89,9 @@ def stability(
         report.show(found, points)
 
 
-def _of_design(name: str, others: Texts, given: dict[str, float]) -> Any:
+def _of_design(
+    name: str, others: Texts, given: dict[str, float]
+) -> tuple[Points, dict[str, float]]:
     """Gains of a design's rule table, and the drive that it is for."""
     from hfc_design.controllers.kind import needed
     from hfc_design.files.machine import PlantSettings

@@ -53,7 +53,7 @@ def on_scenario(command: Command) -> Command:
     @setting
     @wraps(command)
     def wrapped(
-        design: str, others: Texts, scenario: str | None, changes: Texts, **given: Any
+        design: str, others: Texts, scenario: str | None, changes: Texts, **given: object
     ) -> None:
         def load(chosen: Chosen) -> "tuple[Design, Scenario]":
             from hfc_design.files.scenario import load_scenario
@@ -84,7 +84,7 @@ def knowing_plugins(command: Command) -> Command:
     """A command with the same options, which only make known what files name."""
 
     @wraps(command)
-    def unchosen(chosen: Chosen, **given: Any) -> None:
+    def unchosen(chosen: Chosen, **given: object) -> None:
         command(**given)
 
     return _with_options(KNOWN, unchosen)
