@@ -29,6 +29,7 @@ from hfc_design.core.dotted import changed
 from hfc_design.core.plugins import GROUPS
 from hfc_design.core.records import RunError, UserError
 from hfc_design.core.scalars import Xp, clipped, total
+from hfc_design.files import pairing as _pairing
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -41,7 +42,6 @@ from hfc_design.runtime import Controller
 from hfc_design.search.loop import Search
 from hfc_design.search.registry import STRATEGIES
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
-from hfc_design.simulation import evaluation as _evaluate
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
@@ -91,7 +91,7 @@ def load_design(source: str | Path, changes: Values | None = None) -> Design:
     Raises:
         UserError: no such design, or one that cannot run.
     """
-    return _evaluate.load_design(str(source), changes or {})
+    return _pairing.load_design(str(source), changes or {})
 
 
 def design(

@@ -15,8 +15,9 @@ from hfc_design.core.dotted import flat, set_keys
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design, design_json
+from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
-from hfc_design.simulation.evaluation import load_design, machine, meanings, own_scenario
+from hfc_design.simulation.evaluation import meanings
 
 #: More cells than this are a mistake of a factor of ten somewhere.
 MAX_CELLS = 100_000

@@ -18,8 +18,8 @@ from hfc_design.cli.options import PATH, Texts, changing_design, knowing_plugins
 def export(design: str, others: Texts, target: str, out: Path | None, lookup: int | None) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
+    from hfc_design.files.pairing import load_design
     from hfc_design.formats import FORMATS, c_source
-    from hfc_design.simulation.evaluation import load_design
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")

@@ -32,8 +32,8 @@ def explain(
     the controller steps through them from rest, and adapts.
     """
     from hfc_design.files.machine import PlantSettings
+    from hfc_design.files.pairing import load_design
     from hfc_design.runtime.explain import explanation, part
-    from hfc_design.simulation.evaluation import load_design
 
     read = part(load_design(design, others), axis)
     plant = PlantSettings(**read.plant.model_dump())
@@ -95,7 +95,7 @@ def _of_design(
     """Gains of a design's rule table, and the drive that it is for."""
     from hfc_design.controllers.kind import needed
     from hfc_design.files.machine import PlantSettings
-    from hfc_design.simulation.evaluation import load_design
+    from hfc_design.files.pairing import load_design
     from hfc_design.stability import report
 
     design = load_design(name, others)

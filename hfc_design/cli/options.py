@@ -56,8 +56,8 @@ def on_scenario(command: Command) -> Command:
         design: str, others: Texts, scenario: str | None, changes: Texts, **given: object
     ) -> None:
         def load(chosen: Chosen) -> "tuple[Design, Scenario]":
+            from hfc_design.files.pairing import load_design, own_scenario
             from hfc_design.files.scenario import load_scenario
-            from hfc_design.simulation.evaluation import load_design, own_scenario
 
             found = load_design(design, others)
             # The controller is the design's, whatever a search of the scenario would vary.

@@ -65,7 +65,8 @@ def _values(design: Design) -> Json:
     if design.plant.name not in TRUE_POSITION:
         known = f"{design.plant.name}; there is {', '.join(TRUE_POSITION)}"
         raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
-    drive = PlantSettings(**design.plant.model_dump()).machine.drives[0]
+    plant = PlantSettings(**design.plant.model_dump())
+    drive = plant.machine.drives[0]
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
         told = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
@@ -81,6 +82,7 @@ def _values(design: Design) -> Json:
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
+        "millimetres": drive.millimetres and drive.millimetres(plant.values()[0]),
         "true_position": TRUE_POSITION[drive.name],
     }
 

@@ -10,8 +10,8 @@ from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats.writing import rendered
-from hfc_design.simulation.evaluation import machine, own_scenario
 from plants import Drive
 
 #: The queue of reference samples is filled before the first one, so it has to hold them all.

@@ -72,16 +72,3 @@ class Strategy(NamedTuple):
     summary: str = ""  # for hfc list strategies
     #: Why it cannot search, in a line: of its settings and of the ``[controller]``.
     fault: Callable[[Any, Any], str | None] = lambda settings, controller: None
-
-
-def strategy_fault(strategy: Strategy) -> str | None:
-    """What a strategy lacks, in a line; None if nothing that is seen at once."""
-    parts: Any = strategy
-    if not (isinstance(parts.settings, type) and issubclass(parts.settings, StrategySettings)):
-        return "settings has to be a subclass of StrategySettings"
-    if not getattr(parts.state, "_fields", ()):
-        return "state has to be a NamedTuple class"
-    for part in ("make", "fault"):
-        if not callable(getattr(parts, part)):
-            return f"{part} has to be a function, and is {getattr(parts, part)!r}"
-    return None

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, linuxcnc, linuxcnc_loop
-from hfc_design.simulation.evaluation import load_design
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 AFLC = load_design("jee-koren-2004-aflc")
@@ -61,6 +61,15 @@ def test_controller_reads_what_its_error_is_between(tmp_path):
     assert "inputs.error = reference_ - spindle_angle_;" in text
     assert "inputs.error_rate = reference_rate_ - spindle_velocity_;" in text
     assert "inputs.deflection = deflection_;" in text
+
+
+def test_the_unit_of_the_pins_is_told(tmp_path):
+    assert "and not in degrees:" in files(TABLE_1, tmp_path / "c")["README.md"]
+    assert "and not in mm: 1 BLU is 0.01 mm:" in files(AFLC, tmp_path / "a")["README.md"]
+    fine = AFLC.model_copy(
+        update={"plant": AFLC.plant.model_copy(update={"parameters": {"blu": 0.002}})}
+    )
+    assert "1 BLU is 0.002 mm:" in files(fine, tmp_path / "f")["README.md"]
 
 
 def test_machine_moves_last_in_a_sample(tmp_path):

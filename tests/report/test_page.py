@@ -13,13 +13,14 @@ from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.pictures.figure import image, save
 from hfc_design.report import plots, write_report
 from hfc_design.report.page import _sections
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluation import evaluate, load_design
+from hfc_design.simulation.evaluation import evaluate
 from plants import C_AXIS
 
 INPUTS = [

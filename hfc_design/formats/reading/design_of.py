@@ -6,7 +6,7 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.rule_bases import nearest_labels
+from hfc_design.controllers.flc.record import nearest_labels
 from hfc_design.controllers.hierarchical.settings import input_names
 from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.core.records import NAME, TERMS, UserError, checked
@@ -46,7 +46,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
         raise ValueError("one input has Gaussian terms and the other straight ones")
     like = None
     if wish.like is not None:
-        from hfc_design.simulation.evaluation import load_design  # with JAX
+        from hfc_design.files.pairing import load_design  # with JAX
 
         like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if shapes[0] else "flc")

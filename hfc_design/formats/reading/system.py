@@ -11,8 +11,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.record import TriangleRecord, terms_fault
-from hfc_design.controllers.flc.rule_bases import LABELS
+from hfc_design.controllers.flc.record import LABELS, TriangleRecord, terms_fault
 from hfc_design.controllers.rules import FlatGaussian, Term, Triangle
 from hfc_design.core.records import TERMS
 

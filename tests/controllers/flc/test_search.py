@@ -3,17 +3,19 @@
 import jax
 import numpy as np
 import pytest
+from jk04 import confined
 
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 from hfc_design.runs import run as design
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.simulation.evaluation import evaluate
+from hfc_design.stability.sectors import Triangle, true_sectors
 from hfc_design.stability.stable_range import stable_range
-from hfc_design.stability.true_sectors import Triangle, true_sectors
 
 CIRCLE = "feed-drive-circle"
 KINDS = ("flc", "aflc")
@@ -51,7 +53,7 @@ def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
         )
         sectors = true_sectors(*terms, record.rules.centroids)
         assert drive.contains(max(sectors.k1, 1e-9), sectors.k2)
-        assert sectors.confined
+        assert confined(sectors)
         assert abs(np.array(record.rules.centroids)).max() <= 127
         if isinstance(record, AflcDesign):
             limits = record.adaptation.stable_range

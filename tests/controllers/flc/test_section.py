@@ -7,21 +7,22 @@ import numpy as np
 import phone
 import pytest
 from feed_oracle import verdict_jk04
+from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 from hfc_design.controllers.aflc.section import at_the_end
 from hfc_design.controllers.flc import pictures as fuzzy_plots
-from hfc_design.controllers.flc.record import FlcDesign
-from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, LABELS, rule_singletons
+from hfc_design.controllers.flc.record import LABELS, FlcDesign
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.report import write_report
 from hfc_design.report.page import _sections, _summary
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluation import evaluate, load_design
+from hfc_design.simulation.evaluation import evaluate
 
 INFINITY = float("inf")
 #: Steps of JK04 Table 3; a linear loop with the drive of fig. 10 is stable up to 5.156 unit/BLU.

@@ -9,17 +9,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import lax
+from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 from lifted import controller_of
 
 from hfc_design.controllers.controller import View
-from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
 from hfc_design.core.lanes import LANES
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import load_design
 from hfc_design.simulation.population import _rows
 
 devices.configure()
