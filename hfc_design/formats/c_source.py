@@ -1,11 +1,11 @@
 """A controller as C99: a header and a source that do what ``runtime.Controller`` does."""
 
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.format import Format
 from hfc_design.formats.writing import (
@@ -72,7 +72,7 @@ def _template(design: Design) -> Template:
     return found
 
 
-def _write(design: Design, path: Path, others: dict[str, Any]) -> None:
+def _write(design: Design, path: Path, others: Json) -> None:
     name, template = c_name(design), _template(design)
     values = {
         "name": name,

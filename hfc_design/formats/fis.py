@@ -4,10 +4,10 @@ import json
 import re
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.rules import FlatGaussian
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import Input, head, inputs, texts
@@ -72,7 +72,7 @@ def _exponent(term: FlatGaussian, u: float) -> float:
     return 0.5 * (max(term.low - u, u - term.high, 0.0) / term.sigma) ** 2
 
 
-def _signals(design: Design, about: dict[str, Any]) -> tuple[dict[str, str], list[str]]:
+def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
     """Signals that the command takes with their units, and what is remembered."""
     if "inputs" not in about:
         low = {"velocity": "BLU/s"} if about["low_velocity"] else {}

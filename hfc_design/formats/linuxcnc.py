@@ -5,10 +5,10 @@ The component includes the C code of ``--to c``, so there is one control law.
 
 import hashlib
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.formats import c_source
@@ -60,7 +60,7 @@ def component_name(design: Design) -> str:
     return f"{name[: LONGEST_NAME - 8]}_{digest}"
 
 
-def _values(design: Design) -> dict[str, Any]:
+def _values(design: Design) -> Json:
     """What every template reads."""
     if design.plant.name not in TRUE_POSITION:
         known = f"{design.plant.name}; there is {', '.join(TRUE_POSITION)}"
@@ -87,7 +87,7 @@ def _values(design: Design) -> dict[str, Any]:
     }
 
 
-def _signals(design: Design, plant: Drive) -> dict[str, Any]:
+def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
     read = c_source.signals(design)
     for name in read:

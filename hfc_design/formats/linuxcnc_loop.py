@@ -1,12 +1,13 @@
 """The simulated machine as components of HAL, and the reference that the loop follows."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
@@ -68,7 +69,7 @@ def plant_component(design: Design) -> str:
     return rendered(template, design, coefficients=nominal)
 
 
-def coefficients(drive: Drive, parameters: Any) -> Coefficients:
+def coefficients(drive: Drive, parameters: Parameters) -> Coefficients:
     """The coefficients of a drive by name; those of a part have the part's name before theirs."""
     return list(_flat("", drive.coefficients(parameters)))
 
@@ -80,7 +81,7 @@ def _prefix(axis: str) -> str:
     return f"{identifier(axis)}-"
 
 
-def _flat(prefix: str, record: Any) -> Iterator[tuple[str, float]]:
+def _flat(prefix: str, record: Parameters) -> Iterator[tuple[str, float]]:
     for name, value in record._asdict().items():
         if hasattr(value, "_asdict"):
             yield from _flat(f"{prefix}{name}_", value)

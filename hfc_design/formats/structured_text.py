@@ -5,12 +5,12 @@ LREAL, arrays of one dimension and no arrays as arguments: what every compiler g
 
 import re
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
 from hfc_design.formats.format import Format
@@ -22,7 +22,7 @@ NAME = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
 WITHIN = ["weighted", "part", "firing_row", "firing_column"]
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 #: What a kind's values say of the block's variables, beside what only its template reads.
-USUAL: dict[str, Any] = {"constants": {}, "remembered": [], "within": [], "units": []}
+USUAL: Json = {"constants": {}, "remembered": [], "within": [], "units": []}
 
 
 def write(design: Design, path: Path) -> None:
