@@ -9,10 +9,10 @@ from work import Constants, Machine, Work
 from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
+from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import controller_of, load_design
 from plants.c_axis import CAxisParameters, coefficients
 
 SPREAD = 0.1  # of the consequents inside every published rule table

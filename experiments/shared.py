@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hfc_design.batch.file import LABEL, matches
+from hfc_design.batch.plan import LABEL, matches
 from hfc_design.batch.published import reproduced, row
 from hfc_design.batch.runs import Run, runs_below
 from hfc_design.core.records import UserError

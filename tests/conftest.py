@@ -13,8 +13,8 @@ from sledge import CONTROLLER, MODULE, SCENARIO
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.core.plugins import GROUPS
+from hfc_design.files.pairing import load_design
 from hfc_design.report import rivals
-from hfc_design.simulation.evaluation import load_design
 
 #: Where the modules lie that no test brings.
 INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))

@@ -13,9 +13,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.shared import HEAD, Batch, Floats, curves, markdown, number
+from hfc_design.files.pairing import load_design
 from hfc_design.pictures.figure import save
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import Evaluation, load_design
+from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.stability.picture import stability_figure
 from hfc_design.stability.stable_range import stable_range, theorem_k1
 

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from hfc_design import __version__
 from hfc_design.batch import folder, work
@@ -27,7 +26,7 @@ try:
     import dask
     from distributed import Client, Future, LocalCluster, wait
 
-    from hfc_design.batch.worker import contents, gpus, run_cell
+    from hfc_design.batch.worker import Result, contents, gpus, run_cell
 except ImportError:
     raise UserError(
         "--workers and --scheduler need the package distributed: pip install 'hfc-design[cluster]'"
@@ -36,15 +35,9 @@ except ImportError:
 
 #: How long a scheduler is waited for.
 ANSWER_WITHIN = "10s"
-#: A cell's run on a worker.
-Task = Future[Any]
-
-
-class Running(NamedTuple):
-    """A cell that a worker is at."""
-
-    cell: Cell
-    claim: ExitStack  # ours, unless the worker has it
+#: A cell's run on a worker, the cell, and our claim of it unless the worker has it.
+Task = Future[Result]
+Running = tuple[Cell, ExitStack]
 
 
 @contextmanager
@@ -161,7 +154,7 @@ def _sent(
     with _reaching(client):
         sent = (__version__, cell.name, where, files, given())
         task = client.submit(run_cell, *sent, key=key, pure=False)
-    return task, Running(cell, kept)
+    return task, (cell, kept)
 
 
 def _done(client: Client, running: Iterable[Task]) -> Iterable[Task]:

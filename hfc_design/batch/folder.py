@@ -9,12 +9,12 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
-from hfc_design.batch.file import Published
-from hfc_design.batch.plan import Plan
+from hfc_design.batch.plan import Plan, Published
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import Record, RunError, UserError, checked
+from hfc_design.core.shapes import Json
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 PLAN, NOTES = "batch.json", ".batch"
@@ -31,7 +31,7 @@ class Told(Record):
 class Noted(Record):
     """What ``batch.json`` holds."""
 
-    cells: dict[str, dict[str, Any]] = {}  # name of a folder -> settings
+    cells: dict[str, Json] = {}  # name of a folder -> settings
     files: dict[str, Told] = {}  # by the batch's name
 
 
@@ -39,7 +39,7 @@ class Entry(NamedTuple):
     """A cell as the folder knows it."""
 
     name: str
-    settings: dict[str, Any]
+    settings: Json
     state: State
     reason: str  # of a failure
     seconds: float | None  # that a finished cell took
@@ -65,11 +65,7 @@ def note_plan(out: Path, plan: Plan) -> None:
 
 
 def entries(out: Path) -> list[Entry]:
-    """What became of every cell of a batch.
-
-    Raises:
-        UserError: the folder holds no batch.
-    """
+    """What became of every cell of a batch; UserError: the folder holds no batch."""
     if not (out / PLAN).exists():
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     found = []

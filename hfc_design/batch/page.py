@@ -1,6 +1,5 @@
 """The page of many runs: what came out first, every single run last."""
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 from urllib.parse import quote
@@ -8,18 +7,10 @@ from urllib.parse import quote
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.batch.file import LABEL, OWN_KEYS
-from hfc_design.batch.published import HEAD, Reproduced, row
-from hfc_design.batch.runs import SEED, Run, text
-from hfc_design.batch.summary import (
-    ALPHA,
-    COMPARED,
-    FITNESS,
-    MERIT,
-    Comparison,
-    Group,
-    runs_needed,
-)
+from hfc_design.batch.plan import LABEL, OWN_KEYS
+from hfc_design.batch.published import HEAD, Findings, Reproduced, row
+from hfc_design.batch.runs import SEED, Run, counted, text
+from hfc_design.batch.summary import ALPHA, COMPARED, FITNESS, MERIT, Comparison, Group, runs_needed
 from hfc_design.batch.tables import medians
 from hfc_design.pictures.section import Rows, score
 from hfc_design.report import REPORT, batch_plots
@@ -47,15 +38,9 @@ class Task(NamedTuple):
     outcomes: Figure | None
 
 
-def page(
-    name: str,
-    descriptions: Sequence[str],
-    runs: Sequence[Run],
-    groups: Sequence[Group],
-    comparisons: Sequence[Comparison],
-    figures: Sequence[Reproduced],
-) -> bytes:
+def page(name: str, descriptions: Sequence[str], found: Findings) -> bytes:
     """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
+    runs, groups, comparisons, figures = found
     tasks = [
         _task(task, [group for group in groups if group.task == task], comparisons, k < TASKS)
         for k, task in enumerate(dict.fromkeys(group.task for group in groups))
@@ -70,7 +55,7 @@ def page(
         "batch.html.j2",
         name=name,
         descriptions=descriptions,
-        counts=_counts(runs),
+        counts=counted(run.state for run in runs),
         tasks=tasks,
         same=_same(runs, differing),
         labelled=labelled,
@@ -78,8 +63,7 @@ def page(
         published_head=HEAD,
         ratios=_ratios(figures),
         random=any(run.searched for run in runs),
-        repeated=sum(run.state == "finished" for group in groups for run in group.runs)
-        - sum(len(group.finished) for group in groups),
+        repeated=sum(group.repeated for group in groups),
         merits=any(group.measure != FITNESS for group in groups),
         few=_few(groups),
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
@@ -114,30 +98,20 @@ def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
     return batch_plots.ratios(labels, [ratio for _, ratio in shown[:RATIOS]])
 
 
-def _counts(runs: Sequence[Run]) -> str:
-    found = Counter(run.state for run in runs)
-    return ", ".join(f"{count} {state}" for state, count in found.items())
-
-
 def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> Task:
     finished = [group for group in groups if group.finished][: DRAWN if draw else 0]
     order = range(len(finished))
-    searched = [
-        (group.label, [run.best for run in group.finished if np.isfinite(run.best).any()], k)
-        for group, k in zip(finished, order, strict=True)
+    bests = [
+        [run.best for run in group.finished if np.isfinite(run.best).any()] for group in finished
     ]
-    searched = [item for item in searched if item[1]]
+    searched = [k for k in order if bests[k]]
     convergence = outcomes = None
     if searched:
-        labels, searches, chosen = zip(*searched, strict=True)
-        convergence = batch_plots.convergence(labels, searches, chosen)
+        labels = [finished[k].label for k in searched]
+        convergence = batch_plots.convergence(labels, [bests[k] for k in searched], searched)
     if any(np.isfinite(group.scores).any() for group in finished):
-        outcomes = batch_plots.outcomes(
-            [group.number for group in finished],
-            [group.scores for group in finished],
-            order,
-            groups[0].key,
-        )
+        numbers, scores = [group.number for group in finished], [group.scores for group in finished]
+        outcomes = batch_plots.outcomes(numbers, scores, order, groups[0].key)
     sentence = _sentence(groups, comparisons)
     measure = groups[0].measure
     return Task(name, sentence, measure, len(groups), len(finished), convergence, outcomes)
@@ -177,15 +151,12 @@ def _few(groups: Sequence[Group]) -> int:
 
 def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
     own = (group.settings[key] for key in keys)
-    row = [str(group.number), *own, _of(len(group.finished), len(group.runs))]
+    count, total = len(group.finished), len(group.runs)
+    row = [str(group.number), *own, str(total) if count == total else f"{count} of {total}"]
     if not group.finished:
         return [*row, "–", "–", "–"]
     low, median, high = group.quartiles
     return [*row, score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
-
-
-def _of(count: int, total: int) -> str:
-    return str(total) if count == total else f"{count} of {total}"
 
 
 def _metrics(groups: Sequence[Group]) -> tuple[list[str], Rows]:
@@ -221,10 +192,6 @@ def _too_few(comparisons: Sequence[Comparison]) -> int:
     return needed if comparisons and max(sizes) < needed else 0
 
 
-def _told(value: float | None) -> str:
-    return score(-np.inf if value is None else value)
-
-
 def _run_rows(
     runs: Sequence[Run], groups: Sequence[Group], keys: Sequence[str], scores: Sequence[str]
 ) -> list[tuple[str, list[str]]]:
@@ -234,7 +201,8 @@ def _run_rows(
     for run in runs:
         own = [text(run.settings[key]) if key in run.settings else "–" for key in (*keys, SEED)]
         told = [run.path, str(number.get(run.path, "–")), *own, run.state]
-        told += [_told(run.score[key]) if key in run.score else "–" for key in scores]
+        values = [run.score.get(key, "–") for key in scores]  # None: the design diverged
+        told += [x if isinstance(x, str) else score(-np.inf if x is None else x) for x in values]
         told.append(str(len(run.best)))
         rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
     return rows

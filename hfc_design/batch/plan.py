@@ -1,37 +1,72 @@
-"""The cells that a batch file asks for."""
+"""The batch file: what a user writes, and the cells that it asks for."""
 
 import hashlib
+import tomllib
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from itertools import product
+from math import prod
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from hfc_design.batch.file import (
-    CHANGE,
-    DESIGN,
-    LABEL,
-    LONGEST,
-    MAX_CELLS,
-    OWN_KEYS,
-    SCENARIO,
-    BatchFile,
-    Published,
-    matches,
-    read_file,
-)
+from pydantic import BeforeValidator, Field
+
 from hfc_design.core.dotted import flat, set_keys
-from hfc_design.core.records import UserError
+from hfc_design.core.records import Finite, Name, Record, UserError, checked
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design, design_json
+from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
-from hfc_design.simulation.evaluation import load_design, machine, meanings, own_scenario
+from hfc_design.simulation.evaluation import meanings
+
+#: More cells than this are a mistake of a factor of ten somewhere.
+MAX_CELLS = 100_000
+#: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
+#: a search; a word that ``published`` and a reader know the cell by.
+SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
+#: Letters in a label.
+LONGEST = 120
+#: What dotted keys of a design begin with.
+CHANGE = "change."
+
+
+#: Settings of cells; a word is their label.
+Settings = Annotated[Json, BeforeValidator(lambda x: {LABEL: x} if isinstance(x, str) else x)]
+
+
+class Published(Record):
+    """A published figure, and which metric of which runs stands beside it.
+
+    ``of`` and ``over`` are settings of cells, or a label; with ``over`` it is the ratio of both
+    runs' metrics.
+    """
+
+    figure: str = ""  # of the paper
+    quantity: str  # with its unit
+    value: Finite | None = None  # None: the paper has words only
+    metric: str  # or "fitness", or "merit"
+    of: Settings
+    over: Settings = {}
+    over_metric: str = ""  # left out: the same metric
+    remark: str = ""
+
+
+class BatchFile(Record):
+    """``hfc batch``: keys are dotted ones of a scenario, and those named in ``OWN_KEYS``."""
+
+    name: Name | None = None  # of the folder in runs/; None: that of the file
+    description: str = ""
+    set: Json = {}  # the same in every cell
+    grid: Json = {}  # lists: every combination is a cell
+    cells: tuple[Json, ...] = Field((), max_length=MAX_CELLS)  # each with the whole grid
+    published: tuple[Published, ...] = ()
 
 
 class Cell(NamedTuple):
     """One run of a batch."""
 
     name: str  # of its folder: the hash of its whole configuration
-    settings: dict[str, Any]  # dotted key -> value, as far as the batch file says
+    settings: Json  # dotted key -> value, as far as the batch file says
     scenario: Scenario
     design: Design | None = None  # to be scored; None: the run searches one
 
@@ -53,7 +88,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     Raises:
         UserError: the file is none, or a run that it makes is not allowed.
     """
-    file = read_file(path)
+    file = _read(path)
     found: dict[str, Cell] = {}
     others = set_keys(changes, "--set")
     for settings in _combinations(file, path):
@@ -63,16 +98,33 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
         over = item.over or (item.of if item.over_metric else {})
         for own, metric in ((item.of, item.metric), (over, item.over_metric or item.metric)):
             try:
-                _check_figure(own, metric, found.values())
+                if own:
+                    _check_figure(own, metric, found.values())
             except UserError as error:
                 raise UserError(f"{path}: published.{k}: {error}") from None
     return Plan(file.name or path.stem, file.description, list(found.values()), file.published)
 
 
-def _check_figure(wanted: dict[str, Any], metric: str, cells: Iterable[Cell]) -> None:
+def _read(path: Path) -> BatchFile:
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{path}: is not valid TOML: {error}") from None
+    file = checked(BatchFile, data, path, path.parent)
+    if not (file.set or file.grid or file.cells):
+        raise UserError(f"{path}: asks for nothing; it needs [set], [grid] or [[cells]]")
+    return file
+
+
+def matches(wanted: Json, settings: Json) -> bool:
+    """Whether a run has all of the wanted settings."""
+    return all(key in settings and settings[key] == value for key, value in flat(wanted).items())
+
+
+def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
     """Refuse a metric that no cell with the wanted settings has."""
-    if not wanted:
-        return
     own = [cell for cell in cells if matches(wanted, cell.settings)]
     if not own:
         told = ", ".join(f"{key} = {value!r}" for key, value in flat(wanted).items())
@@ -84,15 +136,13 @@ def _check_figure(wanted: dict[str, Any], metric: str, cells: Iterable[Cell]) ->
         raise UserError(f"{metric!r} is no metric of these cells; there is {', '.join(near)}")
 
 
-def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
+def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
     """The settings of each cell."""
     common, grid = flat(file.set), flat(file.grid)
     for key, values in grid.items():
         if not isinstance(values, list) or not values:
             raise UserError(f"{path}: grid.{key} = {values!r}: has to be a list of values")
-    count = max(len(file.cells), 1)
-    for values in grid.values():
-        count *= len(values)
+    count = max(len(file.cells), 1) * prod(map(len, grid.values()))
     if count > MAX_CELLS:
         raise UserError(f"{path}: asks for {count} cells; allowed are {MAX_CELLS}")
     for own in file.cells or ({},):
@@ -100,7 +150,7 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[dict[str, Any]]:
             yield common | dict(zip(grid, values, strict=True)) | flat(own)
 
 
-def _cell(settings: dict[str, Any], path: Path) -> Cell:
+def _cell(settings: Json, path: Path) -> Cell:
     try:
         scenario, design = _asked(settings, path.parent)
     except UserError as error:
@@ -109,7 +159,7 @@ def _cell(settings: dict[str, Any], path: Path) -> Cell:
     return Cell(_name(scenario, design), settings, scenario, design)
 
 
-def _asked(settings: dict[str, Any], folder: Path) -> tuple[Scenario, Design | None]:
+def _asked(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
     """The scenario of a cell, and the design that it scores if it searches none."""
     label = settings.get(LABEL, "a")
     if not isinstance(label, str) or not label.isprintable() or not 1 <= len(label) <= LONGEST:
@@ -131,7 +181,7 @@ def _asked(settings: dict[str, Any], folder: Path) -> tuple[Scenario, Design | N
     return scenario.model_copy(update={"run": RunSettings()}), design  # nothing is random
 
 
-def _place(name: Any, folder: Path) -> str:
+def _place(name: object, folder: Path) -> str:
     """What a batch file names: beside it, from where the user is, or built in."""
     beside = folder / str(name)
     return str(beside if beside.exists() else name)

@@ -2,13 +2,15 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.batch.file import Published, matches
 from hfc_design.batch.folder import published
+from hfc_design.batch.plan import Published, matches
 from hfc_design.batch.runs import Run, batches_below
+from hfc_design.batch.summary import Comparison, Group, compared, grouped
+from hfc_design.core.shapes import Json
 
 #: What the tables say of each.
 HEAD = ("figure", "quantity", "published", "simulated", "ratio", "runs", "remark")
@@ -26,6 +28,21 @@ class Reproduced(NamedTuple):
         """Simulated over published."""
         value = self.published.value
         return None if not value else self.simulated / value
+
+
+class Findings(NamedTuple):
+    """What pages and tables tell of the runs below a folder."""
+
+    runs: list[Run]
+    groups: list[Group]
+    comparisons: list[Comparison]
+    figures: list[Reproduced]
+
+
+def findings(path: Path, runs: list[Run]) -> Findings:
+    """What the runs below ``path`` give."""
+    groups = grouped(runs)
+    return Findings(runs, groups, compared(groups), reproduced(path, runs))
 
 
 def reproduced(path: Path, runs: Iterable[Run]) -> list[Reproduced]:
@@ -47,7 +64,7 @@ def _figure(item: Published, finished: list[Run]) -> Reproduced:
     return Reproduced(item, simulated, len(values))
 
 
-def _values(metric: str, wanted: dict[str, Any], finished: list[Run]) -> list[float]:
+def _values(metric: str, wanted: Json, finished: list[Run]) -> list[float]:
     found = (run.score.get(metric) for run in finished if matches(wanted, run.settings))
     return [value for value in found if value is not None]
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from hfc_design.batch import folder, tables
 from hfc_design.batch.page import page
-from hfc_design.batch.published import reproduced
+from hfc_design.batch.published import findings
 from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
-from hfc_design.batch.summary import compared, grouped
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.report import REPORT
@@ -43,12 +42,10 @@ def _write_all(path: Path, each: bool, parquet: bool) -> int:
     if each:
         failed = _write_missing(path, runs)
         runs = runs_below(path)
-    groups = grouped(runs)
-    comparisons = compared(groups)
-    beside = reproduced(path, runs)
-    tables.write(path, runs, groups, comparisons, beside, parquet)
+    found = findings(path, runs)
+    tables.write(path, found, parquet)
     told = [text for batch in batches_below(path) for text in folder.descriptions(batch)]
-    write_whole(path / REPORT, page(path.resolve().name, told, runs, groups, comparisons, beside))
+    write_whole(path / REPORT, page(path.resolve().name, told, found))
     return failed
 
 

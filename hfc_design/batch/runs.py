@@ -5,17 +5,17 @@ Only what a summary needs is read; whatever is damaged is told beside the run an
 
 import json
 import tomllib
-from collections import defaultdict
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from hfc_design.batch import folder
 from hfc_design.core.dotted import flat
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Json
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
@@ -29,7 +29,7 @@ class Run(NamedTuple):
     """A run as its folder tells it."""
 
     path: str  # below the folder that was asked for
-    settings: dict[str, Any]  # dotted key -> value; also scenario and run.seed
+    settings: Json  # dotted key -> value; also scenario and run.seed
     state: State
     reason: str  # why it is not finished or not all of it could be read; "" if it is
     score: dict[str, float | None]  # fitness, merit and metrics of a finished run, else empty
@@ -121,7 +121,7 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
     ]
 
 
-def _read(path: Path, top: Path, settings: dict[str, Any], state: State, reason: str) -> Run:
+def _read(path: Path, top: Path, settings: Json, state: State, reason: str) -> Run:
     score: dict[str, float | None] = {}
     judged_by = ""
     if state == "finished":
@@ -189,6 +189,11 @@ def _told(file: str, error: Exception) -> str:
     """What is wrong with a file, in a line that does not depend on where it lies."""
     why = error.strerror if isinstance(error, OSError) else str(error)
     return " ".join(f"{file}: {why}".split())
+
+
+def counted(states: Iterable[str]) -> str:
+    """How many there are of each state."""
+    return ", ".join(f"{count} {state}" for state, count in Counter(states).items())
 
 
 def text(value: object) -> str:

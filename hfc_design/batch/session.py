@@ -2,7 +2,7 @@
 
 import statistics
 import sys
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -11,8 +11,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 from rich.table import Table
 
 from hfc_design.batch import folder, report
-from hfc_design.batch.file import LABEL
-from hfc_design.batch.plan import Cell, read_batch
+from hfc_design.batch.plan import LABEL, Cell, read_batch
+from hfc_design.batch.runs import counted
 from hfc_design.batch.work import Outcome, run_cells
 from hfc_design.core.console import column, terminal
 from hfc_design.core.records import RunError
@@ -37,11 +37,7 @@ class Where(NamedTuple):
 
 
 def batch(
-    path: Path,
-    out: Path | None,
-    dry_run: bool,
-    where: Where | None = None,
-    changes: Iterable[str] = (),
+    path: Path, out: Path | None, dry_run: bool, where: Where | None, changes: Iterable[str]
 ) -> None:
     """``hfc batch FILE``: run every cell that is not finished, here or ``where``; report.
 
@@ -85,10 +81,8 @@ def _on_workers(where: Where, target: Path, cells: list[Cell], watch: "Watch") -
 def show_status(out: Path) -> None:
     """``hfc batch --status DIR``: what became of every cell."""
     found = folder.entries(out)
-    counts = Counter(entry.state for entry in found)
     seconds = [entry.seconds for entry in found if entry.seconds is not None]
-    told = ", ".join(f"{count} {state}" for state, count in counts.items())
-    print(f"{len(found)} cells in {out}: {told}")
+    print(f"{len(found)} cells in {out}: {counted(entry.state for entry in found)}")
     if seconds:
         print(f"median time of a finished cell {statistics.median(seconds):.2g} s")
     table = Table("cell", "state", "settings", box=None)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import mannwhitneyu
 
-from hfc_design.batch.file import LABEL
+from hfc_design.batch.plan import LABEL
 from hfc_design.batch.runs import SCENARIO, SEED, Run, text
 from hfc_design.core.shapes import Floats
 
@@ -44,6 +44,11 @@ class Group(NamedTuple):
     def median(self) -> float:
         """Median of the final score."""
         return self.quartiles[1]
+
+    @property
+    def repeated(self) -> int:
+        """Finished runs with the seed of another one."""
+        return sum(run.state == "finished" for run in self.runs) - len(self.finished)
 
     @property
     def label(self) -> str:

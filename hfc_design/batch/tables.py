@@ -1,6 +1,5 @@
 """The tables beside the page: every run, every group and every comparison, in full precision."""
 
-import csv
 import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -8,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from hfc_design.batch.published import HEAD, Reproduced
+from hfc_design.batch.published import HEAD, Findings, Reproduced
 from hfc_design.batch.runs import JUDGED_BY, Run, text
 from hfc_design.batch.summary import Comparison, Group, quartiles
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
+from hfc_design.formats.writing import csv_text
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
 PUBLISHED = "published.csv"
@@ -20,27 +20,24 @@ Column = list[str | int | float | None]
 QUARTILES = ("lower_quartile", "median", "upper_quartile")
 
 
-def write(
-    out: Path,
-    runs: Sequence[Run],
-    groups: Sequence[Group],
-    comparisons: Sequence[Comparison],
-    figures: Sequence[Reproduced],
-    parquet: bool,
-) -> None:
+def write(out: Path, found: Findings, parquet: bool) -> None:
     """Write the tables into a folder; ``parquet`` adds the runs as Parquet.
 
     Raises:
         RunError: the folder cannot be written.
         UserError: Parquet is asked for and pyarrow is not installed.
     """
-    columns = run_columns(runs, groups)
+    columns = run_columns(found.runs, found.groups)
     content = _parquet(columns) if parquet else b""  # first: nothing is written if it cannot be
-    write_whole(out / RUNS, _csv([list(columns), *zip(*columns.values(), strict=True)]))
-    write_whole(out / GROUPS, _csv(_group_rows(groups)))
-    write_whole(out / COMPARISONS, _csv(_comparison_rows(comparisons)))
-    if figures:
-        write_whole(out / PUBLISHED, _csv([HEAD, *map(_figure_row, figures)]))
+    rows: dict[str, Iterable[Sequence[object]]] = {
+        RUNS: [list(columns), *zip(*columns.values(), strict=True)],
+        GROUPS: _group_rows(found.groups),
+        COMPARISONS: _comparison_rows(found.comparisons),
+    }
+    if found.figures:
+        rows[PUBLISHED] = [HEAD, *map(_figure_row, found.figures)]
+    for name, table in rows.items():
+        write_whole(out / name, csv_text(table).encode())
     if parquet:
         write_whole(out / PARQUET, content)
 
@@ -108,12 +105,6 @@ def _figure_row(item: Reproduced) -> Sequence[object]:
     number = None if np.isnan(simulated) else simulated
     told = (paper.figure, paper.quantity, paper.value, number)
     return [*told, None if number is None else item.ratio, item.runs, paper.remark]
-
-
-def _csv(rows: Iterable[Sequence[object]]) -> bytes:
-    buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(rows)
-    return buffer.getvalue().encode()
 
 
 def _parquet(columns: dict[str, Column]) -> bytes:

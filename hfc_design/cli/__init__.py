@@ -1,7 +1,6 @@
 """The command line. Commands import what they need when they run, so that help is quick."""
 
 import sys
-from typing import Any
 
 import click
 
@@ -10,11 +9,11 @@ from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.insight import explain, stability
 from hfc_design.cli.listing import list_
 from hfc_design.cli.many import batch, report
-from hfc_design.cli.searching import design
-from hfc_design.cli.simulating import score, simulate
+from hfc_design.cli.simulating import design, score, simulate
 
 #: In the order in which a user meets them.
 COMMANDS = (list_, design, score, simulate, export, import_, explain, stability, report, batch)
+SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 class Commands(click.Group):
@@ -24,7 +23,7 @@ class Commands(click.Group):
         """Names as they were added, not by the alphabet."""
         return list(self.commands)
 
-    def invoke(self, ctx: click.Context) -> Any:
+    def invoke(self, ctx: click.Context) -> object:
         """Run a command; UserError becomes a line on stderr and its exit code."""
         from hfc_design.core.records import UserError
 
@@ -37,11 +36,7 @@ class Commands(click.Group):
             sys.exit(1)
 
 
-@click.group(
-    cls=Commands,
-    commands=COMMANDS,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+@click.group(cls=Commands, commands=COMMANDS, context_settings=SETTINGS)
 @click.version_option(__version__, prog_name="hfc")
 def main() -> None:
     """Design hierarchical fuzzy controllers for machine-tool drives by simulation."""

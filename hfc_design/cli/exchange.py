@@ -5,24 +5,21 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import changing_design
-from hfc_design.cli.plugin_options import knowing_plugins
+from hfc_design.cli.options import PATH, Texts, changing_design, knowing_plugins
 
 
 @click.command()
 @click.argument("design")
 @changing_design
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
-@click.option("--out", type=click.Path(path_type=Path), help="File or folder to write.")
+@click.option("--out", type=PATH, help="File or folder to write.")
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @knowing_plugins
-def export(
-    design: str, others: tuple[str, ...], target: str, out: Path | None, lookup: int | None
-) -> None:
+def export(design: str, others: Texts, target: str, out: Path | None, lookup: int | None) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
+    from hfc_design.files.pairing import load_design
     from hfc_design.formats import FORMATS, c_source
-    from hfc_design.simulation.evaluation import load_design
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
@@ -40,23 +37,22 @@ def export(
     click.echo(path)
 
 
+SIGNAL_HELP = (
+    "Which signal an input of FILE is, as in input1=error, where its name does not say so."
+)
+
+
 @click.command("import")
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Design file [default: NAME.json].")
+@click.argument("file", type=PATH)
+@click.option("--out", type=PATH, help="Design file [default: NAME.json].")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
 @click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
 @click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
 @click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
-@click.option(
-    "--signal",
-    "signals",
-    multiple=True,
-    metavar="INPUT=SIGNAL",
-    help="Which signal an input of FILE is, as in input1=error, where its name does not say so.",
-)
+@click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
 def import_(
-    file: Path, out: Path | None, plant: str | None, signals: tuple[str, ...], **options: Any
+    file: Path, out: Path | None, plant: str | None, signals: Texts, **options: Any
 ) -> None:
     """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
 

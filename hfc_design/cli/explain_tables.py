@@ -1,15 +1,22 @@
 """An explanation for a person: tables that fit into 80 columns."""
 
-from typing import Any
-
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from hfc_design.core.console import terminal
+from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.shapes import Json
+
+#: Share of a command -> what an explanation calls it.
+PARTS = {
+    "proportional": "kp error",
+    "derivative": "kd error_rate",
+    "fuzzy": "fuzzy",
+    "integral": "integral",
+    "compensation": "low-velocity compensation",
+}
 
 
-def show(found: dict[str, Any], least: float) -> None:
+def show(found: Json, least: float) -> None:
     """Print what ``explain.explanation`` found; rules below the share ``least`` are counted."""
     console = terminal()
     console.print(f"design {found['design']}, kind {found['kind']}", highlight=False)
@@ -25,12 +32,10 @@ def show(found: dict[str, Any], least: float) -> None:
     _command(console, found)
 
 
-def _signals(console: Console, found: dict[str, Any]) -> None:
-    table = _table("signals")
-    table.add_column("signal", no_wrap=True)
-    names = ("reading", "unit", "scale", "scaled", "clamped")
-    for name in names if "inputs" in found else names[:2]:
-        table.add_column(name, justify="left" if name == "unit" else "right", no_wrap=True)
+def _signals(console: Console, found: Json) -> None:
+    scaled = ("scale", "scaled", "clamped") if "inputs" in found else ()
+    table = _table("signals", "signal", "reading", "unit", *scaled)
+    table.columns[2].justify = "left"
     units = found["units_of_signals"]
     inputs = {item["name"]: item for item in found.get("inputs", ())}
     readings = {name: item["reading"] for name, item in inputs.items()} | found["signals"]
@@ -44,23 +49,16 @@ def _signals(console: Console, found: dict[str, Any]) -> None:
     console.print(table)
 
 
-def _unit(console: Console, unit: dict[str, Any], least: float) -> None:
+def _unit(console: Console, unit: Json, least: float) -> None:
     row, column = unit["row"], unit["column"]
-    table = _table(f"{unit['unit']}: degrees of its terms")
-    table.add_column("input", no_wrap=True)
-    table.add_column("value", justify="right", no_wrap=True)
-    for label in row["degrees"]:
-        table.add_column(label, justify="right", overflow="ellipsis", no_wrap=True)
+    table = _table(f"{unit['unit']}: degrees of its terms", "input", "value", *row["degrees"])
     for side in (row, column):
         degrees = (f"{degree:.3f}" if degree else "-" for degree in side["degrees"].values())
         table.add_row(side["input"], f"{side['value']:.4g}", *degrees)
     console.print(table)
     shown = [rule for rule in unit["rules"] if rule["share"] >= least]
-    table = _table(None)
-    table.add_column(f"if {row['input']}", no_wrap=True)
-    table.add_column(f"and {column['input']}", no_wrap=True)
-    table.add_column("share", justify="right", no_wrap=True)
-    table.add_column("consequent", justify="right", no_wrap=True)
+    table = _table(None, f"if {row['input']}", f"and {column['input']}", "share", "consequent")
+    table.columns[1].justify = "left"
     for rule in shown:
         share, consequent = f"{100 * rule['share']:.2f} %", f"{rule['consequent']:.6g}"
         table.add_row(rule["row"], rule["column"], share, consequent)
@@ -73,20 +71,11 @@ def _unit(console: Console, unit: dict[str, Any], least: float) -> None:
     console.print(f"  {unit['unit']} = {unit['output']:.6g}\n", highlight=False)
 
 
-def _command(console: Console, found: dict[str, Any]) -> None:
+def _command(console: Console, found: Json) -> None:
     unit = found["command_unit"]
-    table = _table(f"command [{unit}]")
-    table.add_column("part", no_wrap=True)
-    table.add_column(unit, justify="right", no_wrap=True)
-    lines = {
-        "proportional": "kp error",
-        "derivative": "kd error_rate",
-        "fuzzy": "fuzzy",
-        "integral": "integral",
-        "compensation": "low-velocity compensation",
-    }
+    table = _table(f"command [{unit}]", "part", unit)
     for name, value in found["parts"].items():
-        line = lines[name]
+        line = PARTS[name]
         if name == "fuzzy" and "output_scale" in found:
             line = f"fuzzy, {found['units'][-1]['unit']} x {found['output_scale']:g}"
         table.add_row(line, f"{value:.6g}")
@@ -97,12 +86,8 @@ def _command(console: Console, found: dict[str, Any]) -> None:
     console.print(table)
 
 
-def _table(title: str | None) -> Table:
-    return Table(
-        title=title,
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,  # the box separates columns by a space, so that seven terms fit
-    )
+def _table(title: str | None, *names: str) -> Table:
+    table = plain_table(title=title, title_style="bold")
+    for k, name in enumerate(names):
+        table.add_column(name, justify="right" if k else "left", no_wrap=True)
+    return table

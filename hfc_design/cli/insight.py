@@ -2,36 +2,27 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import click
 
-from hfc_design.cli.options import changing_design
-from hfc_design.cli.plugin_options import knowing_plugins
+from hfc_design.cli.options import PATH, Texts, as_json, changing_design, knowing_plugins
+
+#: Name -> gains (K_1, K_2) of a rule table.
+Points = dict[str, tuple[float, float]]
+SIGNALS = "SIGNAL=NUMBER,..."
+AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
 
 
 @click.command()
 @click.argument("design")
 @changing_design
-@click.option(
-    "--at",
-    "samples",
-    multiple=True,
-    required=True,
-    metavar="SIGNAL=NUMBER,...",
-    help="Signals of a sample; given again for each sample that follows, the last is explained.",
-)
+@click.option("--at", "samples", multiple=True, required=True, metavar=SIGNALS, help=AT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
 @click.option("--least", type=float, default=0.01, help="Hide rules of a smaller share [0.01].")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, every rule.")
 @knowing_plugins
 def explain(
-    design: str,
-    others: tuple[str, ...],
-    samples: tuple[str, ...],
-    axis: str,
-    least: float,
-    as_json: bool,
+    design: str, others: Texts, samples: Texts, axis: str, least: float, as_json: bool
 ) -> None:
     """Which rules of DESIGN fire at a sample, how strongly, and what its command is made of.
 
@@ -41,8 +32,8 @@ def explain(
     the controller steps through them from rest, and adapts.
     """
     from hfc_design.files.machine import PlantSettings
+    from hfc_design.files.pairing import load_design
     from hfc_design.runtime.explain import explanation, part
-    from hfc_design.simulation.evaluation import load_design
 
     read = part(load_design(design, others), axis)
     plant = PlantSettings(**read.plant.model_dump())
@@ -50,10 +41,10 @@ def explain(
     found = explanation(read, plant.machine.drives[k], plant.values()[k], samples)
     if as_json:
         click.echo(json.dumps(found))
-        return
-    from hfc_design.cli.explain_tables import show
+    else:
+        from hfc_design.cli.explain_tables import show
 
-    show(found, least)
+        show(found, least)
 
 
 @click.command()
@@ -62,15 +53,11 @@ def explain(
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw the range (png, svg or pdf).")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@click.option("--plot", type=PATH, help="Draw the range (png, svg or pdf).")
+@as_json
 @knowing_plugins
 def stability(
-    design: str | None,
-    others: tuple[str, ...],
-    plot: Path | None,
-    as_json: bool,
-    **options: float | None,
+    design: str | None, others: Texts, plot: Path | None, as_json: bool, **options: float | None
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
 
@@ -86,7 +73,7 @@ def stability(
     if design is None:
         if others:
             raise UserError("--change needs a DESIGN")
-        points = {}
+        points: Points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
         points, drive = _of_design(design, others, given)
@@ -102,11 +89,13 @@ def stability(
         report.show(found, points)
 
 
-def _of_design(name: str, others: tuple[str, ...], given: dict[str, float]) -> Any:
+def _of_design(
+    name: str, others: Texts, given: dict[str, float]
+) -> tuple[Points, dict[str, float]]:
     """Gains of a design's rule table, and the drive that it is for."""
     from hfc_design.controllers.kind import needed
     from hfc_design.files.machine import PlantSettings
-    from hfc_design.simulation.evaluation import load_design
+    from hfc_design.files.pairing import load_design
     from hfc_design.stability import report
 
     design = load_design(name, others)

@@ -2,16 +2,13 @@
 
 import click
 
-from hfc_design.cli.plugin_options import knowing_plugins
+from hfc_design.cli.options import knowing_plugins
+
+LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
 
 
 @click.command("list")
-@click.argument(
-    "what",
-    type=click.Choice(
-        ["scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"]
-    ),
-)
+@click.argument("what", type=click.Choice(LISTED))
 @knowing_plugins
 def list_(what: str) -> None:
     """What is built in."""

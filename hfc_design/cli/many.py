@@ -4,11 +4,11 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.plugin_options import knowing_plugins
+from hfc_design.cli.options import PATH, Texts, knowing_plugins
 
 
 @click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
+@click.argument("folder", type=PATH)
 @click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
 @click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
 @knowing_plugins
@@ -27,24 +27,24 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 
 
 @click.command()
-@click.argument("file", required=False, type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder [default: runs/NAME].")
+@click.argument("file", required=False, type=PATH)
+@click.option("--out", type=PATH, help="Folder [default: runs/NAME].")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)
 @click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
-@click.option("--status", type=click.Path(path_type=Path), help="What became of a batch's cells.")
+@click.option("--status", type=PATH, help="What became of a batch's cells.")
 @click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
 @click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
 @knowing_plugins
 def batch(
     file: Path | None,
-    out: Path | None,
-    changes: tuple[str, ...],
-    dry_run: bool,
     status: Path | None,
     workers: int | None,
     scheduler: str | None,
     shared: bool,
+    changes: Texts,
+    dry_run: bool,
+    out: Path | None,
 ) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 

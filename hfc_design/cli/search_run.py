@@ -2,6 +2,7 @@
 
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 from hfc_design.cli.terminal import progress_bar, show_table
@@ -14,7 +15,7 @@ from hfc_design.search.loop import Search
 
 
 def design(
-    name: str | None, out: Path | None, changes: list[str], resume: bool, quiet: bool
+    name: str | None, changes: list[str], resume: bool, out: Path | None, quiet: bool
 ) -> None:
     """``hfc design``: start or resume a run, report it, print the table.
 
@@ -30,37 +31,23 @@ def design(
         scenario = load_scenario(name or "c-axis-ramp", changes)
         folder = out or _free_folder(scenario.name)
         scenario = designs.new_run(scenario, folder)
-    watch = Quiet() if quiet else Watch(scenario)
+    watch = None if quiet else Watch(scenario)
     try:
-        with watch:
-            result = designs.run(scenario, folder, watch.generation)
+        with watch or nullcontext():
+            told = (watch.generation,) if watch else ()
+            result = designs.run(scenario, folder, *told)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
     others = rivals.write_page(scenario, result, folder)
     baselines = rivals.BASELINES.get(scenario.plant.name, {})
     beside = {baselines[name]: rival for name, rival in others.items()}
-    show_table(scenario, {"this design": result.evaluation, **beside}, watch.summary())
+    show_table(
+        scenario, {"this design": result.evaluation, **beside}, watch.summary() if watch else ""
+    )
     terminal().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
 
 
-class Quiet:
-    """Progress that says nothing."""
-
-    def __enter__(self) -> "Quiet":
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        pass
-
-    def generation(self, search: Search) -> None:
-        """Nothing."""
-
-    def summary(self) -> str:
-        """Nothing."""
-        return ""
-
-
-class Watch(Quiet):
+class Watch:
     """Live progress on a terminal, a line now and then elsewhere; both on stderr."""
 
     def __init__(self, scenario: Scenario):

@@ -1,4 +1,4 @@
-"""Commands on one design and one scenario: score, simulate."""
+"""Commands that simulate one design on one scenario: design, which searches it, score, simulate."""
 
 import json
 from pathlib import Path
@@ -6,31 +6,63 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import SET_HELP, changing_design, loaded
-from hfc_design.cli.plugin_options import choosing_plugins
+from hfc_design.cli.options import (
+    PATH,
+    Chosen,
+    Load,
+    Texts,
+    as_json,
+    choosing_plugins,
+    on_scenario,
+    setting,
+)
+
+#: Option of hfc design -> key of the scenario.
+KEYS = {
+    "seed": "run.seed",
+    "population": "search.population",
+    "generations": "search.generations",
+    "preset": "search.preset",
+    "precision": "run.precision",
+}
 
 
 @click.command()
-@click.argument("design")
-@changing_design
-@click.option("--scenario", help="Scenario to run it on [default: the one it was made for].")
-@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
+@click.argument("scenario", required=False)
+@click.option("--out", type=PATH, help="Run folder [default: runs/NAME-N].")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
+@click.option("--population", type=int, help="Individuals in a generation.")
+@click.option("--generations", type=int, help="Generations.")
+@click.option("--preset", help="Search strategy [default: race]; see hfc list strategies.")
+@click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
+@setting
+@click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
+@click.option("--quiet", is_flag=True, help="No progress.")
+@choosing_plugins
+def design(
+    scenario: str | None, changes: Texts, resume: bool, chosen: Chosen, **options: Any
+) -> None:
+    """Search a controller for SCENARIO (a built-in name or a TOML file).
+
+    Without arguments: the no-load ramp of the C-axis.
+    """
+    from hfc_design.cli import search_run
+
+    given = {key: options.pop(name) for name, key in KEYS.items()}
+    own = [f"{key}={value}" for key, value in given.items() if value is not None]
+    plugins = () if resume else chosen.values()  # they only have to be known then
+    search_run.design(scenario, [*plugins, *own, *changes], resume, **options)
+
+
+@click.command()
+@on_scenario
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw the metrics' distributions.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
+@as_json
 @choosing_plugins
-def score(
-    design: str,
-    others: tuple[str, ...],
-    scenario: str | None,
-    changes: tuple[str, ...],
-    chosen: dict[str, str],
-    spread: float | None,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **options: Any) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
     With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
@@ -44,7 +76,7 @@ def score(
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    found, where = loaded(design, others, scenario, chosen, changes)
+    found, where = load(chosen)
     if spread is not None:
         from hfc_design.cli.spread import score_spread
 
@@ -52,13 +84,8 @@ def score(
         return
     evaluation = evaluate(found, where)
     if as_json:
-        line = {
-            "design": found.name,
-            "scenario": where.name,
-            "diverged": evaluation.diverged,
-            **evaluation.score(where.judge()),
-        }
-        click.echo(json.dumps(line))
+        names = {"design": found.name, "scenario": where.name, "diverged": evaluation.diverged}
+        click.echo(json.dumps(names | evaluation.score(where.judge())))
     else:
         from hfc_design.cli.terminal import show_table
 
@@ -67,26 +94,15 @@ def score(
 
 
 @click.command()
-@click.argument("design")
-@changing_design
-@click.option("--scenario", help="Scenario to run it on [default: the one it was made for].")
-@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
-@click.option("--csv", "csv_file", type=click.Path(path_type=Path), help="Write the trajectory.")
-@click.option("--plot", type=click.Path(path_type=Path), help="Draw it (png, svg or pdf).")
+@on_scenario
+@click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
+@click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
 @choosing_plugins
-def simulate(
-    design: str,
-    others: tuple[str, ...],
-    scenario: str | None,
-    changes: tuple[str, ...],
-    chosen: dict[str, str],
-    csv_file: Path | None,
-    plot: Path | None,
-) -> None:
+def simulate(load: Load, chosen: Chosen, csv_file: Path | None, plot: Path | None) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
-    found, where = loaded(design, others, scenario, chosen, changes)
+    found, where = load(chosen)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.figure import save

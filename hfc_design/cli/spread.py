@@ -4,13 +4,10 @@ import json
 import sys
 import time
 from pathlib import Path
-from typing import Any
-
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 
 from hfc_design.cli.terminal import progress_bar
-from hfc_design.core.console import terminal
+from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.monte_carlo import robustness
@@ -54,11 +51,10 @@ def score_spread(
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
 
 
-def _show_spread(numbers: dict[str, Any]) -> None:
-    table = Table(
+def _show_spread(numbers: Json) -> None:
+    table = plain_table(
         title=f"{numbers['design']} on {numbers['scenario']}, "
         f"parameters +-{100 * numbers['spread']:g} %",
-        title_justify="left",
         title_style="",
         caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
@@ -66,9 +62,6 @@ def _show_spread(numbers: dict[str, Any]) -> None:
         f"impossible machines drawn again: {numbers['refused_draws']}\n"
         f"simulated again with shorter steps: {numbers['refined']}",
         caption_justify="left",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,  # so that eight columns fit into a terminal of 80
     )
     table.add_column("metric", no_wrap=True)
     for name in ("nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count"):

@@ -4,14 +4,14 @@ Most controllers are the law of one axis, lifted to the machine by ``PerAxis``.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from hfc_design.core.scalars import Xp, clipped
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.shapes import Gains, Memory, Parameters, Scalar
 
 #: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``reference``,
 #: ``reference_rate``, ``reference_acceleration``) and the readings of its drive.
-Signals = Mapping[str, Any]
+Signals: TypeAlias = Mapping[str, Scalar]
 
 
 class PathView(NamedTuple):
@@ -28,7 +28,12 @@ class View(NamedTuple):
 
     axes: tuple[Signals, ...]
     path: PathView | None = None  # None: the machine follows no path
-    told: Any = None  # the parameters of each axis, as the control believes them to be
+    #: The parameters of each axis, as the control believes them to be.
+    told: tuple[Parameters, ...] | None = None
+
+
+#: The command of every axis, and what to remember.
+Stepped: TypeAlias = tuple[tuple[Scalar, ...], Memory]
 
 
 class Controller(Protocol):
@@ -42,10 +47,10 @@ class Controller(Protocol):
     def kind(self) -> str:
         """Name of the kind."""
 
-    def initial_memory(self, zero: Scalar) -> Any:
+    def initial_memory(self, zero: Scalar) -> Memory:
         """Memory before the first sample."""
 
-    def step(self, xp: Xp, gains: Any, memory: Any, view: View) -> tuple[tuple[Any, ...], Any]:
+    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """The command of every axis, and what to remember."""
 
 
@@ -56,17 +61,17 @@ class AxisLaw(NamedTuple):
     a method ``command()``, and what to remember.
     """
 
-    parts: Callable[..., tuple[Any, Any]]
-    start: Callable[["AxisLaw", Any], Any]  # (law, zero) -> memory before the first sample
+    parts: Callable[..., tuple[Any, Memory]]
+    start: Callable[["AxisLaw", Scalar], Memory]  # (law, zero) -> memory before the first sample
     sample_time: float  # [s]
     limit: float | None = None  # largest command of either sign
     structure: Any = None  # what is code and no number: forms, names of inputs, terms
 
-    def initial_memory(self, zero: Scalar) -> Any:
+    def initial_memory(self, zero: Scalar) -> Memory:
         """Memory before the first sample."""
         return self.start(self, zero)
 
-    def step(self, xp: Xp, gains: Any, memory: Any, signals: Signals) -> tuple[Any, Any]:
+    def step(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> tuple[Scalar, Memory]:
         """The command within its limit, and what to remember."""
         parts, memory = self.parts(xp, self, gains, memory, signals)
         return limited(xp, self.limit, parts.command()), memory
@@ -79,11 +84,11 @@ class PerAxis(NamedTuple):
     laws: tuple[AxisLaw, ...]
     own_gains: bool = False
 
-    def initial_memory(self, zero: Scalar) -> tuple[Any, ...]:
+    def initial_memory(self, zero: Scalar) -> tuple[Memory, ...]:
         """Memory of each axis before the first sample."""
         return tuple(law.initial_memory(zero) for law in self.laws)
 
-    def step(self, xp: Xp, gains: Any, memory: Any, view: View) -> tuple[tuple[Any, ...], Any]:
+    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
         """The command of every axis, and what each remembers."""
         every = gains if self.own_gains else (gains,) * len(self.laws)
         each = zip(self.laws, every, memory, view.axes, strict=True)
@@ -92,12 +97,12 @@ class PerAxis(NamedTuple):
         return commands, memories
 
 
-def limited(xp: Xp, limit: float | None, command: Any) -> Any:
+def limited(xp: Xp, limit: float | None, command: Scalar) -> Scalar:
     """``command``, no larger than its limit in either direction."""
     return command if limit is None else clipped(xp, command, -limit, limit)
 
 
-def held(xp: Xp, limit: float | None, command: Any, before: Any, after: Any) -> Any:
+def held(xp: Xp, limit: float | None, command: Scalar, before: Scalar, after: Scalar) -> Scalar:
     """An integral that went from ``before`` to ``after``, or stays where that would wind it up.
 
     It stays while the ``command`` that it is part of is beyond the limit and the step would push

@@ -1,12 +1,12 @@
 """What a search strategy needs to know of what it varies."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol, Self, TypeVar
+from typing import Any, NamedTuple, Protocol, Self, TypeAlias, TypeVar
 
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
 
 
 class Population(Protocol):
@@ -23,11 +23,15 @@ class Population(Protocol):
 AnyPopulation = TypeVar("AnyPopulation", bound=Population)
 
 
+#: The individuals of a genome's own kind, a ``Population``.
+Members: TypeAlias = Any
+
+
 class Space(NamedTuple):
     """Individuals as points, so that the derivative of a loop tells where to go from one."""
 
-    vectors: Callable[[Any], Floats]  # population -> (n, parameters), ordered as ``gains`` are
-    from_vectors: Callable[[Floats, Any], Any]  # points, an individual of their structure -> they
+    vectors: Callable[[Members], Floats]  # population -> (n, parameters), ordered as ``gains`` are
+    from_vectors: Callable[[Floats, Members], Members]  # (points, one of their structure) -> they
     frozen: Mask  # (parameters,) those that stay
     low: Floats  # (parameters,)
     high: Floats  # (parameters,)
@@ -47,39 +51,40 @@ class Genome(Protocol):
     def structures(self) -> int:
         """How many structures there are."""
 
-    def empty(self) -> Any:
+    def empty(self) -> Members:
         """One individual of each structure that nobody has tried."""
 
-    def fresh(self, tree: Integers, rng: np.random.Generator) -> Any:
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> Members:
         """First individuals with the given structures."""
 
-    def mutated(self, population: Any, step: Floats, rng: np.random.Generator) -> Any:
+    def mutated(self, population: Members, step: Floats, rng: np.random.Generator) -> Members:
         """The individuals changed by relative steps (n,)."""
 
-    def blended(self, one: Any, other: Any, share: Floats) -> Any:
+    def blended(self, one: Members, other: Members, share: Floats) -> Members:
         """``one`` moved by ``share`` (n,) of the way to ``other``."""
 
-    def nudged(self, population: Any, rng: np.random.Generator) -> Any:
+    def nudged(self, population: Members, rng: np.random.Generator) -> Members:
         """The individuals with a number a millionth off."""
 
-    def gains(self, population: Any) -> Any:
+    def gains(self, population: Members) -> Gains:
         """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
 
     def notation(self, structure: int) -> str:
         """A structure as people read it."""
 
-    def record(self, individual: Any) -> dict[str, Any]:
+    def record(self, individual: Members) -> Json:
         """A population of one as the controller of a design file."""
 
 
-def some(rng: np.random.Generator, shape: tuple[int, ...], share: Any) -> Floats:
+def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float) -> Floats:
     """Normal numbers in a ``share`` of all places, 0 elsewhere."""
     return np.asarray((rng.random(shape) < share) * rng.standard_normal(shape))
 
 
-def taken(population: Any, chosen: Integers | Mask | slice) -> Any:
+def taken(population: AnyPopulation, chosen: Integers | Mask | slice) -> AnyPopulation:
     """The chosen individuals of a NamedTuple of arrays, or of such."""
-    return _mapped(lambda array: array[chosen], population)
+    found: AnyPopulation = _mapped(lambda array: array[chosen], population)
+    return found
 
 
 def joined(*populations: AnyPopulation) -> AnyPopulation:

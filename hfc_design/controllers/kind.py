@@ -8,11 +8,15 @@ import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.records import Positive, Record, UserError
+from hfc_design.core.shapes import Floats, Gains, Json, Memory, Own, Parameters
+
+if TYPE_CHECKING:
+    from plants import Machine  # which imports JAX
 
 #: Largest command of each axis by its name, in the machine's order; None: no limit.
 Limits = dict[str, float | None]
@@ -38,8 +42,8 @@ class ControllerSettings(Record):
 class Target(NamedTuple):
     """What a controller is designed for."""
 
-    machine: Any  # plants.Machine
-    parameters: tuple[Any, ...]  # the record of each axis
+    machine: "Machine"
+    parameters: tuple[Parameters, ...]  # the record of each axis
     sample_time: float  # [s]
     limits: Limits
     bounds: Any = None  # settings of the search, which may bound what it varies
@@ -60,16 +64,16 @@ class Template(NamedTuple):
     """
 
     places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
-    values: Callable[[Any], dict[str, Any]]
+    values: Callable[[Own], Json]
 
 
 class Shown(NamedTuple):
     """What a report knows of a design besides its record."""
 
-    machine: Any  # plants.Machine
-    parameters: tuple[Any, ...]  # the record of each axis
+    machine: "Machine"
+    parameters: tuple[Parameters, ...]  # the record of each axis
     #: What each axis told the control, signal -> (steps,); None where that is not known.
-    signals: dict[str, dict[str, Any]] | None
+    signals: dict[str, dict[str, Floats]] | None
 
     def of(self, axis: str) -> "Shown":
         """The same of one axis."""
@@ -81,21 +85,20 @@ class Shown(NamedTuple):
     @property
     def units(self) -> dict[str, str]:
         """Unit of each signal of the first axis."""
-        found: dict[str, str] = self.machine.drives[0].units
-        return found
+        return self.machine.drives[0].units
 
 
 class Explain(NamedTuple):
     """How a kind explains what it does at a sample; see ``runtime.explain``."""
 
     #: Signals that it reads at a sample, and those that it remembers of the one before.
-    signals: Callable[[Any], tuple[list[str], list[str]]]
+    signals: Callable[[Own], tuple[list[str], list[str]]]
     #: (memory, readings of the sample before) -> memory.
-    remember: Callable[[Any, dict[str, float]], Any]
+    remember: Callable[[Memory, dict[str, float]], Memory]
     #: (record, parts) -> units with the rules that fire, and shares of the command.
-    shown: Callable[[Any, Any], dict[str, Any]]
+    shown: Callable[[Own, Any], Json]
     #: The record without its adaptation.
-    held: Callable[[Any], Any] = lambda record: record
+    held: Callable[[Own], Own] = lambda record: record
     #: Other names for what is remembered: as the change of a signal, say.
     changes: dict[str, str] = {}
 
@@ -109,33 +112,33 @@ class Kind:
     record: type[ControllerRecord]  # in a design file
     settings: type[ControllerSettings] | None  # in a scenario; None: nothing searches it
     #: The numbers of a record, for one individual; arrays with a trailing axis in a population.
-    gains: Callable[[Any], Any]
+    gains: Callable[[Own], Gains]
     #: The law of one axis: of (record, limit of the command).
-    law: Callable[[Any, float | None], AxisLaw] | None = None
+    law: Callable[[Own, float | None], AxisLaw] | None = None
     #: The controller of a whole machine, of (record, limits), where it is no law for each axis.
-    controller: Callable[[Any, Limits], Controller] | None = None
+    controller: Callable[[Own, Limits], Controller] | None = None
     #: The record of each axis by its name, where they differ; formats write them one by one.
-    axes: Callable[[Any], dict[str, Any]] | None = None
+    axes: Callable[[Own], dict[str, Own]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.
-    genome: Callable[[Any, Target], Any] | None = None
+    genome: Callable[[Own, Target], Any] | None = None
     #: Signals that it reads at a sample.
-    reads: Callable[[Any], list[str]] = lambda record: ["error", "error_rate"]
+    reads: Callable[[Own], list[str]] = lambda record: ["error", "error_rate"]
     #: The record with what the memory has made of it.
-    adapted: Callable[[Any, Any], Any] | None = None
+    adapted: Callable[[Own, Memory], Own] | None = None
     #: A record of given gains by their names.
-    of_gains: Callable[[dict[str, float]], dict[str, Any]] | None = None
+    of_gains: Callable[[dict[str, float]], Json] | None = None
     rules: RuleBase | None = None
     c: Template | None = None
     st: Template | None = None
     #: Terms tabulated for a machine without exp: (record, points) -> values for the C template.
-    lookup: Callable[[Any, int], dict[str, Any]] | None = None
+    lookup: Callable[[Own, int], Json] | None = None
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
-    table_gains: Callable[[Any], dict[str, tuple[float, float]]] | None = None
+    table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
     #: What a report shows: (record, Shown) -> sections; None: the record's numbers.
-    sections: Callable[[Any, Shown], list[Any]] | None = None
+    sections: Callable[[Own, Shown], list[Any]] | None = None
 
-    def controller_of(self, record: Any, limits: Limits) -> Controller:
+    def controller_of(self, record: Own, limits: Limits) -> Controller:
         """The controller of a machine whose axes have these limits of their commands."""
         if self.controller is not None:
             return self.controller(record, limits)

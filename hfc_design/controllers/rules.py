@@ -5,11 +5,12 @@ number, so that nothing a user wrote freely gets into a generated file. Never im
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.records import Table
+from hfc_design.core.shapes import Json, Own, RuleTable
 
 Rows = list[list[str]]
 
@@ -50,15 +51,15 @@ class RuleBase(NamedTuple):
     """What a kind with rule tables tells the formats."""
 
     #: Units in evaluation order, the last one gives the output.
-    units: Callable[[Any], list[RuleUnit]]
+    units: Callable[[Own], list[RuleUnit]]
     #: Names of the inputs, in the order in which the wiring numbers them.
-    inputs: Callable[[Any], list[str]]
+    inputs: Callable[[Own], list[str]]
     #: (record, units of signals) -> what a command takes beside the units, steps in words.
-    about: Callable[[Any, dict[str, str]], dict[str, Any]]
+    about: Callable[[Own, dict[str, str]], Json]
     #: What a reader of a unit's file has to know.
-    notes: Callable[[Any], list[str]]
+    notes: Callable[[Own], list[str]]
     #: Rule tables as CSV: name of a file -> its rows.
-    tables: Callable[[Any], dict[str, Rows]]
+    tables: Callable[[Own], dict[str, Rows]]
 
 
 def identifier(name: str) -> str:
@@ -72,17 +73,13 @@ def rows_of(corner: str, labels: Sequence[str], table: Table) -> Rows:
     return [[corner, *labels], *rows]
 
 
-def side(
-    name: str, value: float, labels: Sequence[str], degrees: Iterable[float]
-) -> dict[str, Any]:
+def side(name: str, value: float, labels: Sequence[str], degrees: Iterable[float]) -> Json:
     """An input of a unit at a sample: its value and the degrees of its terms."""
     pairs = zip(labels, map(float, degrees), strict=True)
     return {"input": name, "value": float(value), "degrees": dict(pairs)}
 
 
-def fired(
-    name: str, column: dict[str, Any], row: dict[str, Any], table: Any, output: float
-) -> dict[str, Any]:
+def fired(name: str, column: Json, row: Json, table: RuleTable, output: float) -> Json:
     """One unit with the rules that fire, the strongest first; its inputs are ``side``s."""
     in_column, in_row = (np.array(list(side["degrees"].values())) for side in (column, row))
     strength = np.outer(in_row, in_column)

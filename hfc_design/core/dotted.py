@@ -3,17 +3,17 @@
 import copy
 import tomllib
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json, Plain
 
 #: Values by dotted key, or texts like "key.sub=value".
-Changes = Iterable[str] | Mapping[str, Any]
+Changes = Iterable[str] | Mapping[str, Plain]
 #: What changes a scenario, and what a design.
 EXAMPLES = {"--set": "simulation.duration_s=5", "--change": "controller.integral_gain=8"}
 
 
-def set_keys(changes: Iterable[str], option: str) -> dict[str, Any]:
+def set_keys(changes: Iterable[str], option: str) -> Json:
     """Dotted keys and values of an option's "dotted.key=value".
 
     A value is TOML, or else a bare string.
@@ -21,7 +21,7 @@ def set_keys(changes: Iterable[str], option: str) -> dict[str, Any]:
     Raises:
         UserError: a change is not of that form.
     """
-    found: dict[str, Any] = {}
+    found: Json = {}
     for change in changes:
         key, equals, text = change.partition("=")
         if not equals or not key.strip():
@@ -35,7 +35,7 @@ def set_keys(changes: Iterable[str], option: str) -> dict[str, Any]:
     return found
 
 
-def changed(data: dict[str, Any], changes: Changes, option: str = "--set") -> dict[str, Any]:
+def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
     """``data`` with the values of dotted keys; ``option`` stands in the messages.
 
     Raises:
@@ -56,9 +56,9 @@ def changed(data: dict[str, Any], changes: Changes, option: str = "--set") -> di
     return data
 
 
-def flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(table: Json, prefix: str = "") -> Json:
     """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table."""
-    found: dict[str, Any] = {}
+    found: Json = {}
     for key, value in table.items():
         nested = isinstance(value, dict)
         found |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}

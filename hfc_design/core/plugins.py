@@ -20,6 +20,7 @@ from pydantic import ValidationError, ValidationInfo, ValidatorFunctionWrapHandl
 from pydantic_core import InitErrorDetails
 
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
@@ -243,7 +244,7 @@ def chosen(
     return WrapValidator(validated)
 
 
-def found_in(package: ModuleType, attribute: str) -> dict[str, Any]:
+def found_in(package: ModuleType, attribute: str) -> Json:
     """What the modules and folders of a package hold under one name, by the names of these."""
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
     parts = (importlib.import_module(f"{package.__name__}.{name}") for name in modules)

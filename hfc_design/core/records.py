@@ -5,6 +5,8 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hfc_design.core.shapes import Plain
+
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -43,7 +45,7 @@ Checked = TypeVar("Checked", bound=BaseModel)
 
 
 def checked(
-    model: type[Checked], data: Any, source: str | Path, folder: Path, **context: Any
+    model: type[Checked], data: Plain, source: str | Path, folder: Path, **context: Any
 ) -> Checked:
     """``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
 
@@ -67,7 +69,7 @@ PLAIN = {
 }
 
 
-def _explained(error: ValidationError, data: Any) -> str:
+def _explained(error: ValidationError, data: Plain) -> str:
     first, *others = error.errors()
     missing = first["type"] == "missing"
     keys, value = _place(first["loc"], data, missing)
@@ -81,7 +83,7 @@ def _explained(error: ValidationError, data: Any) -> str:
     return f"{message} (and {len(others)} more)" if others else message
 
 
-def _place(location: tuple[int | str, ...], data: Any, missing: bool) -> tuple[str, Any]:
+def _place(location: tuple[int | str, ...], data: Plain, missing: bool) -> tuple[str, Plain]:
     """The dotted key of a location, the last one perhaps missing, and what stands there.
 
     pydantic puts the branch of a union into the location too; no such key is in the file.
@@ -99,6 +101,6 @@ def _place(location: tuple[int | str, ...], data: Any, missing: bool) -> tuple[s
     return ".".join(keys), data
 
 
-def _short(value: Any, limit: int = 60) -> str:
+def _short(value: Plain, limit: int = 60) -> str:
     text = repr(value)
     return text if len(text) <= limit else text[:limit] + "..."

@@ -13,13 +13,16 @@ Scalar: TypeAlias = Any
 Truth: TypeAlias = Any
 #: (..., steps) numbers, one a control sample: of NumPy or JAX, or being traced.
 Series: TypeAlias = Any
-#: What only its kind of controller knows: its numbers, and what it remembers.
+#: What only its kind of controller knows: its record, its numbers, what it remembers.
+Own: TypeAlias = Any
 Gains: TypeAlias = Any
 Memory: TypeAlias = Any
-#: What only a drive knows: the record of its parameters.
+#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
 Parameters: TypeAlias = Any
-#: What TOML and JSON hold, of which only a model knows what it should be.
+State: TypeAlias = Any
+#: What TOML and JSON hold, and a table of it: what it should be only who reads it knows.
 Plain: TypeAlias = Any
+Json: TypeAlias = dict[str, Plain]
 
 Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
 Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right

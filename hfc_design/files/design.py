@@ -4,7 +4,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, NoReturn
 
 from pydantic import (
     JsonValue,
@@ -47,8 +47,8 @@ class Design(Record):
     _axis: str = PrivateAttr("")
 
     @model_serializer(mode="wrap")
-    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data: dict[str, Any] = whole(self)
+    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
+        data: dict[str, object] = whole(self)
         if self.limits == Limits():
             data.pop("limits", None)
         return data
@@ -73,12 +73,8 @@ class Design(Record):
         names = list(records) or (list(self.plant.axes) if self.limits.axes else [])
         found = {}
         for axis in names:
-            changes = {
-                "name": f"{self.name}-{axis}",
-                "controller": records.get(axis, self.controller),
-                "limits": self.limits.of(axis),
-            }
-            found[axis] = self.model_copy(update=changes)
+            own = {"controller": records.get(axis, self.controller), "limits": self.limits.of(axis)}
+            found[axis] = self.model_copy(update={"name": f"{self.name}-{axis}", **own})
             found[axis]._axis = axis
         return found or {"": self}
 
@@ -96,8 +92,7 @@ def named_design(name: str) -> Design:
         UserError: there is no such design, or the file is not one that can run.
     """
     if name in builtin_designs():
-        text = (BUILTIN / f"{name}.json").read_text()
-        return parse_design(text, name)
+        return parse_design((BUILTIN / f"{name}.json").read_text(), name)
     if not Path(name).exists():
         known = ", ".join(builtin_designs())
         raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
@@ -147,7 +142,7 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     return checked(Design, data, f"{source}, changed", Path(source).parent)
 
 
-def _refused(name: str) -> Any:
+def _refused(name: str) -> NoReturn:
     raise ValueError(f"{name} is no number that a design may hold")
 
 

@@ -1,12 +1,13 @@
 """The machine of a scenario: which drives, what their sensors see."""
 
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Record
+from hfc_design.core.shapes import Parameters
 from hfc_design.files.limits import PerAxisRecord
 from plants import PLANTS, Drive, Machine, alone, drive_fault, machine_fault, side_by_side
 
@@ -40,8 +41,7 @@ class PlantSettings(Record):
         machine = self.machine
         check_axes("axes", self.axes, machine.axes)
         for axis, drive in zip(machine.axes, machine.drives, strict=True):
-            fault = drive.fault(self._changes(axis))
-            if fault:
+            if fault := drive.fault(self._changes(axis)):
                 raise ValueError((f"axes.{axis}: " if axis in self.axes else "") + fault)
         return self
 
@@ -59,7 +59,7 @@ class PlantSettings(Record):
             return alone(plant)
         return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
 
-    def values(self) -> tuple[Any, ...]:
+    def values(self) -> tuple[Parameters, ...]:
         """The parameter record of each axis."""
         pairs = zip(self.machine.axes, self.machine.drives, strict=True)
         return tuple(drive.parameters(**self._changes(axis)) for axis, drive in pairs)

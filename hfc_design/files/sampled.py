@@ -1,13 +1,12 @@
 """References as samples, before a drive makes steps of them."""
 
-from typing import Any
-
 from hfc_design.core.shapes import Floats
+from hfc_design.motion.references import Reference
 from hfc_design.motion.samples import AxisSamples, PathFrame
 from hfc_design.motion.trajectories import Trajectory
 
 
-def axis_samples(reference: Any, time: Floats) -> AxisSamples:
+def axis_samples(reference: Reference, time: Floats) -> AxisSamples:
     """One axis that follows ``reference`` at ``time`` (steps,) [s]."""
     place, rate = reference.at(time), reference.rate(time)
     return AxisSamples(place, rate, None, None, place, reference.acceleration_at(time))
@@ -20,10 +19,6 @@ def path_samples(
     assert length is not None  # the scenario has been checked
     way = path.samples(time)
     target = (way.position - way.position[:, :1]) / length  # the machine starts where it stands
-    axes = [
-        AxisSamples(place, velocity, None, None, place, acceleration)
-        for place, velocity, acceleration in zip(
-            target, way.velocity / length, way.acceleration / length, strict=True
-        )
-    ]
+    each = zip(target, way.velocity / length, way.acceleration / length, strict=True)
+    axes = [AxisSamples(place, rate, None, None, place, change) for place, rate, change in each]
     return axes, PathFrame(way.tangent[0], way.tangent[1], way.curvature * length)

@@ -17,12 +17,13 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
-from hfc_design.files.design import named_design
+from hfc_design.core.shapes import Parameters
+from hfc_design.files.design import Design, named_design
 from hfc_design.files.limits import Limits
 from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes
 from hfc_design.files.sampled import axis_samples, path_samples
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
-from hfc_design.motion.samples import AxisSamples, Samples, Simulation
+from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
 from hfc_design.objectives.judge import Judge, judge
 from hfc_design.objectives.metrics import Window, settled_samples
@@ -131,35 +132,33 @@ class Scenario(Record):
         key, axes = f"reference.kind = {path.kind!r}", self._axes()
         if len(axes) != 2:
             raise ValueError(f"{key}: a machine of {len(axes)} axes follows {ONE_AXIS}")
-        lengths: list[float] = []
-        for (drive, _, _), length in zip(axes, self.lengths, strict=True):
+        x, y = self.lengths
+        for (drive, _, _), length in zip(axes, (x, y), strict=True):
             if length is None:
                 raise ValueError(f"{key}: is for feed drives, not for the {drive.name}")
-            lengths.append(length)
-        if lengths[0] != lengths[1]:
+        assert x is not None
+        if x != y:
             raise ValueError(
                 f"{key}: the axes of a path have to count in the same length, not in "
-                f"{lengths[0]:g} and {lengths[1]:g} mm"
+                f"{x:g} and {y:g} mm"
             )
-        speeds = [drive.top_speed(own) * lengths[0] for drive, _, own in axes]
-        fault = speed_fault(path, speeds)
-        if fault:
+        if fault := speed_fault(path, [drive.top_speed(own) * x for drive, _, own in axes]):
             raise ValueError(f"reference: {fault}")
 
-    def _is_slow_enough(self, drive: Drive, reference: Any, parameters: Any) -> None:
+    def _is_slow_enough(self, drive: Drive, reference: Reference, parameters: Parameters) -> None:
         """Whether the steps of the integration are short enough for the fastest reference."""
         speed = float(np.abs(reference.rate(self.simulation.time)).max())
-        step = self.simulation.sample_time_s / self.simulation.substeps
-        limit = drive.fastest(parameters, step)
+        substeps = self.simulation.substeps
+        limit = drive.fastest(parameters, self.simulation.sample_time_s / substeps)
         if speed > limit:
-            needed = int(np.ceil(self.simulation.substeps * speed / limit))
+            needed = int(np.ceil(substeps * speed / limit))
             raise ValueError(
-                f"simulation.substeps = {self.simulation.substeps}: a reference of up to "
+                f"simulation.substeps = {substeps}: a reference of up to "
                 f"{speed:.3g} {drive.units['error_rate']} needs at least {needed} with this "
                 "friction and sample time"
             )
 
-    def _axes(self) -> list[tuple[Drive, str, Any]]:
+    def _axes(self) -> list[tuple[Drive, str, Parameters]]:
         """Drive, name and parameters of each axis."""
         machine = self.plant.machine
         return list(zip(machine.drives, machine.axes, self.plant.values(), strict=True))
@@ -177,8 +176,9 @@ class Scenario(Record):
             for drive, _, own in self._axes()
         ]
 
-    def reference_of(self, axis: str) -> Any:
+    def reference_of(self, axis: str) -> Reference:
         """The reference of one axis of a machine that follows no path."""
+        assert not isinstance(self.reference, Trajectory)
         return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
 
     def judge(self) -> Judge:
@@ -190,23 +190,18 @@ class Scenario(Record):
         time, path = self.simulation.time, self.reference
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         generator = np.random.default_rng(self.sensors.seed)
-        told: list[AxisSamples] = []
         frame = None
         if isinstance(path, Trajectory):
             told, frame = path_samples(path, time, self.lengths[0])
+        else:
+            told = [axis_samples(self.reference_of(axis), time) for _, axis, _ in self._axes()]
         axes = []
-        for k, (drive, axis, _) in enumerate(self._axes()):
-            motion = told[k] if told else axis_samples(self.reference_of(axis), time)
-            sensors, load = self.sensors.of(axis), self.load.of(axis)
+        for motion, (drive, axis, _) in zip(told, self._axes(), strict=True):
             noise = generator.standard_normal((len(drive.encoders), len(time)))
-            loads = [load.at(moment) for moment in self.simulation.moments]
-            axes.append(
-                motion._replace(
-                    reference=drive.commanded(motion.target),
-                    loads=np.stack(loads),
-                    noise=sensors.noise * noise,
-                )
-            )
+            load = self.load.of(axis)
+            loads = np.stack([load.at(moment) for moment in self.simulation.moments])
+            own = {"loads": loads, "noise": self.sensors.of(axis).noise * noise}
+            axes.append(motion._replace(reference=drive.commanded(motion.target), **own))
         return Samples(tuple(axes), frame, settled, self.simulation.sample_time_s)
 
 
@@ -245,8 +240,7 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
     own = data.get("reference", {})
     if name in builtin_names() and "file" in own:  # a file in a change lies where the user is
         own["file"] = str(BUILTIN / own["file"])
-    data = changed({"name": Path(source).stem} | data, changes)
-    return scenario_of(data, source, folder)
+    return scenario_of(changed({"name": Path(source).stem} | data, changes), source, folder)
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
@@ -256,7 +250,7 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
         UserError: its text or a value is not allowed.
     """
 
-    def beside(name: str) -> Any:
+    def beside(name: str) -> Design:
         path = folder / name
         return named_design(str(path) if path.exists() else name)
 
@@ -265,11 +259,10 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
 
 def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
     """The scenario with other paths, ``name(key, file)``, to the files that it names."""
-    changes: dict[str, Any] = {}
+    changes = {}
     for key in ("reference", "load"):
         record = getattr(scenario, key)
-        file = getattr(record, "file", None)
-        if file is not None:
+        if (file := getattr(record, "file", None)) is not None:
             changes[key] = record.model_copy(update={"file": name(key, file)})
     return scenario.model_copy(update=changes)
 

@@ -1,16 +1,17 @@
 """The simulated machine as components of HAL, and the reference that the loop follows."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats.writing import rendered
-from hfc_design.simulation.evaluation import machine, own_scenario
 from plants import Drive
 
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
@@ -47,16 +48,13 @@ def simulated_loop(design: Design) -> Loop:
         columns += [axis.reference, axis.reference_rate, _mean(axis.loads)]
     table = np.stack(columns, axis=1)[:MOST_ROWS]
     names = [_prefix(name) for name in plants.axes] or [""]
+    axes = zip(names, plants.machine.drives, plants.values(), strict=True)
+    limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
     return Loop(
         scenario.name,
-        {
-            name: coefficients(drive, parameters)
-            for name, drive, parameters in zip(
-                names, plants.machine.drives, plants.values(), strict=True
-            )
-        },
+        {name: coefficients(drive, parameters) for name, drive, parameters in axes},
         scenario.simulation.substeps,
-        smaller(scenario.limits.command, design.limits.command),
+        min(limits, default=None),
         len(table),
         "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist()),
     )
@@ -71,14 +69,9 @@ def plant_component(design: Design) -> str:
     return rendered(template, design, coefficients=nominal)
 
 
-def coefficients(drive: Drive, parameters: Any) -> Coefficients:
+def coefficients(drive: Drive, parameters: Parameters) -> Coefficients:
     """The coefficients of a drive by name; those of a part have the part's name before theirs."""
     return list(_flat("", drive.coefficients(parameters)))
-
-
-def smaller(*limits: float | None) -> float | None:
-    """The smallest of limits, as far as there are any."""
-    return min((limit for limit in limits if limit is not None), default=None)
 
 
 def _prefix(axis: str) -> str:
@@ -88,7 +81,7 @@ def _prefix(axis: str) -> str:
     return f"{identifier(axis)}-"
 
 
-def _flat(prefix: str, record: Any) -> Iterator[tuple[str, float]]:
+def _flat(prefix: str, record: Parameters) -> Iterator[tuple[str, float]]:
     for name, value in record._asdict().items():
         if hasattr(value, "_asdict"):
             yield from _flat(f"{prefix}{name}_", value)

@@ -154,9 +154,12 @@ def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | 
     path = trajectory.path
     share = path.largest_components()  # (2, segments)
     wanted = share * trajectory.motion.peak
-    excess = wanted / np.reshape(drive_speeds, (2, 1))
-    if excess.max() <= 1.0:
+    reached = np.broadcast_to(np.reshape(drive_speeds, (2, 1)), wanted.shape)
+    too_fast = wanted > reached
+    if not too_fast.any():
         return None
+    none = np.where(too_fast, np.inf, 0.0)  # of a drive that friction keeps at rest
+    excess = np.divide(wanted, reached, out=none, where=too_fast & (reached > 0.0))
     axis, k = map(int, np.unravel_index(int(excess.argmax()), excess.shape))
     allowed = np.floor(60.0 * drive_speeds[axis] / share[axis, k])
     return (

@@ -1,13 +1,15 @@
 """The contour error of an X-Y machine as a fitness."""
 
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import jax.numpy as jnp
 
 from hfc_design.core.records import NotNegative
+from hfc_design.core.shapes import Scalar
 from hfc_design.motion.contour import local_error
-from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
 
 class ContourSettings(ObjectiveSettings):
@@ -26,19 +28,16 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
     path: one that never leaves the path because it never moves is no good.
     """
 
-    def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
+    def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
+        assert path is not None  # see ``_fault``
         squares, largest, lags, count = sums
         x, y = (moment.deviation for moment in moments)
         error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
         behind = x * path.tangent_x + y * path.tangent_y
-        return (
-            squares + error * error,
-            jnp.maximum(largest, jnp.abs(error)),
-            lags + behind * behind,
-            count + 1.0,
-        )
+        largest = jnp.maximum(largest, jnp.abs(error))
+        return squares + error * error, largest, lags + behind * behind, count + 1.0
 
-    def score(sums: Any) -> Any:
+    def score(sums: Sums) -> Scalar:
         squares, largest, lags, count = sums
         return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
 

@@ -2,24 +2,29 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float
 
-from hfc_design.objectives.objective import Moment, Objective
+from hfc_design.core.shapes import Floats, Scalar
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.objective import Moment, Objective, Sums
 from hfc_design.objectives.stick_share import stick_share
+
+Individuals: TypeAlias = Float[Array | np.ndarray, " individuals"]
 
 
 class Judged(NamedTuple):
-    """What a judge says of each of a population of closed loops."""
+    """What a judge says of each of a population of closed loops; NumPy's arrays in the end."""
 
-    merit: Any  # (individuals,) what they are ranked by; means nothing where one failed
-    values: Any  # (individuals, objectives)
-    failed: Any  # (individuals,) bool: an axis or an objective ended as no finite number
+    merit: Individuals  # what they are ranked by; means nothing where one failed
+    values: Float[Array | np.ndarray, "individuals objectives"]
+    failed: Bool[Array | np.ndarray, " individuals"]  # axis or objective ended as no finite number
 
     @property
-    def rank(self) -> Any:
+    def rank(self) -> Floats:
         """(individuals,) the merit, -inf where one failed: below every other."""
         return np.where(self.failed, -np.inf, self.merit)
 
@@ -28,7 +33,7 @@ class Judge(NamedTuple):
     """Objectives, and how they become the merit: the larger, the better."""
 
     objectives: tuple[Objective, ...]  # the fitness comes first
-    merit: Callable[[list[Any]], Any]  # of a value of each objective
+    merit: Callable[[list[Scalar]], Scalar]  # of a value of each objective
     title: str  # of the merit, as people read it
 
     @property
@@ -37,19 +42,20 @@ class Judge(NamedTuple):
         fitness = self.objectives[0].label()
         return {"fitness": fitness} | ({"merit": self.title} if self.title != fitness else {})
 
-    def initial(self, zero: Any) -> tuple[Any, ...]:
+    def initial(self, zero: Scalar) -> tuple[Sums, ...]:
         """Empty sums of every objective."""
         return tuple(objective.initial(zero) for objective in self.objectives)
 
-    def update(self, sums: Any, moments: tuple[Moment, ...], path: Any) -> tuple[Any, ...]:
+    def update(
+        self, sums: tuple[Sums, ...], moments: tuple[Moment, ...], path: PathFrame | None
+    ) -> tuple[Sums, ...]:
         """The sums with one sample more of every axis."""
         pairs = zip(self.objectives, sums, strict=True)
         return tuple(objective.update(own, moments, path) for objective, own in pairs)
 
-    def judged(self, sums: Any, positions: list[Any]) -> Judged:
+    def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
         """A population by its sums and by the last position of every axis, (individuals,) each."""
-        pairs = zip(self.objectives, sums, strict=True)
-        values = [objective.score(own) for objective, own in pairs]
+        values = [one.score(own) for one, own in zip(self.objectives, sums, strict=True)]
         merit = self.merit(values)
         finite = jnp.isfinite(jnp.stack([merit, *values, *positions]))
         return Judged(merit, jnp.stack(values, axis=-1), ~finite.all(axis=0))
@@ -61,10 +67,10 @@ def judge(fitness: Objective, stick_penalty: float) -> Judge:
     if not stick_penalty:
         return Judge((fitness,), lambda values: values[0], fitness.label())
     title = fitness.label(f" / (1 + {stick_penalty:g} stick share)")
-    return Judge((fitness, stick_share(stick_penalty)), _worse_by_cost, title)
 
+    def worse_by_cost(values: list[Scalar]) -> Scalar:
+        fitness, cost = values
+        factor = 1.0 - cost
+        return jnp.where(fitness < 0.0, fitness * factor, fitness / factor)
 
-def _worse_by_cost(values: list[Any]) -> Any:
-    fitness, cost = values
-    factor = 1.0 - cost
-    return jnp.where(fitness < 0.0, fitness * factor, fitness / factor)
+    return Judge((fitness, stick_share(stick_penalty)), worse_by_cost, title)

@@ -1,7 +1,7 @@
 """The fitness of Lin & Lee (1999), eq. 5."""
 
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import jax.numpy as jnp
 from pydantic import model_validator
@@ -27,18 +27,13 @@ class LinLeeSettings(ObjectiveSettings):
 @cache
 def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Objective:
     """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
-
-    def score(sums: tuple[Any, Any]) -> Any:
-        error, error_rate = sums
-        return 1000.0 * (error_weight / error + error_rate_weight / error_rate)
-
     return Objective(
         initial=lambda zero: (zero, zero),
         update=lambda sums, moments, path: (
             sums[0] + sum(jnp.abs(moment.error) for moment in moments),
             sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
         ),
-        score=score,
+        score=lambda sums: 1000.0 * (error_weight / sums[0] + error_rate_weight / sums[1]),
         name="lin-lee",
         title="fitness, LL eq. 5",
         meaning="eq. 5 of Lin & Lee (1999)",

@@ -3,11 +3,10 @@
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from hfc_design.core.records import NotNegative, Positive, Record
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Mask
 from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.stick_share import is_stuck
 from plants import Drive, in_a_name
@@ -48,18 +47,13 @@ def meanings(drive: Drive) -> dict[str, str]:
     }
 
 
-def settled_samples(time: Floats, settled_after: float) -> NDArray[np.bool_]:
+def settled_samples(time: Floats, settled_after: float) -> Mask:
     """The samples at which the loop should have settled; all, if the motion ends before that."""
     return time >= (settled_after if time[-1] > settled_after else 0.0)
 
 
 def metrics(
-    drive: Drive,
-    motion: Any,
-    speed: Floats,
-    commanded: Floats,
-    time: Floats,
-    settled_after: float,
+    drive: Drive, motion: Any, speed: Floats, commanded: Floats, time: Floats, settled_after: float
 ) -> dict[str, float | None]:
     """``meanings`` of one recorded motion, in numbers; all None where it diverged.
 

@@ -5,22 +5,27 @@ number of samples.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer
 
 from hfc_design.core.records import NotNegative, Record
+from hfc_design.core.shapes import Scalar
+from hfc_design.motion.samples import PathFrame
+
+#: What only its objective knows: what it has added up by some sample, scalars.
+Sums: TypeAlias = Any
 
 
 class Moment(NamedTuple):
     """What an objective sees of one axis at one sample; scalars in the units of the plant."""
 
-    error: Any
-    error_rate: Any
-    deviation: Any  # from where the axis should be, its sign the other way round
-    command: Any
-    reference_rate: Any
-    settled: Any  # 1 once the loop should have settled, before that 0
+    error: Scalar
+    error_rate: Scalar
+    deviation: Scalar  # from where the axis should be, its sign the other way round
+    command: Scalar
+    reference_rate: Scalar
+    settled: Scalar  # 1 once the loop should have settled, before that 0
 
 
 class ObjectiveSettings(Record):
@@ -30,10 +35,9 @@ class ObjectiveSettings(Record):
     settled_after_s: NotNegative = 1.0
 
     @model_serializer(mode="wrap")
-    def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data: dict[str, Any] = whole(self)
-        settled = data.pop("settled_after_s")
-        return {**data, "settled_after_s": settled}
+    def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
+        data: dict[str, object] = whole(self)
+        return {**data, "settled_after_s": data.pop("settled_after_s")}
 
 
 class Objective(NamedTuple):
@@ -41,12 +45,12 @@ class Objective(NamedTuple):
 
     ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
     axis, ``score(sums)`` is the number. A loop whose number is not finite has failed. ``path`` is
-    a ``PathFrame`` of scalars, None for a machine of one axis.
+    of scalars, None for a machine of one axis.
     """
 
-    initial: Callable[[Any], Any]
-    update: Callable[[Any, tuple[Moment, ...], Any], Any]
-    score: Callable[[Any], Any]
+    initial: Callable[[Scalar], Sums]
+    update: Callable[[Sums, tuple[Moment, ...], PathFrame | None], Sums]
+    score: Callable[[Sums], Scalar]
     name: str = ""  # the ``kind`` in a scenario
     title: str = ""  # what people read; "" for the name
     unit: str = ""

@@ -5,12 +5,14 @@ again; they are a dead end for a search, and no good on a machine.
 """
 
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import jax.numpy as jnp
 
 from hfc_design.core.records import Positive
-from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
+from hfc_design.core.shapes import Scalar, Truth
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
 #: Below this share of the commanded speed the spindle counts as stuck.
 STUCK = 0.1
@@ -23,7 +25,7 @@ class StickShareSettings(ObjectiveSettings):
     weight: Positive = 1.0
 
 
-def is_stuck(speed: Any, commanded: Any) -> Any:
+def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:
     """Whether an axis moves at less than a tenth of its commanded speed."""
     return abs(speed) < STUCK * abs(commanded)
 
@@ -32,7 +34,7 @@ def is_stuck(speed: Any, commanded: Any) -> Any:
 def stick_share(weight: float = 1.0) -> Objective:
     """``-weight`` times the share of the settled time at which an axis sticks; 0 is the best."""
 
-    def update(sums: Any, moments: tuple[Moment, ...], path: Any) -> Any:
+    def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
         stuck, settled = sums
         for moment in moments:
             now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)

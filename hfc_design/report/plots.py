@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Mask
 from hfc_design.pictures.figure import OTHER, OWN, finish, framed, logarithmic
 from hfc_design.search.loop import History
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
@@ -154,11 +154,12 @@ def _drawn(evaluation: Evaluation) -> int:
     return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
 
 
-def _in_hand(axis: AxisMotion) -> NDArray[np.bool_]:
+def _in_hand(axis: AxisMotion) -> Mask:
     """(steps,) whether an axis does not run away."""
     limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
     kept = np.isfinite(axis.motion.command)
-    for values in (axis.motion.error, axis.readings.get("deflection", axis.motion.error)):
+    error: Floats = axis.motion.error
+    for values in (error, axis.readings.get("deflection", error)):
         kept &= np.abs(values) < limit  # nan is not
     return kept
 

@@ -3,10 +3,11 @@
 from pathlib import Path
 
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.report.page import write_report
 from hfc_design.runs.run import Result
-from hfc_design.simulation.evaluation import Evaluation, evaluate, load_design
+from hfc_design.simulation.evaluation import Evaluation, evaluate
 
 #: Plant -> designs shown beside every result, and their names in the table.
 BASELINES = {

@@ -7,17 +7,19 @@ Sensors, controller, drives, objectives. ``population`` runs it over the samples
     judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View
 from hfc_design.core.lanes import LANES
+from hfc_design.core.shapes import Gains, Memory, Parameters, Scalar, State
+from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import local_error
-from hfc_design.motion.samples import AxisSamples, PathFrame, Samples
+from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
-from hfc_design.objectives.objective import Moment
+from hfc_design.objectives.objective import Moment, Sums
 from plants import Drive, Machine
 
 
@@ -42,43 +44,37 @@ class Loop(NamedTuple):
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it."""
     machine = scenario.plant.machine
-    own = [scenario.sensors.of(axis) for axis in machine.axes]
-    sensors = tuple(
-        None
-        if wanted.encoder_resolution == wanted.noise == 0.0 and wanted.velocity == "tachometer"
-        else Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
-        for wanted in own
-    )
+    sensors = tuple(_sensors(scenario.sensors.of(axis)) for axis in machine.axes)
     limits = tuple(scenario.target.limits.values())
-    return Loop(
-        machine,
-        controller,
-        scenario.judge(),
-        scenario.simulation.substeps,
-        limits if any(limits) else (),
-        sensors if any(sensors) else (),
-    )
+    parts = (limits if any(limits) else (), sensors if any(sensors) else ())
+    return Loop(machine, controller, scenario.judge(), scenario.simulation.substeps, *parts)
+
+
+def _sensors(wanted: SensorSettings) -> Sensors | None:
+    if wanted.encoder_resolution == wanted.noise == 0.0 and wanted.velocity == "tachometer":
+        return None
+    return Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
 
 
 class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
-    states: tuple[Any, ...]  # of each drive
-    angles: tuple[dict[str, Any], ...]  # what its encoders read at the previous sample
-    memory: Any  # of the controller
-    sums: Any  # of the objectives
+    states: tuple[State, ...]  # of each drive
+    angles: tuple[dict[str, Scalar], ...]  # what its encoders read at the previous sample
+    memory: Memory  # of the controller
+    sums: tuple[Sums, ...]  # of the objectives
 
 
 class Recorded(NamedTuple):
     """One axis at the start of a sample; of whole motions leaves are (steps, individuals)."""
 
-    error: Any
-    error_rate: Any
-    command: Any
-    state: Any
+    error: Scalar
+    error_rate: Scalar
+    command: Scalar
+    state: State
 
 
-def start(loop: Loop, zero: Any) -> Carry:
+def start(loop: Loop, zero: Scalar) -> Carry:
     """A machine before the first sample: everything is ``zero``."""
     return Carry(
         loop.machine.initial_state(zero),
@@ -88,14 +84,20 @@ def start(loop: Loop, zero: Any) -> Carry:
     )
 
 
-def positions(loop: Loop, carry: Carry) -> list[Any]:
+def positions(loop: Loop, carry: Carry) -> list[Scalar]:
     """Where each axis is."""
     pairs = zip(loop.machine.drives, carry.states, strict=True)
     return [getattr(state, drive.position) for drive, state in pairs]
 
 
 def sample(
-    loop: Loop, told: Any, fixed: Any, sample_time: Any, gains: Any, carry: Carry, row: Samples
+    loop: Loop,
+    told: tuple[Parameters, ...],
+    fixed: tuple[Parameters, ...],
+    sample_time: Scalar,
+    gains: Gains,
+    carry: Carry,
+    row: Samples,
 ) -> tuple[Carry, tuple[Recorded, ...]]:
     """One control sample of one machine: measure, control, hold the commands, move.
 
@@ -114,22 +116,22 @@ def sample(
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
     moments, outputs = [], []
-    for drive, state, command, happens in zip(
-        machine.drives, carry.states, commands, row.axes, strict=True
-    ):
+    each = zip(machine.drives, carry.states, commands, row.axes, strict=True)
+    for drive, state, command, happens in each:
         position = getattr(state, drive.position)
         error = happens.reference - position
         error_rate = happens.reference_rate - getattr(state, drive.velocity)
         deviation = position - happens.target
-        moments.append(
-            Moment(error, error_rate, deviation, command, happens.reference_rate, row.settled)
-        )
+        rate = happens.reference_rate
+        moments.append(Moment(error, error_rate, deviation, command, rate, row.settled))
         outputs.append(Recorded(error, error_rate, command, state))
     sums = loop.judge.update(carry.sums, tuple(moments), row.path)
     return Carry(states, angles, memory, sums), tuple(outputs)
 
 
-def axis_signals(drive: Drive, fixed: Any, seen: Any, row: AxisSamples) -> dict[str, Any]:
+def axis_signals(
+    drive: Drive, fixed: Parameters, seen: State, row: AxisSamples
+) -> dict[str, Scalar]:
     """What an axis tells the controller."""
     position, velocity = drive.seen
     return {
@@ -142,20 +144,17 @@ def axis_signals(drive: Drive, fixed: Any, seen: Any, row: AxisSamples) -> dict[
     }
 
 
-def _path_view(loop: Loop, seen: tuple[Any, ...], row: Samples) -> PathView | None:
+def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | None:
     """The path and the contour error as the control can know it: by what it measures."""
-    path: PathFrame | None = row.path
+    path = row.path
     if path is None:
         return None
-    x, y = (
-        getattr(state, drive.seen[0]) - axis.reference
-        for drive, state, axis in zip(loop.machine.drives, seen, row.axes, strict=True)
-    )
-    error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
-    return PathView(path.tangent_x, path.tangent_y, path.curvature, error)
+    each = zip(loop.machine.drives, seen, row.axes, strict=True)
+    x, y = (getattr(state, drive.seen[0]) - axis.reference for drive, state, axis in each)
+    return PathView(*path, local_error(x, y, *path))
 
 
-def _accepted(loop: Loop, k: int, fixed: Any, command: Any) -> Any:
+def _accepted(loop: Loop, k: int, fixed: Parameters, command: Scalar) -> Scalar:
     """The command that reaches drive ``k``."""
     limit = loop.limits[k] if loop.limits else None
     if limit is not None:
@@ -164,8 +163,8 @@ def _accepted(loop: Loop, k: int, fixed: Any, command: Any) -> Any:
 
 
 def _measured(
-    loop: Loop, k: int, fixed: Any, carry: Carry, row: AxisSamples, sample_time: Any
-) -> tuple[Any, dict[str, Any]]:
+    loop: Loop, k: int, fixed: Parameters, carry: Carry, row: AxisSamples, sample_time: Scalar
+) -> tuple[State, dict[str, Scalar]]:
     """The state of axis ``k`` as the controller sees it, and the angles its encoders read."""
     drive, previous = loop.machine.drives[k], carry.angles[k]
     state = drive.measured(fixed, carry.states[k])
@@ -175,8 +174,7 @@ def _measured(
     angles = {}
     for (angle, _), disturbance in zip(drive.encoders.items(), row.noise, strict=True):
         value = getattr(state, angle) + disturbance
-        if sensors.encoder_resolution:
-            step = sensors.encoder_resolution
+        if step := sensors.encoder_resolution:
             value = step * jnp.floor(value / step + 0.5)
         angles[angle] = value
     seen = dict(angles)

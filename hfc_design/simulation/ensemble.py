@@ -6,20 +6,20 @@ Designs that share a program (a kind, its terms, its limits) step together as on
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import jax
 import numpy as np
-from numpy.typing import NDArray
 
+from hfc_design.controllers.controller import Controller
 from hfc_design.core.records import UserError, checked
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Mask, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import controller_of, machine
 from hfc_design.simulation.population import Machines
 
 
@@ -28,7 +28,7 @@ class Judgements(NamedTuple):
 
     merit: Floats  # -inf where the loop failed
     fitness: Floats  # -inf where the loop failed
-    failed: NDArray[np.bool_]
+    failed: Mask
 
     def kept(self, how: Literal["mean", "quantile", "worst"], share: float = 0.05) -> Floats:
         """One merit a design, (designs,), of all scenarios and machines.
@@ -78,12 +78,12 @@ def evaluate_many(
 
 def _alike(
     designs: Sequence[Design], scenario: Scenario, machines: Sequence[Mapping[str, float]]
-) -> dict[Any, list[int]]:
+) -> dict[tuple[Controller, tuple[tuple[Parameters, ...], ...]], list[int]]:
     """Places of the designs that can step together: the same program on the same machines.
 
     The keys are the controller, and the parameters of its own machine and of all machines.
     """
-    found: dict[Any, list[int]] = defaultdict(list)
+    found = defaultdict(list)
     for k, design in enumerate(designs):
         own = machine(design, scenario)
         plants = (own.values(), *(_changed(own, changes).values() for changes in machines))
@@ -94,7 +94,7 @@ def _alike(
 def _changed(own: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
     """The machine with other parameters."""
     every = {key: value for key, value in changes.items() if "." not in key}
-    axes = {axis: {**numbers, **every} for axis, numbers in own.axes.items()}
+    axes = {axis: numbers | every for axis, numbers in own.axes.items()}
     for key in changes.keys() - every.keys():
         axis, _, name = key.partition(".")
         axes.setdefault(axis, {})[name] = changes[key]

@@ -1,24 +1,17 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
-from pathlib import Path
-from typing import Any, NamedTuple
+from itertools import starmap
+from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
-from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import Design, changed_design, named_design
-from hfc_design.files.machine import PlantSettings
-from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
-from hfc_design.motion.metrics import (
-    Contour,
-    contour,
-    contour_meanings,
-    contour_metrics,
-    during,
-)
+from hfc_design.controllers.controller import Signals
+from hfc_design.core.shapes import Floats, Parameters
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import controller_of, machine
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.metrics import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives import metrics
@@ -33,32 +26,40 @@ class AxisMotion(NamedTuple):
 
     name: str
     drive: Drive
-    parameters: Any
+    parameters: Parameters
     happens: AxisSamples
     motion: Recorded  # leaves (steps,)
-    readings: dict[str, np.ndarray]  # the drive's signals, each (steps,)
 
     @property
-    def reference(self) -> np.ndarray:
+    def reference(self) -> Floats:
         """(steps,) what the control was told."""
         return np.asarray(self.happens.reference)
 
     @property
-    def load(self) -> np.ndarray:
+    def load(self) -> Floats:
         """(steps,)."""
         return np.asarray(self.happens.loads[0])
 
-    def told(self) -> dict[str, np.ndarray]:
+    @property
+    def velocity(self) -> Floats:
+        """(steps,) of the position."""
+        return np.asarray(getattr(self.motion.state, self.drive.velocity))
+
+    @property
+    def readings(self) -> dict[str, Floats]:
+        """The drive's signals, each (steps,)."""
+        fixed = self.drive.coefficients(self.parameters)
+        return _arrays(self.drive.signals(fixed, self.motion.state))
+
+    def told(self) -> dict[str, Floats]:
         """What the axis told the control by its own sensors, signal -> (steps,)."""
         fixed = self.drive.coefficients(self.parameters)
         seen = self.drive.measured(fixed, self.motion.state)
-        found = axis_signals(self.drive, fixed, seen, self.happens)
-        return {name: np.asarray(value) for name, value in found.items()}
+        return _arrays(axis_signals(self.drive, fixed, seen, self.happens))
 
-    @property
-    def velocity(self) -> np.ndarray:
-        """(steps,) of the position."""
-        return np.asarray(getattr(self.motion.state, self.drive.velocity))
+
+def _arrays(signals: Signals) -> dict[str, Floats]:
+    return {name: np.asarray(value) for name, value in signals.items()}
 
 
 class Evaluation(NamedTuple):
@@ -69,11 +70,11 @@ class Evaluation(NamedTuple):
     diverged: bool
     machine: Machine
     metrics: dict[str, float | None]
-    time: np.ndarray  # (steps,) [s]
+    time: Floats  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
     contour: Contour | None  # of an X-Y machine on a path
 
-    def score(self, judge: Judge) -> dict[str, Any]:
+    def score(self, judge: Judge) -> dict[str, float | str | None]:
         """Fitness, merit and metrics as a file has them: None where there is no number."""
         fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
         return {"fitness": fitness, "merit": merit, "judged_by": judge.title, **self.metrics}
@@ -89,80 +90,58 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     """
     parameters = machine(design, scenario).values()
     controller, gains = controller_of(design, scenario)
-    loop = closed_loop(scenario, controller)
-    samples = scenario.samples()
+    loop, samples = closed_loop(scenario, controller), scenario.samples()
     machines = population.one_machine(parameters)
     judged, motions = population.trajectory(loop, machines, samples, gains)
-    return evaluation(scenario, parameters, samples, picked(judged, 0), individual(motions, 0))
-
-
-def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Any]:
-    """The controller of a design on the axes of a scenario, and its gains for one individual."""
-    limits = design.axis_limits(scenario.plant.machine.axes)
-    controller = design.kind.controller_of(design.controller, limits)
-    return controller, population_of_one(design.kind.gains(design.controller))
-
-
-def population_of_one(gains: Any) -> Any:
-    """A record of numbers and tables with an axis of individuals behind each."""
-    if gains is None:
-        return None
-    if hasattr(gains, "_fields"):
-        return type(gains)(*(population_of_one(part) for part in gains))
-    if isinstance(gains, tuple) and any(hasattr(part, "_fields") for part in gains):
-        return tuple(population_of_one(part) for part in gains)  # of each axis
-    table = np.array(gains)
-    return table.astype(np.int32 if table.dtype.kind == "i" else np.float64)[..., None]
+    return evaluation(scenario, parameters, samples, judged, motions, 0)
 
 
 def evaluation(
     scenario: Scenario,
-    parameters: tuple[Any, ...],
+    parameters: tuple[Parameters, ...],
     samples: Samples,
     judged: Judged,
     motions: tuple[Recorded, ...],
+    k: int,
 ) -> Evaluation:
-    """What is read off one motion, of one individual: of each axis parameters and trajectory."""
-    own = scenario.plant.machine
-    axes = tuple(
-        _axis(*each)
-        for each in zip(own.axes, own.drives, parameters, samples.axes, motions, strict=True)
-    )
-    time = scenario.simulation.time
+    """What is read off the motion of individual ``k``, whose machine has these parameters."""
+    own, time = scenario.plant.machine, scenario.simulation.time
+    moved = jax.tree.map(lambda leaf: leaf[:, k], motions)
+    each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
+    axes = tuple(starmap(AxisMotion, each))
     path = _contour(scenario, axes)
-
-    def over(part: slice) -> dict[str, float | None]:
-        if path is not None:
-            errors = np.stack([axis.motion.error[part] for axis in axes])
-            commands = np.stack([axis.motion.command[part] for axis in axes])
-            wanted = _path_meanings(scenario)
-            return contour_metrics(wanted, during(path, time, part), errors, commands)
-        found: dict[str, float | None] = {}
-        for axis, happens in zip(axes, samples.axes, strict=True):
-            before = f"{axis.name}_" if len(axes) > 1 else ""
-            values = metrics.metrics(
-                axis.drive,
-                jax.tree.map(lambda leaf: leaf[part], axis.motion),
-                axis.velocity[part],
-                happens.reference_rate[part],
-                time[part],
-                scenario.fitness.settled_after_s,
-            )
-            found |= {before + key: value for key, value in values.items()}
-        return found
-
-    found = over(slice(None))
-    diverged = bool(judged.failed) or not all(
+    found = _metrics(scenario, axes, path, slice(None))
+    for window in scenario.windows:
+        inside = _metrics(scenario, axes, path, window.part(scenario.simulation))
+        found |= {f"{window.name}_{key}": value for key, value in inside.items()}
+    diverged = bool(judged.failed[k]) or not all(
         np.isfinite(part).all()
         for axis in axes
         for part in (axis.motion.error, axis.motion.command, axis.velocity)
     )
-    for window in scenario.windows:
-        part = window.part(scenario.simulation)
-        found |= {f"{window.name}_{key}": value for key, value in over(part).items()}
-    numbers = (float(judged.values[0]), float(judged.merit))
+    numbers = (float(judged.values[k, 0]), float(judged.merit[k]))
     fitness, merit = (-np.inf, -np.inf) if diverged else numbers
     return Evaluation(fitness, merit, diverged, own, found, time, axes, path)
+
+
+def _metrics(
+    scenario: Scenario, axes: tuple[AxisMotion, ...], path: Contour | None, part: slice
+) -> dict[str, float | None]:
+    """Every metric of a part of the motion."""
+    time = scenario.simulation.time
+    if path is not None:
+        errors = np.stack([axis.motion.error[part] for axis in axes])
+        commands = np.stack([axis.motion.command[part] for axis in axes])
+        return contour_metrics(_path_meanings(scenario), during(path, time, part), errors, commands)
+    found: dict[str, float | None] = {}
+    for axis in axes:
+        motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
+        speeds = axis.velocity[part], axis.happens.reference_rate[part]
+        settled = scenario.fitness.settled_after_s
+        values = metrics.metrics(axis.drive, motion, *speeds, time[part], settled)
+        before = f"{axis.name}_" if len(axes) > 1 else ""
+        found |= {before + key: value for key, value in values.items()}
+    return found
 
 
 def meanings(scenario: Scenario) -> dict[str, str]:
@@ -199,98 +178,6 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
     return contour(scenario.reference, scenario.simulation.time, positions, unit, length)
 
 
-def _axis(
-    name: str, drive: Drive, parameters: Any, happens: AxisSamples, motion: Recorded
-) -> AxisMotion:
-    readings = drive.signals(drive.coefficients(parameters), motion.state)
-    return AxisMotion(
-        name,
-        drive,
-        parameters,
-        happens,
-        motion,
-        {name: np.asarray(value) for name, value in readings.items()},
-    )
-
-
-def picked(judged: Any, which: Any) -> Any:
-    """Some of a population's records, its individuals in the leading axis."""
-    return jax.tree.map(lambda leaf: leaf[which], judged)
-
-
-def individual(motions: tuple[Recorded, ...], k: int) -> Any:
-    """The motion of every axis of one of a population, leaves (steps,)."""
-    return jax.tree.map(lambda leaf: leaf[:, k], motions)
-
-
-def load_design(name: str, changes: Changes = ()) -> Design:
-    """The design with a built-in name, in a file or in a run folder, with a plant that can run.
-
-    ``changes`` are of dotted keys, as in ``controller.integral_gain``.
-
-    Raises:
-        UserError: there is no such design, or it is not one that can run.
-    """
-    design = named_design(name)
-    if changes:
-        design = changed_design(design, changes, name)
-    checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
-    return design
-
-
-#: Plant -> the scenario of a design that does not name its own.
-DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
-
-
-def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
-    """The scenario that ``design`` was made for, or a default of its plant.
-
-    Raises:
-        UserError: the provenance holds a scenario that is not valid, or there is none at all.
-    """
-    data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
-    if data is None:
-        raise UserError(f"{name}: names no scenario; give one with --scenario")
-    if isinstance(data, str):
-        return load_scenario(data, changes)
-    source = f"{name}: provenance.scenario"
-    if not isinstance(data, dict):
-        raise UserError(f"{source}: has to be a name or a scenario")
-    path = Path(name)
-    folder = path if path.is_dir() else path.parent
-    return scenario_of(changed(data, changes), source, folder)
-
-
-def machine(design: Design, scenario: Scenario) -> PlantSettings:
-    """The plant of ``design`` with what ``scenario`` sets laid over it.
-
-    Raises:
-        UserError: the two are made for different plants or sample times.
-    """
-    if design.plant.name != scenario.plant.name:
-        raise UserError(
-            f"design {design.name} is for the plant {design.plant.name}, "
-            f"scenario {scenario.name} has {scenario.plant.name}"
-        )
-    sample_time = scenario.simulation.sample_time_s
-    if design.controller.sample_time_s != sample_time:
-        raise UserError(
-            f"design {design.name} runs every {design.controller.sample_time_s} s, "
-            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
-        )
-    own, wanted = design.plant, scenario.plant
-    both = {
-        "name": own.name,
-        "parameters": own.parameters | wanted.parameters,
-        "axes": {
-            axis: own.axes.get(axis, {}) | wanted.parameters | wanted.axes.get(axis, {})
-            for axis in wanted.machine.axes
-            if axis in own.axes or axis in wanted.axes
-        },
-    }
-    return checked(PlantSettings, both, f"design {design.name}: plant", Path())
-
-
 def trajectory_csv(evaluation: Evaluation) -> str:
     """The motion as CSV with units in the header, one row a control sample."""
     columns = {"time_s": evaluation.time}
@@ -306,7 +193,7 @@ def trajectory_csv(evaluation: Evaluation) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _columns(axis: AxisMotion, every: bool) -> dict[str, np.ndarray]:
+def _columns(axis: AxisMotion, every: bool) -> dict[str, Floats]:
     """One axis; ``every`` adds what a table of several has no room for."""
     drive, state = axis.drive, axis.motion.state
     unit = {signal: in_a_name(unit) for signal, unit in drive.units.items()}

@@ -10,24 +10,18 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from numpy.typing import NDArray
 
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Mask, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import (
-    Evaluation,
-    controller_of,
-    evaluation,
-    individual,
-    machine,
-    picked,
-)
+from hfc_design.simulation.evaluation import Evaluation, evaluation
 from hfc_design.simulation.population import Machines
+from plants import Drive
 
 Progress = Callable[[int, int], None]
 
@@ -61,7 +55,7 @@ class Robustness(NamedTuple):
     seed: int
     drawn: Drawn
     refined: int  # machines that were simulated again with shorter steps
-    stable: NDArray[np.bool_]  # (samples,)
+    stable: Mask  # (samples,)
     nominal_stable: bool
     nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
@@ -113,42 +107,31 @@ def robustness(
         UserError: spread or samples are not allowed, or design and scenario do not fit.
     """
     _check(spread, samples, seed)
-    found_machines = drawn(machine(design, scenario), spread, samples, seed)
-    machines = found_machines.machines
+    draw = drawn(machine(design, scenario), spread, samples, seed)
+    machines = draw.machines
     _check_steps(scenario, machines)
     found = list(_motions(design, scenario, machines, progress))
     again = np.flatnonzero([one.diverged for one, _ in found])
     if len(again):
         # A motion may diverge because the step is too long for it: ask again with shorter ones.
-        finer = scenario.simulation.model_copy(
-            update={"substeps": FINER * scenario.simulation.substeps}
-        )
-        total = len(found) + len(again)
-        motions = _motions(
-            design,
-            scenario.model_copy(update={"simulation": finer}),
-            machines.take(again),
-            lambda done, _: progress(len(found) + done, total),
-        )
-        for k, one in zip(again, motions, strict=True):
+        substeps = {"substeps": FINER * scenario.simulation.substeps}
+        simulation = scenario.simulation.model_copy(update=substeps)
+        finer = scenario.model_copy(update={"simulation": simulation})
+
+        def more(done: int, _: int) -> None:
+            progress(len(found) + done, len(found) + len(again))
+
+        for k, one in zip(again, _motions(design, finer, machines.take(again), more), strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
     judge = scenario.judge()
     scores = [one.score(judge) for one in evaluations]
-    columns = {
-        key: np.array([score[key] for score in scores], float)
-        for key in (*judge.titles, *evaluations[0].metrics)
-    }
-    return Robustness(
-        spread,
-        seed,
-        found_machines,
-        len(again),
-        np.array(stable[1:]),
-        stable[0],
-        {key: float(column[0]) for key, column in columns.items()},
-        {key: column[1:] for key, column in columns.items()},
-    )
+    keys = (*judge.titles, *evaluations[0].metrics)
+    columns = {key: np.array([score[key] for score in scores], float) for key in keys}
+    nominal = {key: float(column[0]) for key, column in columns.items()}
+    values = {key: column[1:] for key, column in columns.items()}
+    parts = (np.array(stable[1:]), stable[0], nominal, values)
+    return Robustness(spread, seed, draw, len(again), *parts)
 
 
 def _motions(
@@ -156,9 +139,7 @@ def _motions(
 ) -> Iterator[tuple[Evaluation, bool]]:
     """Of every machine in turn its evaluation, without the motion, and whether it is stable."""
     controller, gains = controller_of(design, scenario)
-    loop = closed_loop(scenario, controller)
-    samples = scenario.samples()
-    count = machines.size
+    loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size
     room = KEPT // (scenario.simulation.steps * len(loop.machine.axes))
     size = max(min(CHUNK, room, count), 1)
     gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
@@ -168,13 +149,13 @@ def _motions(
         judged, motions = population.trajectory(loop, some, samples, gains)
         for k in range(min(size, count - start)):
             own = some.take(k).true
-            found = evaluation(scenario, own, samples, picked(judged, k), individual(motions, k))
+            found = evaluation(scenario, own, samples, judged, motions, k)
             stable = is_stable(loop, own, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)
 
 
-def is_stable(loop: Loop, parameters: tuple[Any, ...], evaluation: Evaluation) -> bool:
+def is_stable(loop: Loop, parameters: tuple[Parameters, ...], evaluation: Evaluation) -> bool:
     """Whether a loop keeps the machine in hand.
 
     The motion is finite, and in the last quarter of it no tracking error is larger than the
@@ -186,8 +167,7 @@ def is_stable(loop: Loop, parameters: tuple[Any, ...], evaluation: Evaluation) -
         return False
     late = slice(-int(np.ceil(LATE * len(evaluation.time))), None)
     largest = max(np.abs(axis.reference).max() for axis in evaluation.axes) or np.inf
-    ends = limits(loop, parameters)
-    for (low, high), axis in zip(ends, evaluation.axes, strict=True):
+    for (low, high), axis in zip(limits(loop, parameters), evaluation.axes, strict=True):
         command = axis.motion.command[late]
         limited = np.mean((command <= low) | (command >= high))
         if np.abs(axis.motion.error[late]).max() > largest or limited > LARGEST_LIMITED:
@@ -195,7 +175,7 @@ def is_stable(loop: Loop, parameters: tuple[Any, ...], evaluation: Evaluation) -
     return True
 
 
-def limits(loop: Loop, parameters: tuple[Any, ...]) -> list[tuple[float, float]]:
+def limits(loop: Loop, parameters: tuple[Parameters, ...]) -> list[tuple[float, float]]:
     """The lowest and the highest command that reach each drive; infinite without a limit."""
     found = []
     asked = loop.limits or (None,) * len(parameters)
@@ -220,27 +200,23 @@ def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Dr
     kept, refused = [[np.array(own) for own in nominal]], 0
     while len(kept) <= samples:
         one = [_near(*axis, spread, generator) for axis in zip(drives, kept[0], strict=True)]
-        faults = (
-            drive.fault(dict(zip(drive.parameters._fields, own.tolist(), strict=True)))
-            for drive, own in zip(drives, one, strict=True)
-        )
-        if any(faults):
-            refused += 1
-            if refused > MAX_DRAWS * samples:
-                raise UserError(
-                    f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
-                    f"gave a possible {settings.machine.name}; a smaller spread is needed"
-                )
-        else:
+        records = [drive.parameters(*own.tolist()) for drive, own in zip(drives, one, strict=True)]
+        pairs = zip(drives, records, strict=True)
+        if not any(drive.fault(record._asdict()) for drive, record in pairs):
             kept.append(one)
-    true = tuple(
-        drive.parameters(*np.stack(own, axis=-1))
-        for drive, own in zip(drives, zip(*kept, strict=True), strict=True)
-    )
+            continue
+        refused += 1
+        if refused > MAX_DRAWS * samples:
+            raise UserError(
+                f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
+                f"gave a possible {settings.machine.name}; a smaller spread is needed"
+            )
+    axes = zip(drives, zip(*kept, strict=True), strict=True)
+    true = tuple(drive.parameters(*np.stack(own, axis=-1)) for drive, own in axes)
     return Drawn(Machines(nominal, true), refused)
 
 
-def _near(drive: Any, nominal: Floats, spread: float, generator: np.random.Generator) -> Floats:
+def _near(drive: Drive, nominal: Floats, spread: float, generator: np.random.Generator) -> Floats:
     """Parameters of one axis near its ``nominal`` ones."""
     varied = np.array([name not in drive.exact for name in drive.parameters._fields])
     factors = np.ones_like(nominal)
@@ -259,16 +235,15 @@ def _check(spread: float, samples: int, seed: int) -> None:
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:
     """Every machine has to be simulated with steps that are short enough, not only the nominal."""
-    step = scenario.simulation.sample_time_s / scenario.simulation.substeps
-    drives = scenario.plant.machine.drives
-    needed = 0
+    substeps, drives, needed = scenario.simulation.substeps, scenario.plant.machine.drives, 0
+    step = scenario.simulation.sample_time_s / substeps
     for drive, own, happens in zip(drives, machines.true, scenario.samples().axes, strict=True):
         limit = min(drive.fastest(type(own)(*row), step) for row in zip(*own, strict=True))
         speed = np.abs(happens.reference_rate).max()
         if speed > limit:
-            needed = max(needed, int(np.ceil(scenario.simulation.substeps * speed / limit)))
+            needed = max(needed, int(np.ceil(substeps * speed / limit)))
     if needed:
         raise UserError(
-            f"scenario {scenario.name}: simulation.substeps = {scenario.simulation.substeps}: "
+            f"scenario {scenario.name}: simulation.substeps = {substeps}: "
             f"some of these machines need at least {needed}"
         )

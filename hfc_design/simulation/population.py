@@ -12,20 +12,23 @@ devices in chunks, and all of them end in ``_run``.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jax.sharding import Mesh, PartitionSpec
+from jax.typing import ArrayLike, DTypeLike
+from jaxtyping import Array, PyTree
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats, Gains, Integers, Parameters
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.motion.samples import AxisSamples, Samples
-from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.objectives.registry import OBJECTIVES
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
@@ -36,30 +39,44 @@ CHUNK = 64
 LANES = 16
 
 
+#: A number of one individual, or the rows of a table as tuples of tuples.
+Rows: TypeAlias = Individuals | tuple["Rows", ...]
+Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
+
+
 class Machines(NamedTuple):
     """Machines of the same kind with parameters of their own."""
 
-    told: tuple[Any, ...]  # what the control believes: the record of each axis, numbers
-    true: tuple[Any, ...]  # the record of each axis, leaves (machines,)
+    told: tuple[Parameters, ...]  # what the control believes: the record of each axis, numbers
+    true: tuple[Parameters, ...]  # the record of each axis, leaves (machines,)
 
     @property
     def size(self) -> int:
         """How many."""
-        return len(jax.tree.leaves(self.true)[0])
+        return _count(self.true)
 
-    def take(self, chosen: Any) -> "Machines":
-        """The machines that an index array or a slice chooses."""
+    def take(self, chosen: int | Integers) -> "Machines":
+        """The machines that an index array chooses, or the one of an index."""
         return Machines(self.told, jax.tree.map(lambda leaf: leaf[chosen], self.true))
 
 
-def one_machine(parameters: tuple[Any, ...]) -> Machines:
+class Inputs(NamedTuple):
+    """What goes into a compiled loop."""
+
+    told: tuple[Parameters, ...]
+    true: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
+    samples: Samples
+    gains: Gains  # leaves (..., individuals)
+
+
+def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
     """The machine of the record of each axis, which the control knows."""
     true = jax.tree.map(lambda number: np.array([number], np.float64), parameters)
     return Machines(parameters, true)
 
 
 def scores(
-    loop: Loop, machines: Machines, samples: Samples, gains: Any, dtype: Any = np.float32
+    loop: Loop, machines: Machines, samples: Samples, gains: Gains, dtype: DTypeLike = np.float32
 ) -> Judged:
     """What the judge says of every individual on every machine, in float64 as numpy.
 
@@ -67,22 +84,21 @@ def scores(
     ``gains`` is the controller's record with the individuals in the trailing axis of every leaf.
     The work is spread over all devices.
     """
-    count, each = jax.tree.leaves(gains)[0].shape[-1], machines.size
+    count, each = _count(gains), machines.size
     lanes = count * each
     padding = -lanes % (devices.count() * _chunk(lanes))
 
-    def padded(leaf: Any, repeats: int) -> np.ndarray:
+    def padded(leaf: Floats, repeats: int) -> Floats:
         wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
         return np.pad(wide, [(0, 0)] * (wide.ndim - 1) + [(0, padding)], mode="edge")
 
     gains = jax.tree.map(lambda leaf: padded(leaf, each), gains)
-    true = _single(machines.true)
+    true = machines.take(0).true
     if each > 1:
         true = jax.tree.map(lambda leaf: padded(np.tile(leaf, count), 1), machines.true)
     with _own_code(loop):
-        result = _scores(
-            loop, each > 1, *(_cast(x, dtype) for x in (machines.told, true, samples, gains))
-        )
+        inputs = _cast(Inputs(machines.told, true, samples, gains), dtype)
+        result = _scores(loop, each > 1, inputs)
     merit, values, failed = (
         np.asarray(leaf)[:lanes].reshape(count, each, *leaf.shape[1:]) for leaf in result
     )
@@ -90,39 +106,32 @@ def scores(
 
 
 def trajectory(
-    loop: Loop, machines: Machines, samples: Samples, gains: Any
-) -> tuple[Judged, tuple[Recorded, ...]]:
+    loop: Loop, machines: Machines, samples: Samples, gains: Gains
+) -> tuple[Judged, Motions]:
     """What the judge says, and the motion of every axis and individual, in float64 as numpy.
 
     All on the only one of ``machines``, or each on a machine of its own.
     """
     own = machines.size > 1
-    true = machines.true if own else _single(machines.true)
-    arguments = (_cast(item, np.float64) for item in (machines.told, true, samples, gains))
+    inputs = Inputs(*(machines if own else machines.take(0)), samples, gains)
     with _own_code(loop):
-        return jax.tree.map(np.asarray, _trajectory(loop, own, *arguments))
+        return jax.tree.map(np.asarray, _trajectory(loop, own, _cast(inputs, np.float64)))
 
 
 def error_jacobian(
-    loop: Loop, machines: Machines, samples: Samples, gains: Any, dtype: Any = np.float32
-) -> tuple[np.ndarray, np.ndarray]:
+    loop: Loop, machines: Machines, samples: Samples, gains: Gains, dtype: DTypeLike = np.float32
+) -> tuple[Floats, Floats]:
     """Tracking error (steps,) of one individual on one machine, and its derivative.
 
     The derivative is (steps, parameters); the parameters are the floating leaves of ``gains``
     (trailing axis 1) one after the other. Forward mode on a population of copies, one a
     parameter, is as fast as the population is.
     """
-    true = _single(machines.true)
-    arguments = (_cast(item, dtype) for item in (machines.told, true, samples, gains))
     with _own_code(loop):
-        error, jacobian = _error_jacobian(loop, *arguments)
+        inputs = _cast(Inputs(*machines.take(0), samples, gains), dtype)
+        error, jacobian = _error_jacobian(loop, inputs)
     parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
     return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
-
-
-def _single(true: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The parameters of the first machine as numbers."""
-    return jax.tree.map(lambda leaf: leaf[0], true)
 
 
 @contextmanager
@@ -155,82 +164,80 @@ def _chunk(count: int) -> int:
     return min(CHUNK, share)
 
 
-def _cast(tree: Any, dtype: Any) -> Any:
-    def cast(leaf: Any) -> np.ndarray:
+def _count(tree: PyTree) -> int:
+    """How many individuals or machines there are, by the trailing axis of every leaf."""
+    count: int = jax.tree.leaves(tree)[0].shape[-1]
+    return count
+
+
+def _cast(inputs: Inputs, dtype: DTypeLike) -> Inputs:
+    """Floating numbers in a precision."""
+
+    def cast(leaf: ArrayLike) -> Floats | Integers:
         array = np.asarray(leaf)
         return array if array.dtype.kind == "i" else array.astype(dtype)
 
-    return jax.tree.map(cast, tree)
+    return jax.tree.map(cast, inputs)
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
-def _scores(
-    loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any
-) -> Judged:
-    def on_device(told: Any, true: Any, samples: Samples, gains: Any) -> Judged:
-        count = jax.tree.leaves(gains)[0].shape[-1]
+def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Judged:
+    def on_device(inputs: Inputs) -> Judged:
+        count = _count(inputs.gains)
         chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
 
-        def chunked(leaf: jax.Array) -> jax.Array:
+        def chunked(leaf: Array) -> Array:
             return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
 
-        def one_chunk(own: Any) -> Judged:
-            gains, machines = own if own_machine else (own, true)
-            return _run(loop, own_machine, told, machines, samples, gains, record=False)[0]
+        def one_chunk(own: PyTree) -> Judged:
+            gains, true = own if own_machine else (own, inputs.true)
+            return _run(loop, own_machine, inputs._replace(true=true, gains=gains), False)[0]
 
-        lanes = (gains, true) if own_machine else gains
+        lanes = (inputs.gains, inputs.true) if own_machine else inputs.gains
         judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))
         return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), judged)
 
-    def split(tree: Any) -> Any:
-        return jax.tree.map(
-            lambda leaf: PartitionSpec(*[None] * (leaf.ndim - 1), "population"), tree
-        )
+    def last(leaf: Array) -> PartitionSpec:
+        return PartitionSpec(*[None] * (leaf.ndim - 1), "population")
 
-    machines = split(true) if own_machine else PartitionSpec()
+    whole: Any = PartitionSpec()
+    machines = jax.tree.map(last, inputs.true) if own_machine else whole
     spread = jax.shard_map(
         on_device,
         mesh=Mesh(jax.devices(), ("population",)),
-        in_specs=(PartitionSpec(), machines, PartitionSpec(), split(gains)),
+        in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains)),),
         out_specs=PartitionSpec("population"),
         check_vma=False,
     )
-    return spread(told, true, samples, gains)
+    return spread(inputs)
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
-def _trajectory(
-    loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any
-) -> tuple[Judged, tuple[Recorded, ...]]:
-    return _run(loop, own_machine, told, true, samples, gains, record=True)
+def _trajectory(loop: Loop, own_machine: bool, inputs: Inputs) -> tuple[Judged, Motions]:
+    return _run(loop, own_machine, inputs, record=True)
 
 
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
-def _error_jacobian(
-    loop: Loop, told: Any, true: Any, samples: Samples, gains: Any
-) -> tuple[jax.Array, jax.Array]:
-    leaves, structure = jax.tree.flatten(gains)
+def _error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
+    leaves, structure = jax.tree.flatten(inputs.gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
     starts = np.cumsum([0, *sizes])
     width = devices.count() * LANES
 
-    def on_device(lanes: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def on_device(lanes: Array) -> tuple[Array, Array]:
         copies = [jnp.broadcast_to(leaf, (*leaf.shape[:-1], lanes.size)) for leaf in leaves]
         moving = [k for k, size in enumerate(sizes) if size]
         directions = []
         for k in moving:
-            own = starts[k] + np.arange(sizes[k])
-            directions.append(
-                (own[:, None] == lanes).astype(copies[k].dtype).reshape(copies[k].shape)
-            )
+            hit = starts[k] + np.arange(sizes[k])[:, None] == lanes
+            directions.append(hit.astype(copies[k].dtype).reshape(copies[k].shape))
 
-        def errors(*changed: jax.Array) -> jax.Array:
+        def errors(*changed: Array) -> Array:
             full = list(copies)
             for k, leaf in zip(moving, changed, strict=True):
                 full[k] = leaf
-            lanes = jax.tree.unflatten(structure, full)
-            _, outputs = _run(loop, False, told, true, samples, lanes, record=True)
-            error: jax.Array = outputs[0].error
+            gains = jax.tree.unflatten(structure, full)
+            error: Array = _run(loop, False, inputs._replace(gains=gains), True)[1][0].error
             return error
 
         return jax.jvp(errors, [copies[k] for k in moving], directions)
@@ -245,16 +252,15 @@ def _error_jacobian(
     return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
 
 
-def _run(
-    loop: Loop, own_machine: bool, told: Any, true: Any, samples: Samples, gains: Any, record: bool
-) -> tuple[Judged, Any]:
+def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Judged, Any]:
     """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
-    zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], samples.settled.dtype)
+    told, true, samples, gains = inputs
+    zeros = jnp.zeros(_count(gains), samples.settled.dtype)
     fixed = loop.machine.coefficients(true)
     own = 0 if own_machine else None
     step = jax.vmap(partial(sample, loop), in_axes=(None, own, None, 0, 0, None))
 
-    def body(carry: Carry, row: Any) -> tuple[Carry, Any]:
+    def body(carry: Carry, row: Samples) -> tuple[Carry, Any]:
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
         numbers = jax.tree.map(_rows, gains)
         carry, outputs = step(told, fixed, samples.sample_time, numbers, carry, row)
@@ -270,12 +276,12 @@ def _by_row(axis: AxisSamples) -> AxisSamples:
     return axis._replace(loads=tuple(axis.loads), noise=tuple(axis.noise))
 
 
-def _rows(leaf: jax.Array) -> Any:
+def _rows(leaf: Array) -> Rows:
     """A leaf (..., individuals) as nested tuples of its (individuals,) rows."""
     if leaf.ndim == 1:
         return leaf
     flat = leaf.reshape(-1, leaf.shape[-1])
-    rows: list[Any] = [lax.index_in_dim(flat, k, keepdims=False) for k in range(flat.shape[0])]
+    rows: list[Rows] = [lax.index_in_dim(flat, k, keepdims=False) for k in range(flat.shape[0])]
     for size in leaf.shape[-2:0:-1]:
         rows = [tuple(rows[k : k + size]) for k in range(0, len(rows), size)]
     return tuple(rows)

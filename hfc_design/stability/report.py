@@ -1,13 +1,13 @@
 """What ``hfc stability`` says: the range as plain data and as a table."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 from hfc_design.core.console import terminal
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Json
 from hfc_design.stability.stable_range import StableRange, theorem_k1
 
 #: K_2 bounds are told at these shares of the largest K_1.
@@ -37,7 +37,7 @@ def drive_of(
     return found
 
 
-def numbers(found: StableRange, points: Points) -> dict[str, Any]:
+def numbers(found: StableRange, points: Points) -> Json:
     """The range and ``points`` in it as plain data, gains in unit/BLU."""
     k1 = found.k1 * np.array(SHARES)
     return {

@@ -14,8 +14,8 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main, search_run
 from hfc_design.files.design import builtin_designs, read_design
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import builtin_names
-from hfc_design.simulation.evaluation import load_design
 
 SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.1"]
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.files.design import design_json
-from hfc_design.simulation.evaluation import load_design
+from hfc_design.files.pairing import load_design
 from hfc_design.stability.picture import stability_figure
 from hfc_design.stability.stable_range import stable_range
 

@@ -5,7 +5,7 @@ from click.testing import CliRunner
 from experiment_pages import EXPERIMENTS, page_of, ran, simulated, stands_in, table
 
 from experiments.jee_koren_1995 import page as jk95
-from hfc_design.simulation.evaluation import load_design
+from hfc_design.files.pairing import load_design
 
 
 @pytest.fixture(scope="module")

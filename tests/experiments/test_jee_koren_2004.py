@@ -5,7 +5,7 @@ from experiment_pages import EXPERIMENTS, page_of, ran, simulated, stands_in, ta
 from jk04 import rule_labels, rule_singletons
 
 from experiments.jee_koren_2004 import page as jk04
-from hfc_design.simulation.evaluation import load_design
+from hfc_design.files.pairing import load_design
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.lookup import lookup
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.pairing import load_design
 from hfc_design.formats import c_source
-from hfc_design.simulation.evaluation import load_design
 
 HOSTILE = 'x); system("id */ int main(void) {\n#define x'
 

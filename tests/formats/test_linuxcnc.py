@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, linuxcnc, linuxcnc_loop
-from hfc_design.simulation.evaluation import load_design
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 AFLC = load_design("jee-koren-2004-aflc")

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from imported_files import CHANGE, GAUSSIAN, PYFUZZYLITE, TEXTS
 
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import load_design
 
 FLL_FAULTS = [
     ("defuzzifier: WeightedAverage", "defuzzifier: Centroid 100", 25, "only WeightedAverage"),

@@ -12,10 +12,11 @@ from c_program import MAIN, WARNINGS, built, commands
 
 from hfc_design.controllers.hierarchical.lookup import lookup
 from hfc_design.files.design import builtin_designs
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import c_source
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import evaluate, load_design
+from hfc_design.simulation.evaluation import evaluate
 
 pytestmark = pytest.mark.interop
 

@@ -11,9 +11,10 @@ from hal_session import open_loop
 
 from hfc_design import runtime
 from hfc_design.files.design import named_design
+from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import c_source, linuxcnc
-from hfc_design.simulation.evaluation import evaluate, own_scenario
+from hfc_design.simulation.evaluation import evaluate
 from plants import feed_drive
 
 pytestmark = pytest.mark.interop

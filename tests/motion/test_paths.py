@@ -226,6 +226,10 @@ def test_a_feed_that_the_drive_cannot_follow_is_refused_with_the_allowed_one():
         "a feed of 1950 mm/min asks the Y axis for 32.5 mm/s, but its drive reaches "
         "32 mm/s; the largest feed here is 1920 mm/min"
     )
+    along_x = Line(length_mm=9.0, angle_deg=0.0, feed_mm_min=600.0)
+    assert speed_fault(along_x, [drives[0], 1e-9]) is None
+    stuck = speed_fault(along_x, [0.0, drives[1]])
+    assert "the X axis for 10 mm/s, but its drive reaches 0 mm/s; the largest feed" in stuck
     diagonal = Line(length_mm=9.0, angle_deg=45.0, feed_mm_min=2600.0)  # 1901.76 * sqrt(2) = 2689
     assert speed_fault(diagonal, drives) is None
     too_fast = diagonal.model_copy(update={"feed_mm_min": 2690.0})

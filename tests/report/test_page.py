@@ -8,18 +8,19 @@ import numpy as np
 import phone
 import pytest
 
-from hfc_design.controllers.hierarchical import pictures as diagrams
+from hfc_design.controllers.hierarchical import section as diagrams
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.pictures.figure import image, save
 from hfc_design.report import plots, write_report
 from hfc_design.report.page import _sections
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluation import evaluate, load_design
+from hfc_design.simulation.evaluation import evaluate
 from plants import C_AXIS
 
 INPUTS = [
@@ -230,7 +231,7 @@ def test_history_of_one_generation_where_everything_diverged():
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])
 def test_diagrams_show_every_unit_and_input(inputs, tree):
     found = design(inputs, tree)
-    drawing = image(diagrams.tree(found.controller, C_AXIS), "svg").decode()
+    drawing = image(diagrams.drawn_tree(found.controller, C_AXIS), "svg").decode()
     words = {word for name in INPUTS[:inputs] for word in name.split("_")}
     texts = set(re.findall(r">([^<>]+)</t", drawing))
     assert words <= {word for text in texts for word in text.split()}

@@ -12,12 +12,13 @@ import pytest
 
 from hfc_design.core import checkpoint
 from hfc_design.core.records import RunError, UserError
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import run as design
 from hfc_design.search.loop import Search
 from hfc_design.search.strategies.race import RaceState
 from hfc_design.simulation import population as simulate
-from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.simulation.evaluation import evaluate
 
 #: As short as the batches of other tests, so that all have the same compiled programs.
 SMALL = ["simulation.duration_s=0.1", "search.population=24", "search.generations=9"]

@@ -14,8 +14,8 @@ from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, builtin_designs
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller, explain
-from hfc_design.simulation.evaluation import load_design
 
 WITH_RULES = [name for name in builtin_designs() if name not in ("pd-only", "jee-koren-2004-pid")]
 

@@ -11,11 +11,11 @@ from lifted import controller_of
 from hfc_design.controllers.hierarchical.record import AdaptationRecord
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import load_design
 
 SIX_INPUTS = {
     "error": 50.0,

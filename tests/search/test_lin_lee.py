@@ -7,9 +7,9 @@ import pytest
 import scipy.stats
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.bounds import Bounds
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.controllers.hierarchical.settings import Bounds
 from hfc_design.search.strategies.lin_lee import LinLee, LinLeeSettings, two_point
 from hfc_design.search.strategy import Task
 

@@ -5,7 +5,6 @@ import pytest
 
 from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.bounds import bounds_of
 from hfc_design.controllers.hierarchical.genome import (
     HierarchicalGenome,
     Hierarchies,
@@ -13,6 +12,7 @@ from hfc_design.controllers.hierarchical.genome import (
     vectors,
 )
 from hfc_design.controllers.hierarchical.law import Layout
+from hfc_design.controllers.hierarchical.settings import bounds_of
 from hfc_design.search.islands import humbled
 from hfc_design.search.loop import Search, generations
 from hfc_design.search.newton import Linear

@@ -9,8 +9,9 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
-from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.simulation.evaluation import evaluate
 
 CIRCLE = "feed-drive-circle"
 #: Jee & Koren 2004, fig. 12: the lower feed, with the Coulomb friction that spec and plant settle.

@@ -12,10 +12,11 @@ from scipy.signal import cont2discrete
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import monte_carlo
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.simulation.evaluation import evaluate
 from hfc_design.simulation.monte_carlo import drawn, is_stable, limits, robustness
 from hfc_design.stability.stable_range import discrete, linear_k1
 from plants import PLANTS

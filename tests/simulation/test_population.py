@@ -8,10 +8,11 @@ from lifted import every_axis
 
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
 from hfc_design.controllers.pd import PdGains, pd
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate, load_design
+from hfc_design.simulation.evaluation import evaluate
 
 LAW = hierarchical(Layout(), 0.001)
 HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", LAW)

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.simulation.evaluation import load_design
+from hfc_design.files.pairing import load_design
 
 
 def hfc(*arguments):

@@ -5,10 +5,10 @@ JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 from hfc_design.controllers.flc.sectors import ZR
 from hfc_design.core.scalars import Xp, clipped
+from hfc_design.core.shapes import Degrees, Scalar, Triangles, Truth
 
 #: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
 #: has not fired: rounding decides nothing.
@@ -33,12 +33,12 @@ PERFORMANCE = tuple(
 )
 
 
-def performance(xp: Xp, in_error: Sequence[Any]) -> list[Any]:
+def performance(xp: Xp, in_error: Degrees) -> list[Scalar]:
     """p(k) of the rules of each error term, from the degrees (7) of e(k) in the error terms."""
     return performance_indices(xp, highest_term(xp, in_error))
 
 
-def highest_term(xp: Xp, in_error: Sequence[Any]) -> Any:
+def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
     """The term for which an error of degrees (7) counts, -3 to 3.
 
     That of the highest degree, of two equal ones that nearer ZR.
@@ -51,7 +51,7 @@ def highest_term(xp: Xp, in_error: Sequence[Any]) -> Any:
     return place
 
 
-def performance_indices(xp: Xp, place: Any) -> list[Any]:
+def performance_indices(xp: Xp, place: Scalar) -> list[Scalar]:
     """p(k) of the rules of each error term, when the error counts for the term ``place``."""
     found = []
     for row in PERFORMANCE:
@@ -62,7 +62,7 @@ def performance_indices(xp: Xp, place: Any) -> list[Any]:
     return found
 
 
-def blamed_aflc(xp: Xp, error: Any, index: Any, excess: Any) -> Any:
+def blamed_aflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
     """Whether a rule pulled the action the wrong way (JK04 Appendix B).
 
     ``error`` is e(k-1), ``index`` p(k), ``excess`` the rule's singleton less u_0(k-1). In the
@@ -72,7 +72,7 @@ def blamed_aflc(xp: Xp, error: Any, index: Any, excess: Any) -> Any:
     return xp.where(error * index > 0.0, -excess, excess) <= ALIKE
 
 
-def blamed_soflc(xp: Xp, error: Any, index: Any, excess: Any) -> Any:
+def blamed_soflc(xp: Xp, error: Scalar, index: Scalar, excess: Scalar) -> Truth:
     """Whether a rule is contracted, as JK95 prints it: excess > 0, in its third case <= 0.
 
     Differs from JK04 for e > 0 with p < 0, where the rules change places, and in the first and
@@ -83,8 +83,8 @@ def blamed_soflc(xp: Xp, error: Any, index: Any, excess: Any) -> Any:
 
 
 def joined(
-    xp: Xp, terms: Sequence[Any], steps: Sequence[Any], size: Any, overlap: Any
-) -> list[Any]:
+    xp: Xp, terms: Triangles, steps: Sequence[Scalar], size: Scalar, overlap: Scalar
+) -> list[tuple[Scalar, Scalar, Scalar]]:
     """Terms (7, 3) after each was narrowed by ``steps`` (7) of ``size`` on both sides.
 
     Where two terms overlap, both edges stay between the two centres (JK04 section 4.1), and they

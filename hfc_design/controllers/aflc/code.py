@@ -1,7 +1,6 @@
 """The fuzzy controllers that adapt, in C; in Structured Text they are those they start from."""
 
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.aflc import law
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE, blamed_aflc
@@ -12,6 +11,7 @@ from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.flc.sectors import ZR
 from hfc_design.controllers.kind import Template
 from hfc_design.core.scalars import SCALARS
+from hfc_design.core.shapes import Json
 
 #: Where the templates of the adaptation lie.
 ADAPTATION = (Path(__file__).parent / "templates",)
@@ -20,7 +20,7 @@ ADAPTATION = (Path(__file__).parent / "templates",)
 def c_template(blamed: law.Blame) -> Template:
     """The template of a controller whose rules are ``blamed`` so."""
 
-    def values(record: AdaptiveDesign) -> dict[str, Any]:
+    def values(record: AdaptiveDesign) -> Json:
         """It starts from what its law makes of the design at the first sample."""
         start = record.gains()
         memory = law.initial_memory(law.aflc(record.sample_time_s), 0.0)

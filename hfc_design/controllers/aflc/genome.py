@@ -1,7 +1,6 @@
 """Genome of a fuzzy controller that adapts: that of the flc, and the rectangle it may not leave."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc import genome as flc
 from hfc_design.controllers.flc.genome import FuzzyGenome, FuzzyTables, alike
 from hfc_design.controllers.kind import Target, per_axis
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Json
 
 
 class AflcGenome(FuzzyGenome):
@@ -28,7 +27,7 @@ class AflcGenome(FuzzyGenome):
         rates = Rates(*steps, *_overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 
-    def record(self, individual: FuzzyTables) -> dict[str, Any]:
+    def record(self, individual: FuzzyTables) -> Json:
         """Kind ``aflc``: as the start but for what was searched."""
         record = super().record(individual)
         sectors = self.sectors(individual.share)

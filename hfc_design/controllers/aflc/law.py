@@ -6,32 +6,32 @@ error, terms and singletons are moved, and the moved table gives the command. Wr
 axis in scalars; ``xp`` as in ``core.scalars``.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from hfc_design.controllers.aflc.adaptation import (
-    ALIKE,
-    blamed_aflc,
-    joined,
-    performance,
-)
+from hfc_design.controllers.aflc.adaptation import ALIKE, blamed_aflc, joined, performance
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, memberships
 from hfc_design.controllers.flc.sectors import Sectors, bounded
 from hfc_design.core.scalars import Xp, total
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.shapes import Scalar, Triangles, Truth
+
+#: Rows of numbers: terms (7, 3), singletons (7, 7), or how far they have moved.
+Table: TypeAlias = Sequence[Sequence[Scalar]]
+#: Error terms, change terms and singletons.
+Adapted: TypeAlias = tuple[Triangles, Triangles, list[list[Scalar]]]
 
 
 class Rates(NamedTuple):
     """Steps of the adaptation for a performance index of 1 or -1, and how narrow terms get."""
 
-    k_a: Any  # of an edge of an error term [BLU]
-    k_b: Any  # of an edge of a change term [BLU]
-    k_c: Any  # of a singleton, units of the command
-    a_overlap: Any  # the least that two neighbouring error terms overlap [BLU]
-    b_overlap: Any  # the same of two change terms [BLU]
+    k_a: Scalar  # of an edge of an error term [BLU]
+    k_b: Scalar  # of an edge of a change term [BLU]
+    k_c: Scalar  # of a singleton, units of the command
+    a_overlap: Scalar  # the least that two neighbouring error terms overlap [BLU]
+    b_overlap: Scalar  # the same of two change terms [BLU]
 
 
 class AdaptiveGains(NamedTuple):
@@ -49,17 +49,17 @@ class AdaptiveMemory(NamedTuple):
     of the lower term and the left edge of the upper one.
     """
 
-    error: Any  # e(k-1) [BLU]
-    change: Any  # e(k-1) - e(k-2) [BLU]
-    action: Any  # u_0(k-1)
-    integral: Any
-    error_moves: Any  # (6, 2) of the joints between the error terms
-    change_moves: Any  # (6, 2)
-    singleton_moves: Any  # (7, 7)
+    error: Scalar  # e(k-1) [BLU]
+    change: Scalar  # e(k-1) - e(k-2) [BLU]
+    action: Scalar  # u_0(k-1)
+    integral: Scalar
+    error_moves: Table  # (6, 2) of the joints between the error terms
+    change_moves: Table  # (6, 2)
+    singleton_moves: Table  # (7, 7)
 
 
 #: Whether a rule is to blame: (xp, e(k-1), p(k), its singleton less the action) -> bool.
-Blame = Callable[[Xp, Any, Any, Any], Any]
+Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 
 def aflc(sample_time: float, limit: float | None = None, blamed: Blame = blamed_aflc) -> AxisLaw:
@@ -94,7 +94,7 @@ def parts(
     )
 
 
-def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> tuple[list[Any], list[Any], list[Any]]:
+def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> Adapted:
     """Error terms (7, 3), change terms (7, 3) and singletons (7, 7) as last adapted."""
     table = gains.flc
     singletons = [
@@ -109,8 +109,8 @@ def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> tuple[list[Any], li
 
 
 def adapted(
-    xp: Xp, blamed: Blame, gains: AdaptiveGains, memory: AdaptiveMemory, error: Any
-) -> tuple[list[Any], list[Any], list[Any]]:
+    xp: Xp, blamed: Blame, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
+) -> Adapted:
     """Terms and singletons after the sample k - 1 is judged by the ``error`` of sample k.
 
     Of a rule that is to blame both terms are narrowed and the singleton moves, of another both
@@ -145,19 +145,19 @@ def adapted(
     return error_terms, change_terms, singletons
 
 
-def _joints(terms: Any) -> Any:
+def _joints(terms: Triangles) -> Table:
     """(right edge of the lower term, left edge of the upper one) of each pair of neighbours."""
     return tuple((lower[2], upper[0]) for lower, upper in pairwise(terms))
 
 
-def _moved(terms: Any, moves: Any) -> list[Any]:
+def _moved(terms: Triangles, moves: Table) -> Triangles:
     """Terms (7, 3) with the edges of their joints moved."""
     lefts = [terms[0][0], *(t[0] + move[1] for t, move in zip(terms[1:], moves, strict=True))]
     rights = [*(t[2] + move[0] for t, move in zip(terms, moves, strict=False)), terms[-1][2]]
     return [(left, t[1], right) for left, t, right in zip(lefts, terms, rights, strict=True)]
 
 
-def _difference(table: Any, start: Any) -> Any:
+def _difference(table: Table, start: Table) -> Table:
     """How far the numbers of a table of rows are from those it started from."""
     return tuple(
         tuple(now - then for now, then in zip(row, first, strict=True))

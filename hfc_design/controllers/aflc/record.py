@@ -1,7 +1,8 @@
 """Fuzzy controllers that adapt in a design file. Never imports JAX."""
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -10,6 +11,7 @@ from hfc_design.controllers.flc.record import FuzzyRecord, Triangles
 from hfc_design.controllers.flc.sectors import Sectors
 from hfc_design.controllers.flc.settings import FuzzySettings, Start
 from hfc_design.core.records import NotNegative, Positive, Record
+from hfc_design.core.shapes import Scalar
 
 
 class OverlapRecord(Record):
@@ -113,7 +115,7 @@ class AflcSettings(FuzzySettings):
     start: Annotated[AflcDesign, Start] = Field("jee-koren-2004-aflc", validate_default=True)
 
 
-def _with_edges(terms: Triangles, moved: Any) -> Triangles:
+def _with_edges(terms: Triangles, moved: Sequence[Sequence[Scalar]]) -> Triangles:
     """Terms with other edges; those at infinity stay there."""
     return tuple(
         term.model_copy(

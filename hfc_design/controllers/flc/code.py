@@ -2,18 +2,18 @@
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains
 from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
 from hfc_design.controllers.flc.rules import units
 from hfc_design.controllers.kind import Template
 from hfc_design.controllers.rules import Triangle
+from hfc_design.core.shapes import Json
 
 HERE = Path(__file__).parent / "templates"
 
 
-def c_values(record: FuzzyRecord, table: FlcGains) -> dict[str, Any]:
+def c_values(record: FuzzyRecord, table: FlcGains) -> Json:
     """What the template needs of a controller that starts from a ``table``."""
     error_terms, change_terms = table.error_terms, table.change_terms
     return {
@@ -33,13 +33,13 @@ def c_values(record: FuzzyRecord, table: FlcGains) -> dict[str, Any]:
     }
 
 
-def _c(record: FlcDesign) -> dict[str, Any]:
+def _c(record: FlcDesign) -> Json:
     return c_values(record, record.gains())
 
 
-def _st(record: FuzzyRecord) -> dict[str, Any]:
+def _st(record: FuzzyRecord) -> Json:
     """An adaptation is left out: the block holds the table that it starts from and says so."""
-    constants: dict[str, Any] = {
+    constants: Json = {
         "integral_gain": record.integral_gain,
         "sample_time": record.sample_time_s,
     }

@@ -15,7 +15,7 @@ from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.core.records import TERMS
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own, Triangles
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -56,7 +56,7 @@ class FuzzyGenome(NamedTuple):
     it adapts it stays in this rectangle, and its terms overlap no less than they do at first.
     """
 
-    start: Any  # of the kind's record
+    start: Own  # a FuzzyRecord of the kind
     stable: StableRange
     largest_command: float  # [unit]
     largest_integral_gain: float  # [units/(BLU s)]
@@ -147,7 +147,7 @@ class FuzzyGenome(NamedTuple):
         off = 1.0 - 1e-6 * rng.random(population.singletons.shape)
         return population._replace(singletons=population.singletons * off)
 
-    def gains(self, population: FuzzyTables) -> Any:
+    def gains(self, population: FuzzyTables) -> Gains:
         """The population as the simulator wants it."""
         error_terms, change_terms = (_lanes(_terms(joints)) for joints in by_input(population))
         return FlcGains(
@@ -162,9 +162,9 @@ class FuzzyGenome(NamedTuple):
         """There is one."""
         return str(self.start.kind)
 
-    def record(self, individual: FuzzyTables) -> dict[str, Any]:
+    def record(self, individual: FuzzyTables) -> Json:
         """The kind's record: as the start but for what was searched."""
-        record: dict[str, Any] = self.start.model_dump()
+        record: Json = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
         for key, joints in zip(keys, by_input(individual), strict=True):
             edges = _terms(joints)[0].tolist()
@@ -262,7 +262,7 @@ def _lanes(values: Floats) -> Any:
     return np.moveaxis(values, 0, -1)
 
 
-def _joints(terms: Any) -> list[tuple[float, float, float]]:
+def _joints(terms: Triangles) -> list[tuple[float, float, float]]:
     """Joints (6, 3) of terms (7, 3)."""
     found = []
     for lower, upper in pairwise(terms):
@@ -288,7 +288,7 @@ def _terms(joints: Floats) -> Floats:
 
 
 def _in_sectors(
-    sectors: Sectors, error_terms: Any, change_terms: Any, singletons: Floats
+    sectors: Sectors, error_terms: Triangles, change_terms: Triangles, singletons: Floats
 ) -> Floats:
     """Singletons (n, 7, 7) moved to the nearest that keep the table in ``sectors`` of (n,)."""
     table = _lanes(singletons)

@@ -5,11 +5,11 @@ Written for one axis in scalars and without branches on their values; ``xp`` as 
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.core.scalars import Xp, total
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Triangles
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
 STANDSTILL = 0.5
@@ -18,30 +18,30 @@ STANDSTILL = 0.5
 class Compensation(NamedTuple):
     """Low-velocity friction in units of the command, without its Coulomb part (JK04 eq. 28-30)."""
 
-    forward: Any  # (3,) coefficients of V^2, V, 1 for V >= 0 in mm/s
-    backward: Any  # (3,) the same for V < 0
-    highest_velocity: Any  # [mm/s] at and above it there is no compensation
-    breakaway: Any  # (2,) command at rest towards + and towards -
-    smallest_error: Any  # [BLU] below it an axis at rest is left alone
-    blu: Any  # [mm] of a BLU
+    forward: Sequence[Scalar]  # (3,) coefficients of V^2, V, 1 for V >= 0 in mm/s
+    backward: Sequence[Scalar]  # (3,) the same for V < 0
+    highest_velocity: Scalar  # [mm/s] at and above it there is no compensation
+    breakaway: Sequence[Scalar]  # (2,) command at rest towards + and towards -
+    smallest_error: Scalar  # [BLU] below it an axis at rest is left alone
+    blu: Scalar  # [mm] of a BLU
 
 
 class FlcGains(NamedTuple):
     """The fuzzy controller as numbers: one individual, or a population in the trailing axis."""
 
-    error_terms: Any  # (7, 3) left, centre, right [BLU]; the outermost edges are not read
-    change_terms: Any  # (7, 3) the same for e(k) - e(k-1) [BLU]
-    singletons: Any  # (7, 7) [row: term of e][column: term of its change], units of the command
-    k_i: Any  # integral gain [units/(BLU s)]: K_I T is the K_I of JK95 eq. 3
+    error_terms: Triangles  # (7, 3) left, centre, right [BLU]; the outermost edges are not read
+    change_terms: Triangles  # (7, 3) the same for e(k) - e(k-1) [BLU]
+    singletons: RuleTable  # (7, 7) [term of e][term of its change], units of the command
+    k_i: Scalar  # integral gain [units/(BLU s)]: K_I T is the K_I of JK95 eq. 3
     compensation: Compensation | None = None
 
 
 class FlcMemory(NamedTuple):
     """What the controller remembers; all zero before the first sample."""
 
-    error: Any  # e(k-1) [BLU]
-    fuzzy: Any  # u_F(k-1), for the form PI
-    integral: Any  # u_I(k-1)
+    error: Scalar  # e(k-1) [BLU]
+    fuzzy: Scalar  # u_F(k-1), for the form PI
+    integral: Scalar  # u_I(k-1)
 
 
 def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
@@ -60,19 +60,19 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> FlcMemory:
 class Parts(NamedTuple):
     """What a command is made of."""
 
-    error_terms: Any  # (7, 3) as they are at this sample
-    change_terms: Any  # (7, 3)
-    singletons: Any  # (7, 7)
-    error: Any  # [BLU]
-    change: Any  # [BLU]
-    in_error: Any  # (7,) degrees
-    in_change: Any  # (7,)
-    inferred: Any  # F(e, de)
-    fuzzy: Any  # u_F, in the form PI the sum of all F so far
-    integral: Any  # u_I
-    compensation: Any | None  # u_d; None without low-velocity compensation
+    error_terms: Triangles  # (7, 3) as they are at this sample
+    change_terms: Triangles  # (7, 3)
+    singletons: RuleTable  # (7, 7)
+    error: Scalar  # [BLU]
+    change: Scalar  # [BLU]
+    in_error: Degrees  # (7,) degrees
+    in_change: Degrees  # (7,)
+    inferred: Scalar  # F(e, de)
+    fuzzy: Scalar  # u_F, in the form PI the sum of all F so far
+    integral: Scalar  # u_I
+    compensation: Scalar | None  # u_d; None without low-velocity compensation
 
-    def command(self) -> Any:
+    def command(self) -> Scalar:
         """The sum [units]."""
         command = self.fuzzy + self.integral
         return command if self.compensation is None else command + self.compensation
@@ -106,14 +106,14 @@ def parts(
     return found._replace(fuzzy=fuzzy, integral=integral), FlcMemory(error, fuzzy, integral)
 
 
-def memberships(xp: Xp, terms: Sequence[Any], u: Any) -> list[Any]:
+def memberships(xp: Xp, terms: Triangles, u: Scalar) -> list[Scalar]:
     """Degrees of ``u`` in terms (left, centre, right): triangles, the outermost saturate at 1.
 
     JK04 eq. 1. A degree is 0 on an edge.
     """
     degrees = []
     for k, (left, centre, right) in enumerate(terms):
-        degree: Any = 1.0
+        degree: Scalar = 1.0
         if k > 0:
             degree = xp.minimum(degree, (u - left) / (centre - left))
         if k < len(terms) - 1:
@@ -122,7 +122,7 @@ def memberships(xp: Xp, terms: Sequence[Any], u: Any) -> list[Any]:
     return degrees
 
 
-def infer(xp: Xp, in_error: Sequence[Any], in_change: Sequence[Any], singletons: Any) -> Any:
+def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) -> Scalar:
     """Overall action u_0: product of the degrees, average of the singletons' centres.
 
     Where no rule fires the action is 0; terms without gaps (see ``design``) always fire one.
@@ -140,7 +140,7 @@ def infer(xp: Xp, in_error: Sequence[Any], in_change: Sequence[Any], singletons:
     return weighted / xp.where(firing > 0.0, firing, 1.0)
 
 
-def compensate(xp: Xp, law: Compensation, velocity: Any, error: Any) -> Any:
+def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Scalar:
     """u_d for an axis at ``velocity`` [BLU/s] with ``error`` [BLU] (JK04 eq. 28-30).
 
     Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed

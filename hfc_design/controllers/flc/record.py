@@ -4,14 +4,18 @@ import sys
 from collections.abc import Sequence
 from itertools import pairwise
 from math import inf
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
+from hfc_design.core.shapes import Json, Parameters
 from hfc_design.stability.sectors import Triangle, sectors_at_centres, true_sectors
+
+if TYPE_CHECKING:
+    from plants import Drive  # which imports JAX
 
 #: Linguistic labels, negative large to positive large.
 LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
@@ -57,8 +61,8 @@ class CompensationRecord(Record):
     blu_mm: Positive = BLU_MM  # length of a BLU
 
     @model_serializer(mode="wrap")
-    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data: dict[str, Any] = whole(self)
+    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> Json:
+        data: Json = whole(self)
         if data["blu_mm"] == BLU_MM:
             del data["blu_mm"]
         return data
@@ -108,7 +112,7 @@ class FuzzyRecord(ControllerRecord):
         """Signals of a sample."""
         return ["error", "velocity"] if self.low_velocity else ["error"]
 
-    def on(self, drive: Any, parameters: Any) -> Self:
+    def on(self, drive: "Drive", parameters: Parameters) -> Self:
         """The same for a drive whose positions count in other lengths."""
         if self.low_velocity is None or drive.millimetres is None:
             return self

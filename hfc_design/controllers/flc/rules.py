@@ -1,12 +1,12 @@
 """A fuzzy controller's rule table for other programs, and what it does at a sample."""
 
 import math
-from typing import Any
 
 from hfc_design.controllers.flc.law import Parts
 from hfc_design.controllers.flc.record import FuzzyRecord, TriangleRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
+from hfc_design.core.shapes import Json, Memory
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
@@ -28,7 +28,7 @@ def inputs(record: FuzzyRecord) -> list[str]:
     return ["error_change", "error"]
 
 
-def about(record: FuzzyRecord, signal_units: dict[str, str]) -> dict[str, Any]:
+def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
     """The integral, the compensation, and the steps of a sample in words."""
     low, form = record.low_velocity, record.control_form()
     change = "error - error of the previous sample, before the first one 0"
@@ -92,12 +92,12 @@ def signals(record: FuzzyRecord) -> tuple[list[str], list[str]]:
     return record.reads(), [] if record.control_form() == "P" else ["previous_error"]
 
 
-def remember(memory: Any, readings: dict[str, float]) -> Any:
+def remember(memory: Memory, readings: dict[str, float]) -> Memory:
     """The memory with other readings of the sample before."""
     return memory._replace(**readings)
 
 
-def shown(record: FuzzyRecord, parts: Parts) -> dict[str, Any]:
+def shown(record: FuzzyRecord, parts: Parts) -> Json:
     """What a sample's command is made of."""
     labels = [term.label for term in record.error_terms]
     column = side("error_change", parts.change, labels, parts.in_change)

@@ -1,9 +1,9 @@
 """What keeps a rule table inside the stable range (JK04 section 3). Never imports JAX."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hfc_design.core.scalars import Xp, clipped
+from hfc_design.core.shapes import RuleTable, Scalar, Triangles
 
 ZR = 3  # place of the middle term
 
@@ -11,18 +11,18 @@ ZR = 3  # place of the middle term
 class Sectors(NamedTuple):
     """The rectangle in the stable range that the table may not leave (JK04 eq. 12-14)."""
 
-    k1_max: Any  # 0 <= u_1 / e <= k1_max [units/BLU]
-    k2_max: Any  # 0 <= u_2 / de <= k2_max [units/BLU]
+    k1_max: Scalar  # 0 <= u_1 / e <= k1_max [units/BLU]
+    k2_max: Scalar  # 0 <= u_2 / de <= k2_max [units/BLU]
 
 
 def bounded(
     xp: Xp,
     sectors: Sectors,
-    error_terms: Sequence[Any],
-    change_terms: Sequence[Any],
-    singletons: Sequence[Any],
-    signs: Any,
-) -> list[Any]:
+    error_terms: Triangles,
+    change_terms: Triangles,
+    singletons: RuleTable,
+    signs: RuleTable,
+) -> list[list[Scalar]]:
     """Singletons (7, 7) moved to the nearest values that keep the table in ``sectors``.
 
     A singleton is the whole output from the inner neighbour's edge outwards, so this is where its

@@ -7,9 +7,10 @@ from pydantic import BeforeValidator, Field, ValidationInfo
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.core.records import TERMS, NotNegative, UserError
+from hfc_design.core.shapes import Plain
 
 
-def _controller_of(start: Any, info: ValidationInfo) -> Any:
+def _controller_of(start: Plain, info: ValidationInfo) -> Plain:
     """The controller of the design that ``start`` names; a record stays one."""
     if not isinstance(start, str):
         return start

@@ -3,11 +3,9 @@
 The folder is no kind itself; ``kind_of`` makes one of a law. Never imports JAX.
 """
 
-from typing import Any
-
 from pydantic import model_validator
 
-from hfc_design.controllers.gains.law import Law, law_fault, own
+from hfc_design.controllers.gains.law import Law, Ranges, law_fault, own
 from hfc_design.controllers.gains.settings import GainsSettings
 from hfc_design.controllers.kind import ControllerRecord, Kind, later
 from hfc_design.core.records import Finite, Label, UserError
@@ -51,7 +49,7 @@ def kind_of(law: Law) -> Kind:
     )
 
 
-def settings_of(own: Any) -> type[GainsSettings]:
+def settings_of(own: Ranges) -> type[GainsSettings]:
     """The settings of a kind whose gains have the ranges ``own``, a NamedTuple."""
 
     class Settings(GainsSettings):

@@ -1,16 +1,16 @@
 """Genome of a controller whose gains are a few numbers."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.gains.law import Range
+from hfc_design.controllers.gains.law import Range, Ranges
 from hfc_design.controllers.gains.settings import GainsSettings
 from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Kind, Target
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
 
 
 class GainVectors(NamedTuple):
@@ -28,7 +28,7 @@ class GainsGenome(NamedTuple):
     """What a search can do with ``GainVectors``."""
 
     kind: Kind
-    ranges: Any  # a NamedTuple of (low, high)
+    ranges: Ranges
     target: Target
 
     @property
@@ -66,7 +66,7 @@ class GainsGenome(NamedTuple):
         off = 1e-6 * rng.standard_normal(population.places.shape)
         return _allowed(population, population.places + off)
 
-    def gains(self, population: GainVectors) -> Any:
+    def gains(self, population: GainVectors) -> Gains:
         """The kind's record of gains, each (n,)."""
         pairs = zip(self.ranges, population.places.T, strict=True)
         return type(self.ranges)(*(_between(pair, place) for pair, place in pairs))
@@ -75,7 +75,7 @@ class GainsGenome(NamedTuple):
         """There is one."""
         return self.kind.name
 
-    def record(self, individual: GainVectors) -> dict[str, Any]:
+    def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
         found = self.gains(individual)._asdict()
         assert self.kind.of_gains is not None

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.shapes import Gains, Memory, Scalar
 
 Range = tuple[float, float]
+#: A NamedTuple of a ``Range`` for each gain.
+Ranges: TypeAlias = Any
 
 
 class Law(NamedTuple):
@@ -23,17 +25,17 @@ class Law(NamedTuple):
     """
 
     name: str  # the ``kind`` of a controller in a file
-    ranges: Any
-    initial_memory: Callable[[Any], Any]
-    step: Callable[[float, Any, Any, dict[str, Any]], tuple[Any, Any]]
+    ranges: Ranges
+    initial_memory: Callable[[Scalar], Memory]
+    step: Callable[[float, Gains, Memory, dict[str, Scalar]], tuple[Scalar, Memory]]
 
 
 class Whole(NamedTuple):
     """A command that is not told in parts."""
 
-    whole: Any
+    whole: Scalar
 
-    def command(self) -> Any:
+    def command(self) -> Scalar:
         """The same."""
         return self.whole
 
@@ -43,11 +45,13 @@ def own(law: Law, sample_time: float, limit: float | None = None) -> AxisLaw:
     return AxisLaw(_parts, _initial_memory, sample_time, limit, law)
 
 
-def _initial_memory(law: AxisLaw, zero: Scalar) -> Any:
+def _initial_memory(law: AxisLaw, zero: Scalar) -> Memory:
     return law.structure.initial_memory(zero)
 
 
-def _parts(xp: Xp, law: AxisLaw, gains: Any, memory: Any, signals: Signals) -> tuple[Whole, Any]:
+def _parts(
+    xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
+) -> tuple[Whole, Memory]:
     command, memory = law.structure.step(law.sample_time, gains, memory, signals)
     return Whole(command), memory
 

@@ -1,10 +1,10 @@
 """The ranges in which a search looks for gains."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pydantic import model_validator
 
-from hfc_design.controllers.gains.law import Range, range_fault
+from hfc_design.controllers.gains.law import Range, Ranges, range_fault
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.records import Finite, Label
 
@@ -12,7 +12,7 @@ from hfc_design.core.records import Finite, Label
 class GainsSettings(ControllerSettings):
     """A controller whose gains are a few numbers."""
 
-    own_ranges: ClassVar[Any]  # of the kind, a NamedTuple of (low, high)
+    own_ranges: ClassVar[Ranges]  # of the kind
     ranges: dict[Label, tuple[Finite, Finite]] = {}  # other than the kind's own
 
     @model_validator(mode="after")
@@ -24,7 +24,7 @@ class GainsSettings(ControllerSettings):
                 raise ValueError(f"ranges.{name}: {fault}")
         return self
 
-    def searched(self) -> Any:
+    def searched(self) -> Ranges:
         """The ranges to search, a NamedTuple of the kind's."""
         changed: dict[str, Range] = dict(self.ranges)
         return self.own_ranges._replace(**changed)

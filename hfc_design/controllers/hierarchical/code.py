@@ -1,7 +1,6 @@
 """A hierarchy in C and in Structured Text."""
 
 from pathlib import Path
-from typing import Any
 
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
 from hfc_design.controllers.aflc.code import ADAPTATION
@@ -11,11 +10,12 @@ from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
 from hfc_design.controllers.kind import Template
 from hfc_design.controllers.rules import identifier
+from hfc_design.core.shapes import Json
 
 HERE = Path(__file__).parent / "templates"
 
 
-def _c(record: HierarchicalDesign) -> dict[str, Any]:
+def _c(record: HierarchicalDesign) -> Json:
     inputs, previous = [], []
     for item in record.inputs:
         read = "inputs->" + identifier(item.name)
@@ -49,7 +49,7 @@ def _c(record: HierarchicalDesign) -> dict[str, Any]:
     }
 
 
-def _st(record: HierarchicalDesign) -> dict[str, Any]:
+def _st(record: HierarchicalDesign) -> Json:
     names = [identifier(item.name) for item in record.inputs]
     scales = {f"scale_{n}": item.scale for n, item in zip(names, record.inputs, strict=True)}
     terms = {

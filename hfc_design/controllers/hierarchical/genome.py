@@ -1,18 +1,17 @@
 """Genome of PD plus a fuzzy hierarchy: structure, consequents, input scales, PD gains."""
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.genome import Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.bounds import Bounds, bounds_of
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
-from hfc_design.controllers.hierarchical.settings import HierarchicalSettings
+from hfc_design.controllers.hierarchical.settings import Bounds, HierarchicalSettings, bounds_of
 from hfc_design.controllers.kind import Target, per_axis
-from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.core.shapes import Floats, Integers, Json, Mask
 
 
 class Hierarchies(NamedTuple):
@@ -139,7 +138,7 @@ class HierarchicalGenome(NamedTuple):
         stay = one._replace(scales=frozen)
         return Space(vectors, from_vectors, vectors(stay)[0] > 0, vectors(low)[0], vectors(high)[0])
 
-    def record(self, individual: Hierarchies) -> dict[str, Any]:
+    def record(self, individual: Hierarchies) -> Json:
         """Kind ``pd+hierarchical-fuzzy``, without its sample time."""
         names = list(self.layout.inputs)
         tree = hierarchy.trees(len(names))[int(individual.tree[0])]

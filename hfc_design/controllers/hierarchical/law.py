@@ -2,23 +2,23 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
-from hfc_design.controllers.hierarchical.tree import picked
+from hfc_design.controllers.hierarchical.tree import Sources, picked
 from hfc_design.controllers.hierarchical.unit import (
     LIN_LEE_TERMS,
-    Degrees,
+    Graded,
     Term,
     averaged,
     memberships,
 )
 from hfc_design.core.scalars import Xp, clipped
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.shapes import Degrees, Floats, RuleTable, Scalar
 
 #: (table, degrees of the column, of the row) -> the root's table as it is by now.
-Learnt = Callable[[Any, Any, Any], Any]
+Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], RuleTable]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
@@ -52,42 +52,42 @@ class Layout(NamedTuple):
 class HierarchicalGains(NamedTuple):
     """What the search changes: one individual, or a population in the trailing axis."""
 
-    kp: Any  # [V/rad]
-    kd: Any  # [V s/rad]
-    scales: Any  # (inputs,) k_1, k_2, ..., per unit of the input
-    sources: Any  # (units, 2) column and row source of each unit, see ``tree.Tree``
-    consequents: Any  # (units, 7, 7) singletons, [unit][row term][column term]
+    kp: Scalar  # [V/rad]
+    kd: Scalar  # [V s/rad]
+    scales: Sequence[Scalar] | Floats  # (inputs,) k_1, k_2, ..., per unit of the input
+    sources: Sources  # (units,) column and row source, see ``tree.Tree``
+    consequents: Sequence[RuleTable] | Floats  # (units, 7, 7) singletons [unit][row][column]
 
 
 class HierarchicalMemory(NamedTuple):
     """What the controller remembers; all zero before the first sample."""
 
-    readings: Mapping[str, Any]  # of the previous sample
+    readings: Mapping[str, Scalar]  # of the previous sample
     root: root_unit.RootMemory | None  # None: the root does not adapt
 
 
 class Firing(NamedTuple):
     """What one unit does at a sample."""
 
-    column: Any  # its inputs, an input of the hierarchy clamped to [-1, 1]
-    row: Any
-    in_column: Sequence[Any]  # (7,) degrees
-    in_row: Sequence[Any]  # (7,)
-    table: Any  # (7, 7) consequents [row][column] as they are at this sample
-    output: Any
+    column: Scalar  # its inputs, an input of the hierarchy clamped to [-1, 1]
+    row: Scalar
+    in_column: Degrees  # (7,) degrees
+    in_row: Degrees  # (7,)
+    table: RuleTable  # (7, 7) consequents [row][column] as they are at this sample
+    output: Scalar
 
 
 class HierarchyParts(NamedTuple):
     """What the command is made of."""
 
-    readings: list[Any]  # of each input
-    scaled: list[Any]
+    readings: list[Scalar]  # of each input
+    scaled: list[Scalar]
     units: list[Firing]
-    proportional: Any
-    derivative: Any
-    fuzzy: Any  # the root's output, scaled
+    proportional: Scalar
+    derivative: Scalar
+    fuzzy: Scalar  # the root's output, scaled
 
-    def command(self) -> Any:
+    def command(self) -> Scalar:
         """The sum (LL eq. 6)."""
         return self.proportional + self.derivative + self.fuzzy
 
@@ -118,7 +118,7 @@ def parts(
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
     degrees = partial(memberships, xp, layout.terms)
-    kept, learnt = _learning(xp, layout, gains, memory, signals)
+    kept, learnt = _learning(xp, layout, gains, memory, signals["error"])
     units = outputs(xp, degrees, gains, values, learnt)
     found = HierarchyParts(
         readings,
@@ -133,16 +133,19 @@ def parts(
 
 
 def _learning(
-    xp: Xp, layout: Layout, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
-) -> tuple[list[Any], Learnt | None]:
+    xp: Xp, layout: Layout, gains: HierarchicalGains, memory: HierarchicalMemory, error: Scalar
+) -> tuple[list[root_unit.RootMemory | None], Learnt | None]:
     """What makes the root's table what it is by now; the root's new memory comes last in a list."""
     adaptation, before = layout.adaptation, memory.root
-    kept: list[Any] = [before]
+    kept = [before]
     if adaptation is None or before is None:
         return kept, None
-    graded = memberships(xp, layout.terms, _graded(xp, layout, gains, signals["error"]))
+    scale = adaptation.error_scale
+    if scale is None:
+        scale = gains.scales[layout.inputs.index("error")]
+    graded = memberships(xp, layout.terms, clipped(xp, scale * error, -1.0, 1.0))
 
-    def learnt(table: Any, in_column: Any, in_row: Any) -> Any:
+    def learnt(table: RuleTable, in_column: Degrees, in_row: Degrees) -> RuleTable:
         now, root = root_unit.step(xp, adaptation, table, before, graded, in_column, in_row)
         kept.append(root)
         return now
@@ -152,9 +155,9 @@ def _learning(
 
 def outputs(
     xp: Xp,
-    degrees: Degrees,
+    degrees: Graded,
     gains: HierarchicalGains,
-    inputs: Sequence[Any],
+    inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
 ) -> list[Firing]:
     """What every unit makes of the clamped ``inputs``, the root last.
@@ -170,11 +173,3 @@ def outputs(
         values.append(averaged(xp, table, in_column, in_row))
         units.append(Firing(*seen, in_column, in_row, table, values[-1]))
     return units
-
-
-def _graded(xp: Xp, layout: Layout, gains: HierarchicalGains, error: Any) -> Any:
-    """The error on the universe of the terms."""
-    scale = layout.adaptation.error_scale if layout.adaptation else None
-    if scale is None:
-        scale = gains.scales[layout.inputs.index("error")]
-    return clipped(xp, scale * error, -1.0, 1.0)

@@ -1,18 +1,18 @@
-"""Degrees of membership as a table, for machines without ``exp``, and what that costs."""
+"""Graded of membership as a table, for machines without ``exp``, and what that costs."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.hierarchical.law import outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
-from hfc_design.controllers.hierarchical.unit import Degrees, memberships
+from hfc_design.controllers.hierarchical.unit import Graded, memberships
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Json
 
 
 class Lookup(NamedTuple):
-    """Degrees of the seven terms, evenly spaced; linear in between and constant beyond."""
+    """Graded of the seven terms, evenly spaced; linear in between and constant beyond."""
 
     points: int
     low: float
@@ -22,7 +22,7 @@ class Lookup(NamedTuple):
     deviation: float  # largest one found from the exact command
 
 
-def tabulated(design: HierarchicalDesign, points: int) -> dict[str, Any]:
+def tabulated(design: HierarchicalDesign, points: int) -> Json:
     """What the C template needs to go without ``exp``."""
     found = lookup(design, points)
     return {"lookup": found, "exponential": False, "deviation": found.deviation}
@@ -49,7 +49,7 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
     return Lookup(points, low, high, per_unit, table.tolist(), found)
 
 
-def _largest_deviation(design: HierarchicalDesign, exact: Degrees, other: Degrees) -> float:
+def _largest_deviation(design: HierarchicalDesign, exact: Graded, other: Graded) -> float:
     """The largest difference of two commands that a search over the inputs finds.
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.

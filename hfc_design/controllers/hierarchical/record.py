@@ -11,6 +11,7 @@ from hfc_design.controllers.hierarchical.unit import Term
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.pd import PdRecord
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
+from hfc_design.core.shapes import Json
 
 
 class InputRecord(Record):
@@ -77,8 +78,8 @@ class HierarchicalDesign(ControllerRecord):
     adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
 
     @model_serializer(mode="wrap")
-    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data: dict[str, Any] = whole(self)
+    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> Json:
+        data: Json = whole(self)
         if adaptation := data.pop("adaptation", None):
             data["adaptation"] = {k: v for k, v in adaptation.items() if v is not None}
         return data
@@ -113,12 +114,7 @@ class HierarchicalDesign(ControllerRecord):
 
     def layout(self) -> Layout:
         """What is no number of it."""
-        return Layout(
-            tuple(item.name for item in self.inputs),
-            self.output_scale,
-            tuple(Term(**term.model_dump()) for term in self.terms),
-            self.adaptation.law() if self.adaptation else None,
-        )
+        return layout_of(self)
 
     def gains(self) -> HierarchicalGains:
         """The gains of one individual."""
@@ -129,3 +125,13 @@ class HierarchicalDesign(ControllerRecord):
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
         )
+
+
+def layout_of(described: Any) -> Layout:
+    """The layout of a design, or of the settings of a search for one, which have the same keys."""
+    return Layout(
+        tuple(item.name for item in described.inputs),
+        described.output_scale,
+        tuple(Term(**term.model_dump()) for term in described.terms),
+        described.adaptation.law() if described.adaptation else None,
+    )

@@ -8,16 +8,12 @@ move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
 ``core.scalars``. Never imports JAX.
 """
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from hfc_design.controllers.aflc.adaptation import (
-    blamed_aflc,
-    highest_term,
-    performance_indices,
-)
+from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
 from hfc_design.controllers.flc.sectors import ZR
 from hfc_design.core.scalars import Xp, clipped, total
+from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Truth
 
 #: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
 FIRED = 1.0 / 49.0
@@ -34,13 +30,13 @@ class Adaptation(NamedTuple):
 class RootMemory(NamedTuple):
     """What the root remembers; all zero before the first sample."""
 
-    term: Any  # of e(k-1), -3 to 3
-    in_column: Any  # (7,) degrees of the column input at k - 1
-    in_row: Any  # (7,) degrees of the row input at k - 1
-    moves: Any  # (7, 7) of the consequents from where they started
+    term: Scalar  # of e(k-1), -3 to 3
+    in_column: Degrees  # (7,) degrees of the column input at k - 1
+    in_row: Degrees  # (7,) degrees of the row input at k - 1
+    moves: RuleTable  # (7, 7) of the consequents from where they started
 
 
-def initial_memory(zero: Any) -> RootMemory:
+def initial_memory(zero: Scalar) -> RootMemory:
     """Memory before the first sample: no error, nothing has moved."""
     return RootMemory(zero, (zero,) * 7, (zero,) * 7, ((zero,) * 7,) * 7)
 
@@ -48,12 +44,12 @@ def initial_memory(zero: Any) -> RootMemory:
 def step(
     xp: Xp,
     law: Adaptation,
-    consequents: Any,
+    consequents: RuleTable,
     memory: RootMemory,
-    in_error: Sequence[Any],
-    in_column: Sequence[Any],
-    in_row: Sequence[Any],
-) -> tuple[list[Any], RootMemory]:
+    in_error: Degrees,
+    in_column: Degrees,
+    in_row: Degrees,
+) -> tuple[RuleTable, RootMemory]:
     """Consequents (7, 7) for this sample, and what to remember.
 
     ``consequents`` are those to start from; ``in_error``, ``in_column`` and ``in_row`` (7) the
@@ -78,7 +74,7 @@ def step(
     return _table(consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
 
 
-def _guilty(xp: Xp, memory: RootMemory, table: Any, index: Any) -> list[list[Any]]:
+def _guilty(xp: Xp, memory: RootMemory, table: RuleTable, index: Scalar) -> list[list[Truth]]:
     """Which rules (7, 7) fired at k - 1 and pulled the wrong way.
 
     They are compared with the mean of those that fired. The tails of all others belong to the
@@ -107,7 +103,7 @@ def _guilty(xp: Xp, memory: RootMemory, table: Any, index: Any) -> list[list[Any
     ]
 
 
-def _table(consequents: Any, moves: Any) -> list[list[Any]]:
+def _table(consequents: RuleTable, moves: RuleTable) -> RuleTable:
     return [
         [u + move for u, move in zip(*rows, strict=True)]
         for rows in zip(consequents, moves, strict=True)

@@ -1,7 +1,6 @@
 """A hierarchy's rule tables for other programs, and what they do at a sample."""
 
 import math
-from typing import Any
 
 from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
 from hfc_design.controllers.hierarchical.record import (
@@ -20,6 +19,7 @@ from hfc_design.controllers.rules import (
     rows_of,
     side,
 )
+from hfc_design.core.shapes import Json
 
 
 def units(record: HierarchicalDesign) -> list[RuleUnit]:
@@ -48,7 +48,7 @@ def inputs(record: HierarchicalDesign) -> list[str]:
     return [item.name for item in record.inputs]
 
 
-def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> dict[str, Any]:
+def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
     """Scales, limits, gains, and the steps of a sample in words."""
     root = f"unit_{record.units[-1].id}"
     steps = [
@@ -69,7 +69,7 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> dict[str,
     }
 
 
-def _input(item: InputRecord, signal_units: dict[str, str]) -> dict[str, Any]:
+def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
     signal = item.name.removeprefix(PREVIOUS)
     return {
         "name": identifier(item.name),
@@ -122,7 +122,7 @@ def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> Hierarch
     return memory._replace(readings={**memory.readings, **readings})
 
 
-def shown(record: HierarchicalDesign, parts: HierarchyParts) -> dict[str, Any]:
+def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     """What a sample's command is made of."""
     labels = [term.label for term in record.terms]
     found = [

@@ -1,6 +1,6 @@
 """What a search for a hierarchy starts from: inputs, scales, terms."""
 
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -10,15 +10,12 @@ from hfc_design.controllers.hierarchical.record import (
     InputRecord,
     TermRecord,
     check_adaptation,
+    layout_of,
 )
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, Term
+from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.core.records import TERMS, Positive
-
-
-def _default_inputs() -> tuple[InputRecord, ...]:
-    return tuple(InputRecord(name=name, scale=scale) for name, scale in LIN_LEE_INPUTS.items())
 
 
 class HierarchicalSettings(ControllerSettings):
@@ -26,7 +23,9 @@ class HierarchicalSettings(ControllerSettings):
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     inputs: tuple[InputRecord, ...] = Field(
-        default_factory=_default_inputs, min_length=2, max_length=MAX_INPUTS
+        tuple(InputRecord(name=name, scale=scale) for name, scale in LIN_LEE_INPUTS.items()),
+        min_length=2,
+        max_length=MAX_INPUTS,
     )
     output_scale: Positive = 10.0
     terms: tuple[TermRecord, ...] = Field(
@@ -62,12 +61,23 @@ class HierarchicalSettings(ControllerSettings):
 
     def layout(self) -> Layout:
         """What the search leaves alone."""
-        return Layout(
-            tuple(item.name for item in self.inputs),
-            self.output_scale,
-            tuple(Term(**term.model_dump()) for term in self.terms),
-            self.adaptation.law() if self.adaptation else None,
-        )
+        return layout_of(self)
+
+
+class Bounds(NamedTuple):
+    """On the C-axis; the ``[search]`` of a scenario may have other values under these keys."""
+
+    kp_range: tuple[float, float] = (100.0, 10_000.0)  # of the first individuals [V/rad]
+    kd_range: tuple[float, float] = (30.0, 3_000.0)  # [V s/rad]
+    scale_range: float = 10.0  # factor around the layout's scales; 1: they stay
+    inner_limit: float = 4.0  # |consequent| of an inner unit
+    root_limit: float = 20.0  # |consequent| of the root
+
+
+def bounds_of(search: Any) -> Bounds:
+    """The bounds that the settings of a search have, else the defaults."""
+    found = {key: getattr(search, key) for key in Bounds._fields if hasattr(search, key)}
+    return Bounds()._replace(**found)
 
 
 def input_names(signals: list[str]) -> list[str]:

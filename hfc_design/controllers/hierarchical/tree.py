@@ -9,7 +9,7 @@ source i + k is the output of the k-th unit of the list.
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ class Unit(NamedTuple):
 
 
 Tree = tuple[Unit, ...]
+#: (units,) column and row source of each unit.
+Sources: TypeAlias = Sequence[tuple[Scalar, Scalar]] | NDArray[np.int32]
 
 # While a tree is being built: a leaf is the number of an input, a node is (column, row).
 Node = Any

@@ -5,9 +5,10 @@ a factor of five. ``xp`` as in ``core.scalars``. Never imports JAX.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from hfc_design.core.scalars import Xp, total
+from hfc_design.core.shapes import Degrees, RuleTable, Scalar
 
 
 class Term(NamedTuple):
@@ -34,11 +35,11 @@ LIN_LEE_TERMS: tuple[Term, ...] = (
     Term("f7", 1.0, 0.1, 4.0),
 )
 
-#: Degrees (7,) of a scalar in the terms.
-Degrees = Callable[[Any], list[Any]]
+#: What gives the degrees of a scalar in the terms.
+Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
 
 
-def membership(xp: Xp, term: Term, u: Any) -> Any:
+def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
     """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
     distance = u - term.centre
     if term.half_width:
@@ -47,12 +48,12 @@ def membership(xp: Xp, term: Term, u: Any) -> Any:
     return xp.decay((-term.rate * distance) * distance)
 
 
-def memberships(xp: Xp, terms: Sequence[Term], u: Any) -> list[Any]:
+def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
     """Degrees of scalar ``u`` in every term."""
     return [membership(xp, term, u) for term in terms]
 
 
-def averaged(xp: Xp, consequents: Any, in_column: Sequence[Any], in_row: Sequence[Any]) -> Any:
+def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees) -> Scalar:
     """Output of one unit from the degrees of its two inputs (LL eq. 4).
 
     ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import Controller, PerAxis
-from hfc_design.controllers.genome import Genome, taken
+from hfc_design.controllers.genome import Genome, Members, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.controllers.per_axis.record import PerAxisSettings, kinds
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats, Integers, Mask
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
 
 #: Structures of all axes together, at most; each is an island of a search.
 MOST = 20_000
@@ -19,7 +19,7 @@ class SideBySide(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
     tree: Integers  # (n,) the structures of all axes as one number
-    axes: tuple[Any, ...]  # the population of each axis
+    axes: tuple[Members, ...]  # the population of each axis
 
     def take(self, chosen: Integers | Mask | slice) -> "SideBySide":
         """The individuals that an index array, a mask or a slice chooses."""
@@ -35,7 +35,8 @@ class PerAxisGenome(NamedTuple):
     @property
     def controller(self) -> Controller:
         """The law of each axis."""
-        laws = tuple(law for genome in self.axes for law in _laws(genome.controller))
+        controllers: list[Any] = [genome.controller for genome in self.axes]
+        laws = tuple(law for controller in controllers for law in controller.laws)
         return PerAxis("per-axis", laws, own_gains=True)
 
     @property
@@ -78,7 +79,7 @@ class PerAxisGenome(NamedTuple):
         """Every axis with a number a millionth off."""
         return self._each(population.tree, "nudged", population.axes, self._all(rng))
 
-    def gains(self, population: SideBySide) -> tuple[Any, ...]:
+    def gains(self, population: SideBySide) -> tuple[Gains, ...]:
         """The gains of each axis."""
         pairs = zip(self.axes, population.axes, strict=True)
         return tuple(genome.gains(own) for genome, own in pairs)
@@ -89,7 +90,7 @@ class PerAxisGenome(NamedTuple):
         each = zip(self.names, self.axes, trees, strict=True)
         return ", ".join(f"{name}: {genome.notation(own)}" for name, genome, own in each)
 
-    def record(self, individual: SideBySide) -> dict[str, Any]:
+    def record(self, individual: SideBySide) -> Json:
         """The record of each axis."""
         each = zip(self.names, self.axes, individual.axes, strict=True)
         return {
@@ -114,8 +115,3 @@ def genome_of(settings: PerAxisSettings, target: Target) -> PerAxisGenome:
             "give fewer inputs"
         )
     return genome
-
-
-def _laws(controller: Any) -> tuple[Any, ...]:
-    laws: tuple[Any, ...] = controller.laws
-    return laws

@@ -7,6 +7,7 @@ from pydantic import Field, SerializeAsAny, model_validator
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
 from hfc_design.core.plugins import Group, chosen
 from hfc_design.core.records import Label
+from hfc_design.core.shapes import Gains, Plain
 
 
 def kinds() -> Group[Any]:
@@ -28,7 +29,7 @@ class PerAxisDesign(ControllerRecord):
 
     @model_validator(mode="before")
     @classmethod
-    def _sampled_alike(cls, data: Any) -> Any:
+    def _sampled_alike(cls, data: Plain) -> Plain:
         """Axes take the sample time of the whole where they say none."""
         if not isinstance(data, dict) or not isinstance(data.get("axes"), dict):
             return data
@@ -46,7 +47,7 @@ class PerAxisDesign(ControllerRecord):
                 )
         return self
 
-    def gains(self) -> tuple[Any, ...]:
+    def gains(self) -> tuple[Gains, ...]:
         """The gains of each axis."""
         return tuple(kinds().get(own.kind).gains(own) for own in self.axes.values())
 

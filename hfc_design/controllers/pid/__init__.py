@@ -4,14 +4,14 @@ Its law, its record and its templates; never imports JAX.
 """
 
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.gains import genome_of_gains, settings_of
 from hfc_design.controllers.kind import ControllerRecord, Kind, Template
 from hfc_design.core.records import Finite, Record
 from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.shapes import Json, Scalar
 
 
 class PidGains(NamedTuple):
@@ -82,7 +82,7 @@ class PidDesign(ControllerRecord):
         return PidGains(self.pid.k_p, self.pid.k_i, self.pid.k_d)
 
 
-def _st(record: PidDesign) -> dict[str, Any]:
+def _st(record: PidDesign) -> Json:
     kp, ki, kd = record.gains()
     return {
         "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s},

@@ -2,14 +2,15 @@
 
 import math
 import re
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import nearest_labels
 from hfc_design.controllers.hierarchical.settings import input_names
 from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.core.records import NAME, TERMS, UserError, checked
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.system import Input, System, centre_of, fault, triangle_records
 
@@ -38,13 +39,16 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     """The design; ``digests`` are of the files that it was read from.
 
     Raises:
-        UserError: what the user says does not fit.
-        ValueError: what the file says does not.
+        UserError, ValueError: what the user says does not fit, what the file says does not.
     """
     shapes = [isinstance(item.terms[0], FlatGaussian) for item in system.inputs]
     if shapes[0] != shapes[1]:
         raise ValueError("one input has Gaussian terms and the other straight ones")
-    like = None if wish.like is None else _with_known_plant(wish.like)
+    like = None
+    if wish.like is not None:
+        from hfc_design.files.pairing import load_design  # with JAX
+
+        like = load_design(wish.like)
     kind = wish.kind or (like.controller.kind if like else HIERARCHY if shapes[0] else "flc")
     if kind not in PLANT_OF or (like and like.controller.kind != kind):
         listed = " or ".join(PLANT_OF) if wish.kind is None else kind
@@ -55,7 +59,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     if kind == "aflc" and like is None:
         like = named_design(ADAPTIVE)
     plant_name = wish.plant or (like.plant.name if like else PLANT_OF[kind])
-    plant: dict[str, Any] = {"name": plant_name, "parameters": {}}
+    plant: Json = {"name": plant_name, "parameters": {}}
     if like and like.plant.name == plant_name:
         plant = like.plant.model_dump()
     base = like.controller.model_dump() if like else {}
@@ -65,35 +69,25 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     if controller["sample_time_s"] is None:
         raise UserError(f"--sample-time: has to be given for the plant {plant_name}")
     signals = _signals(system, wish.signals)
+    name = path.resolve().stem if wish.name is None else wish.name
+    if not re.fullmatch(NAME, name):
+        told = "a design's name is letters, digits, . _ and -, 64 at most"
+        raise UserError(f"--name {name[:70]!r}: {told}")
     make = _hierarchy if kind == HIERARCHY else _fuzzy
-    data: dict[str, Any] = {
-        "name": _name(wish, path),
+    controller = make(controller, system, signals, plant_name)
+    if kind == "aflc" and wish.like is None:
+        controller = _with_room(controller)
+    data = {
+        "name": name,
         "plant": plant,
-        "controller": make(controller, system, signals, plant_name),
+        "controller": controller,
         "provenance": {
             "source": f"imported from {path.name}",
             "sha256": digests,
             "terms": {item.name: [term.label for term in item.terms] for item in system.inputs},
         },
     }
-    if kind == "aflc" and wish.like is None:
-        data["controller"] = _with_room(data["controller"])
     return checked(Design, data, path, path.parent)
-
-
-def _with_known_plant(name: str) -> Design:
-    from hfc_design.simulation.evaluation import load_design  # with JAX
-
-    return load_design(name)
-
-
-def _name(wish: Wish, path: Path) -> str:
-    name = path.resolve().stem if wish.name is None else wish.name
-    if not re.fullmatch(NAME, name):
-        raise UserError(
-            f"--name {name[:70]!r}: a design's name is letters, digits, . _ and -, 64 at most"
-        )
-    return name
 
 
 def _signals(system: System, given: dict[str, str]) -> tuple[str, str]:
@@ -120,22 +114,17 @@ def _known(system: System, signals: tuple[str, str], known: list[str]) -> None:
 
 def _table(system: System, row: int) -> list[list[float]]:
     """Singletons (7, 7), rows by the terms of input ``row``, from the lowest to the highest."""
-    orders = [_order(item) for item in system.inputs]
-    for i in orders[0]:
-        for j in orders[1]:
-            if (i, j) not in system.rules:
-                one, other = (
-                    f"{item.name} is {item.terms[k].label}"
-                    for item, k in zip(system.inputs, (i, j), strict=True)
-                )
-                raise ValueError(f"there is no rule for {one} and {other}")
-    table = [[system.rules[i, j][1] for j in orders[1]] for i in orders[0]]
+    first, second = system.inputs
+    for i, j in product(_order(first), _order(second)):
+        if (i, j) not in system.rules:
+            one, other = first.terms[i].label, second.terms[j].label
+            told = f"{first.name} is {one} and {second.name} is {other}"
+            raise ValueError(f"there is no rule for {told}")
+    table = [[system.rules[i, j][1] for j in _order(second)] for i in _order(first)]
     return table if row == 0 else [list(column) for column in zip(*table, strict=True)]
 
 
-def _fuzzy(
-    base: dict[str, Any], system: System, signals: tuple[str, str], plant: str
-) -> dict[str, Any]:
+def _fuzzy(base: Json, system: System, signals: tuple[str, str], plant: str) -> Json:
     """Kind flc or aflc."""
     _known(system, signals, ["error", "error_change"])
     row = signals.index("error")
@@ -149,7 +138,7 @@ def _fuzzy(
     }
 
 
-def _with_room(controller: dict[str, Any]) -> dict[str, Any]:
+def _with_room(controller: Json) -> Json:
     """An aflc; with overlaps of one step where they are too wide for its terms."""
     overlaps = controller["adaptation"]["smallest_overlap"]
     for key, overlap in overlaps.items():
@@ -160,13 +149,11 @@ def _with_room(controller: dict[str, Any]) -> dict[str, Any]:
     return controller
 
 
-def _dumped(item: Input) -> list[dict[str, Any]]:
+def _dumped(item: Input) -> list[Json]:
     return [term.model_dump() for term in triangle_records(item.terms)]
 
 
-def _hierarchy(
-    base: dict[str, Any], system: System, signals: tuple[str, str], plant: str
-) -> dict[str, Any]:
+def _hierarchy(base: Json, system: System, signals: tuple[str, str], plant: str) -> Json:
     """A hierarchy of one unit; without --like it is the unit alone, without PD part and scales."""
     from hfc_design.files.machine import PlantSettings  # with JAX, and only needed here
 
@@ -191,27 +178,25 @@ def _hierarchy(
     }
 
 
-def _flat_gaussians(terms: tuple[Term, ...]) -> list[dict[str, Any]]:
+def _flat_gaussians(terms: tuple[Term, ...]) -> list[Json]:
     """LL eq. 3 of each, in the shortest numbers that give what the file has bit for bit."""
-    own = [term.label for term in terms]
-    valid = all(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,31}", label) for label in own)
-    labels = own if valid else [f"f{k + 1}" for k in range(TERMS)]
-    return [_eq_3(label, term) for label, term in zip(labels, terms, strict=True)]
-
-
-def _eq_3(label: str, term: Term) -> dict[str, Any]:
-    assert isinstance(term, FlatGaussian)
-    centre = half = rate = 0.0
-    for digits in DIGITS:
-        centre = _rounded(0.5 * (term.low + term.high), digits)
-        half = _rounded(0.5 * (term.high - term.low), digits)
-        if (centre - half, centre + half) == (term.low, term.high):
-            break
-    for digits in DIGITS:
-        rate = _rounded(0.5 / term.sigma**2, digits)
-        if 1.0 / math.sqrt(2.0 * rate) == term.sigma:
-            break
-    return {"label": label, "centre": centre, "half_width": half, "rate": rate}
+    valid = all(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,31}", term.label) for term in terms)
+    records = []
+    for k, term in enumerate(terms, 1):
+        assert isinstance(term, FlatGaussian)
+        centre = half = rate = 0.0
+        for digits in DIGITS:
+            centre = _rounded(0.5 * (term.low + term.high), digits)
+            half = _rounded(0.5 * (term.high - term.low), digits)
+            if (centre - half, centre + half) == (term.low, term.high):
+                break
+        for digits in DIGITS:
+            rate = _rounded(0.5 / term.sigma**2, digits)
+            if 1.0 / math.sqrt(2.0 * rate) == term.sigma:
+                break
+        label = term.label if valid else f"f{k}"
+        records.append({"label": label, "centre": centre, "half_width": half, "rate": rate})
+    return records
 
 
 def _rounded(value: float, digits: int) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from hfc_design.controllers.genome import Population, joined, replaced
-from hfc_design.controllers.hierarchical.bounds import Bounds
+from hfc_design.controllers.hierarchical.settings import Bounds
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.core.shapes import Floats, Integers
 from hfc_design.search.islands import changed, doubled, humbled, ranked, shares, taken

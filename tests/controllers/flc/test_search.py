@@ -7,12 +7,13 @@ from jk04 import confined
 
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 from hfc_design.runs import run as design
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate, load_design, own_scenario
+from hfc_design.simulation.evaluation import evaluate
 from hfc_design.stability.sectors import Triangle, true_sectors
 from hfc_design.stability.stable_range import stable_range
 

@@ -15,13 +15,14 @@ from hfc_design.controllers.flc.record import LABELS, FlcDesign
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.report import write_report
 from hfc_design.report.page import _sections, _summary
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluation import evaluate, load_design
+from hfc_design.simulation.evaluation import evaluate
 
 INFINITY = float("inf")
 #: Steps of JK04 Table 3; a linear loop with the drive of fig. 10 is stable up to 5.156 unit/BLU.

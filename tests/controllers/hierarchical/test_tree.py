@@ -19,7 +19,7 @@ from hfc_design.controllers.hierarchical.tree import (
 )
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, averaged, memberships
 from hfc_design.core.lanes import LANES
-from hfc_design.simulation.evaluation import load_design
+from hfc_design.files.pairing import load_design
 
 COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
 

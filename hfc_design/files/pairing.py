@@ -1,0 +1,94 @@
+"""A design and a scenario that belong together: found, checked, made one machine and one loop."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hfc_design.controllers.controller import Controller
+from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.records import UserError, checked
+from hfc_design.core.shapes import Gains
+from hfc_design.files.design import Design, changed_design, named_design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
+
+#: Plant -> the scenario of a design that does not name its own.
+DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
+
+
+def load_design(name: str, changes: Changes = ()) -> Design:
+    """The design with a built-in name, in a file or in a run folder, with a plant that can run.
+
+    ``changes`` are of dotted keys, as in ``controller.integral_gain``.
+
+    Raises:
+        UserError: there is no such design, or it is not one that can run.
+    """
+    design = named_design(name)
+    if changes:
+        design = changed_design(design, changes, name)
+    checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
+    return design
+
+
+def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
+    """The scenario that ``design`` was made for, or a default of its plant.
+
+    Raises:
+        UserError: the provenance holds a scenario that is not valid, or there is none at all.
+    """
+    data = design.provenance.get("scenario", DEFAULT_SCENARIOS.get(design.plant.name))
+    if data is None:
+        raise UserError(f"{name}: names no scenario; give one with --scenario")
+    if isinstance(data, str):
+        return load_scenario(data, changes)
+    source, path = f"{name}: provenance.scenario", Path(name)
+    if not isinstance(data, dict):
+        raise UserError(f"{source}: has to be a name or a scenario")
+    return scenario_of(changed(data, changes), source, path if path.is_dir() else path.parent)
+
+
+def machine(design: Design, scenario: Scenario) -> PlantSettings:
+    """The plant of ``design`` with what ``scenario`` sets laid over it.
+
+    Raises:
+        UserError: the two are made for different plants or sample times.
+    """
+    own, wanted = design.plant, scenario.plant
+    if own.name != wanted.name:
+        raise UserError(
+            f"design {design.name} is for the plant {own.name}, "
+            f"scenario {scenario.name} has {wanted.name}"
+        )
+    sample_time = scenario.simulation.sample_time_s
+    if design.controller.sample_time_s != sample_time:
+        raise UserError(
+            f"design {design.name} runs every {design.controller.sample_time_s} s, "
+            f"scenario {scenario.name} has simulation.sample_time_s = {sample_time}"
+        )
+    axes = {
+        axis: own.axes.get(axis, {}) | wanted.parameters | wanted.axes.get(axis, {})
+        for axis in wanted.machine.axes
+        if axis in own.axes or axis in wanted.axes
+    }
+    both = {"name": own.name, "parameters": own.parameters | wanted.parameters, "axes": axes}
+    return checked(PlantSettings, both, f"design {design.name}: plant", Path())
+
+
+def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains]:
+    """The controller of a design on the axes of a scenario, and its gains for one individual."""
+    limits = design.axis_limits(scenario.plant.machine.axes)
+    controller = design.kind.controller_of(design.controller, limits)
+    return controller, population_of_one(design.kind.gains(design.controller))
+
+
+def population_of_one(gains: Gains) -> Gains:
+    """A record of numbers and tables with an axis of individuals behind each."""
+    if gains is None:
+        return None
+    if hasattr(gains, "_fields"):
+        return type(gains)(*map(population_of_one, gains))
+    if isinstance(gains, tuple) and any(hasattr(part, "_fields") for part in gains):
+        return tuple(map(population_of_one, gains))  # of each axis
+    table = np.array(gains)
+    return table.astype(np.int32 if table.dtype.kind == "i" else np.float64)[..., None]
