@@ -51,6 +51,7 @@ def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins,
     assert done.exit_code == 0, done.output
 
 
+@pytest.mark.slow
 def test_page_on_python(tmp_path, monkeypatch, own_plugins):
     """Every block runs after the others, on a small budget."""
     monkeypatch.chdir(tmp_path)

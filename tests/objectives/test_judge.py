@@ -122,7 +122,7 @@ def test_an_x_y_machine_is_chosen_by_what_was_searched(precision, off):
 
 
 @pytest.mark.parametrize("preset", ["race", "lin-lee-1999"])
-def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins):
+def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins, no_baselines):
     api.register(CALM)
     changes = {**SMALL, "fitness": {"kind": "calm"}, "search.preset": preset}
     if preset != "race":  # which searches hierarchies
