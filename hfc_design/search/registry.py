@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from pydantic import SerializeAsAny
@@ -11,7 +11,15 @@ from hfc_design.core.plugins import Group, chosen, found_in
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats
 from hfc_design.search import strategies
-from hfc_design.search.strategy import Searcher, Strategy, StrategySettings, Task, strategy_fault
+from hfc_design.search.strategy import (
+    Asked,
+    Searcher,
+    State,
+    Strategy,
+    StrategySettings,
+    Task,
+    strategy_fault,
+)
 
 STRATEGIES: Group[Strategy] = Group(
     "strategy",
@@ -49,25 +57,26 @@ class _Own(NamedTuple):
     strategy: Strategy
     searcher: Searcher
 
-    def start(self, rng: np.random.Generator) -> tuple[Any, Any]:
+    def start(self, rng: np.random.Generator) -> tuple[State, Asked]:
         with _own_code(self.strategy.name):
-            return self._asked(*self.searcher.start(rng))
+            return _with_population(*self.searcher.start(rng))
 
-    def ask(self, state: Any, generation: int, rng: np.random.Generator) -> tuple[Any, Any]:
+    def ask(self, state: State, generation: int, rng: np.random.Generator) -> tuple[State, Asked]:
         with _own_code(self.strategy.name):
-            return self._asked(*self.searcher.ask(state, generation, rng))
+            return _with_population(*self.searcher.ask(state, generation, rng))
 
-    def tell(self, state: Any, asked: Any, score: Floats) -> Any:
+    def tell(self, state: State, asked: Asked, score: Floats) -> State:
         with _own_code(self.strategy.name):
             told = self.searcher.tell(state, asked, score)
             if not isinstance(told, self.strategy.state):
                 raise TypeError(f"tell gave no {self.strategy.state.__name__}")
         return told
 
-    def _asked(self, state: Any, asked: Any) -> tuple[Any, Any]:
-        if not hasattr(asked, "population"):
-            raise TypeError("what it asks has no population")
-        return state, asked
+
+def _with_population(state: State, asked: Asked) -> tuple[State, Asked]:
+    if not hasattr(asked, "population"):
+        raise TypeError("what it asks has no population")
+    return state, asked
 
 
 @contextmanager
