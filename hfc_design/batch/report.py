@@ -12,7 +12,7 @@ from hfc_design.batch.summary import compared, grouped
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.report import REPORT
-from hfc_design.report.rivals import write_page
+from hfc_design.report.page import write_page
 from hfc_design.runs.run import finished_run
 
 
