@@ -3,14 +3,23 @@ VENV := .venv
 BIN := $(VENV)/bin
 # Marks of the tests that need a program from outside PyPI.
 PROGRAMS := interop or browser
+# Processes that test; each takes a row of tests, and when it is done half of what another has left.
+WORKERS ?= 2
+PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
 
-.PHONY: design test lint interop bench clean
+.PHONY: design test test-all lint interop bench clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
 
 test: $(VENV)/installed lint
-	$(BIN)/pytest -m "not ($(PROGRAMS))"
+	$(PYTEST) -m "not (slow or $(PROGRAMS))"
+
+# Only what make test leaves out, programs from outside PyPI apart: whole published experiments,
+# processes that are killed again and again, clusters of workers. Files stay whole: tests of one
+# file share what is dear.
+test-all: $(VENV)/installed
+	$(PYTEST) --dist loadfile -m "slow and not ($(PROGRAMS))"
 
 interop: $(VENV)/installed
 	tests/interop/install.sh

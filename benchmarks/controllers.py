@@ -19,11 +19,11 @@ import report
 from rich.console import Console
 from rich.table import Table
 
-from hfc_design.controllers.kinds import from_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.population import Machines
 
 #: Design -> the scenario that it runs.
 DESIGNS = {
@@ -48,9 +48,9 @@ class Work(NamedTuple):
 def prepared(design: str, scenario: str, machines: int) -> Work:
     """A population around ``design``, scored once."""
     found = load_scenario(scenario, ["search.stick_penalty=0"])  # the fitness alone
-    controller, one = from_design(load_design(design).controller)
+    controller, one = controller_of(load_design(design), found)
     loop = closed_loop(found, controller)
-    plants, samples = found.plant.values(), found.samples()
+    nominal, samples = simulate.one_machine(found.plant.values()), found.samples()
     generator = np.random.default_rng(0)
 
     def spread(leaf: np.ndarray) -> np.ndarray:
@@ -60,22 +60,24 @@ def prepared(design: str, scenario: str, machines: int) -> Work:
         return many * (1.0 + SPREAD * generator.uniform(-1.0, 1.0, many.shape))
 
     gains = jax.tree.map(spread, one)
-    run = partial(simulate.scores, loop, plants, samples, gains)
+    run = partial(simulate.scores, loop, nominal, samples, gains)
     begun = time.perf_counter()
     run()
     compiling = time.perf_counter() - begun
-    operations = _operations(loop, plants, samples, one) / len(plants)
-    return Work(run, machines * len(plants) * found.simulation.steps, operations, compiling)
+    axes = len(loop.machine.axes)
+    operations = _operations(loop, nominal, samples, one) / axes
+    return Work(run, machines * axes * found.simulation.steps, operations, compiling)
 
 
-def _operations(loop: Loop, plants: Any, samples: Any, one: Any) -> float:
+def _operations(loop: Loop, machines: Machines, samples: Any, one: Any) -> float:
     """Floating-point operations of a sample of one machine, as the compiler counts them.
 
     It counts a loop's body once: of the drive's integration steps in a sample, only one.
     """
     gains = jax.tree.map(lambda leaf: np.repeat(leaf, simulate.CHUNK, axis=-1), one)
-    arguments = (simulate._cast(item, np.float32) for item in (plants, samples, gains))
-    compiled = simulate._scores.lower(loop, *arguments).compile()
+    items = (machines.told, simulate._single(machines.true), samples, gains)
+    arguments = (simulate._cast(item, np.float32) for item in items)
+    compiled = simulate._scores.lower(loop, False, *arguments).compile()
     return compiled.cost_analysis()["flops"] * jax.device_count() / simulate.CHUNK
 
 

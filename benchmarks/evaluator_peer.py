@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from work import Constants, Machine, Work
 
+from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
-from hfc_design.controllers.kinds import from_design
-from hfc_design.files.pairing import load_design
+from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
@@ -21,12 +21,13 @@ SPREAD = 0.1  # of the consequents inside every published rule table
 def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     """A function that scores all individuals, (individuals,), as a search calls it."""
     scenario = _scenario(work.reference.size)
-    loop = closed_loop(scenario, hierarchical(scenario.controller.layout()))
-    plants, samples = scenario.plant.values(), scenario.samples()
+    law = hierarchical(scenario.controller.layout(), scenario.simulation.sample_time_s)
+    loop = closed_loop(scenario, PerAxis(scenario.controller.kind, (law,)))
+    machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
 
     def run() -> np.ndarray:
-        return simulate.scores(loop, plants, samples, gains, dtype).merit
+        return simulate.scores(loop, machines, samples, gains, dtype).merit[:, 0]
 
     run()  # compiles
     return run
@@ -35,12 +36,12 @@ def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
 def make(individuals: int, samples: int, seed: int = 0) -> Work:
     """Random individuals around Table I of Lin & Lee 1999, each with a tree of its own."""
     generator = np.random.default_rng(seed)
-    _, published = from_design(load_design("lin-lee-1999-table-1").controller)
+    scenario = _scenario(samples)
+    _, published = controller_of(load_design("lin-lee-1999-table-1"), scenario)
     trees = np.array([hierarchy.sources(tree) for tree in hierarchy.trees(5)])
     chosen = trees[generator.integers(len(trees), size=individuals)]
     spread = generator.uniform(-SPREAD, SPREAD, (*published.consequents.shape[:-1], individuals))
     gain = generator.uniform(0.9, 1.1, (2, individuals))
-    scenario = _scenario(samples)
     happens, fitness = scenario.samples(), scenario.fitness
     (axis,) = happens.axes
     (machine,) = scenario.plant.values()

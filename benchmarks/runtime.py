@@ -22,13 +22,14 @@ import report
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import c_source
-from hfc_design.formats.units import rule_units
-from hfc_design.runtime import PREVIOUS, Controller
+from hfc_design.formats.writing import rule_units
+from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluation import evaluate
 
 DESIGNS = {

@@ -53,6 +53,8 @@ Plant = Drive
 Fitness = Objective
 #: Name -> search strategy, of those that are built in or registered.
 strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
+#: Values by their keys, or by dotted ones.
+Values = Mapping[str, Any]
 Registered = TypeVar("Registered")
 
 
@@ -71,9 +73,7 @@ def register(thing: Registered) -> Registered:
     raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
 
 
-def load_scenario(
-    source: str | Path | Mapping[str, Any], changes: Mapping[str, Any] | None = None
-) -> Scenario:
+def load_scenario(source: str | Path | Values, changes: Values | None = None) -> Scenario:
     """A built-in scenario, a TOML file, or what would stand in one; ``changes`` by dotted key.
 
     Raises:
@@ -85,7 +85,7 @@ def load_scenario(
     return _scenarios.scenario_of(data, "scenario", Path())
 
 
-def load_design(source: str | Path, changes: Mapping[str, Any] | None = None) -> Design:
+def load_design(source: str | Path, changes: Values | None = None) -> Design:
     """A built-in design, a design file, or that of a run folder; ``changes`` by dotted key.
 
     Raises:
@@ -137,10 +137,10 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
     Raises:
         UserError: no such kind, or it has other gains.
     """
-    found = KINDS.get(kind)
-    if found.of_gains is None:
+    of_gains = KINDS.get(kind).of_gains
+    if of_gains is None:
         raise UserError(f"a controller of kind {kind} is no list of gains")
-    return _problem.design_with({"kind": kind, **found.of_gains(dict(gains))}, scenario)
+    return _problem.design_with({"kind": kind, **of_gains(dict(gains))}, scenario)
 
 
 def export(found: Design, to: str, path: str | Path) -> Path:
@@ -169,17 +169,9 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     return Path(path)
 
 
-__all__ = [
-    "AxisLaw",
-    "Controller",
-    "ControllerRecord",
-    "ControllerSettings",
-    "Design",
-    "Drive",
-    "Evaluation",
-    "Explain",
-    "Fitness",
-    "Judgements",
+# Parts of one's own, and what they are made of.
+__all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drive", "Explain", "Fitness"]
+__all__ += [
     "Kind",
     "Law",
     "Listing",
@@ -188,11 +180,8 @@ __all__ = [
     "Objective",
     "ObjectiveSettings",
     "Plant",
-    "Result",
-    "Robustness",
-    "RunError",
-    "Scenario",
-    "Search",
+]
+__all__ += [
     "Section",
     "Shown",
     "Strategy",
@@ -200,29 +189,11 @@ __all__ = [
     "Target",
     "Task",
     "Template",
-    "UserError",
     "View",
-    "Xp",
-    "clipped",
-    "coupled",
-    "design",
-    "evaluate",
-    "evaluate_many",
-    "export",
-    "genome_of_gains",
-    "held",
-    "load_design",
-    "load_scenario",
-    "only_positive",
-    "per_axis",
-    "plot",
-    "register",
-    "rk4",
-    "robustness",
-    "settings_of",
-    "side_by_side",
-    "strategies",
-    "total",
-    "trajectory_csv",
-    "with_gains",
 ]
+__all__ += ["Xp", "clipped", "coupled", "genome_of_gains", "held", "only_positive", "per_axis"]
+__all__ += ["register", "rk4", "settings_of", "side_by_side", "strategies", "total"]
+# What is loaded, searched, evaluated and written.
+__all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]
+__all__ += ["Scenario", "Search", "UserError", "design", "evaluate", "evaluate_many", "export"]
+__all__ += ["load_design", "load_scenario", "plot", "robustness", "trajectory_csv", "with_gains"]

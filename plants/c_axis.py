@@ -4,11 +4,11 @@ A vector-controlled induction motor turns the spindle through a flexible transmi
 LuGre friction and the load torque of the cut. The command is the quadrature stator voltage.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from plants.drive import Drive
+from plants.drive import Drive, Loads, Scalar
 from plants.friction import LuGre, bristle_rate, friction_torque
 from plants.integrate import rk4
 
@@ -43,27 +43,27 @@ class CAxisParameters(NamedTuple):
 class CAxisState(NamedTuple):
     """State x of LL eq. 2; every field a scalar."""
 
-    current: Any  # i_qs [A]
-    rotor_angle: Any  # theta_r [rad]
-    rotor_velocity: Any  # omega_r [rad/s]
-    spindle_angle: Any  # theta_c [rad]
-    spindle_velocity: Any  # omega_c [rad/s]
-    bristle_deflection: Any  # z [rad]
+    current: Scalar  # i_qs [A]
+    rotor_angle: Scalar  # theta_r [rad]
+    rotor_velocity: Scalar  # omega_r [rad/s]
+    spindle_angle: Scalar  # theta_c [rad]
+    spindle_velocity: Scalar  # omega_c [rad/s]
+    bristle_deflection: Scalar  # z [rad]
 
 
 class CAxisCoefficients(NamedTuple):
     """What a step needs of the parameters, computed once (LL eq. 1c, 1d)."""
 
-    current_decay: Any  # R_sigma / L_sigma [1/s]
-    back_emf: Any  # L_s lambda_r / (L_sigma L_m) [A/rad]
-    inverse_inductance: Any  # 1 / L_sigma [1/H]
-    torque_constant: Any  # K_t = (P/2) L_m lambda_r / L_r [N m/A]
-    inverse_rotor_inertia: Any
-    inverse_spindle_inertia: Any
-    rotor_damping: Any
-    stiffness: Any
-    gear_ratio: Any
-    largest_deflection: Any  # twice T_s / sigma_0 [rad]
+    current_decay: Scalar  # R_sigma / L_sigma [1/s]
+    back_emf: Scalar  # L_s lambda_r / (L_sigma L_m) [A/rad]
+    inverse_inductance: Scalar  # 1 / L_sigma [1/H]
+    torque_constant: Scalar  # K_t = (P/2) L_m lambda_r / L_r [N m/A]
+    inverse_rotor_inertia: Scalar
+    inverse_spindle_inertia: Scalar
+    rotor_damping: Scalar
+    stiffness: Scalar
+    gear_ratio: Scalar
+    largest_deflection: Scalar  # twice T_s / sigma_0 [rad]
     friction: LuGre
 
 
@@ -93,7 +93,7 @@ def coefficients(p: CAxisParameters) -> CAxisCoefficients:
     )
 
 
-def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Any, load: Any) -> CAxisState:
+def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Scalar, load: Scalar) -> CAxisState:
     """Rates of the state (LL eq. 2) under ``voltage`` [V] and load torque ``load`` [N m]."""
     spring = c.stiffness * (x.rotor_angle - c.gear_ratio * x.spindle_angle)
     bristle = bristle_rate(c.friction, x.spindle_velocity, x.bristle_deflection)
@@ -112,7 +112,7 @@ def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Any, load: Any) -> 
 
 
 def step(
-    c: CAxisCoefficients, x: CAxisState, voltage: Any, loads: tuple[Any, Any, Any], dt: Any
+    c: CAxisCoefficients, x: CAxisState, voltage: Scalar, loads: Loads, dt: Scalar
 ) -> CAxisState:
     """The state ``dt`` [s] later under a constant voltage (one RK4 step).
 
@@ -132,7 +132,7 @@ def fastest(p: CAxisParameters, dt: float) -> float:
     return float(2.785 * p.coulomb_torque / (p.bristle_stiffness * dt))
 
 
-def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Any]:
+def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Scalar]:
     """What the drive's sensors tell a controller, beside the tracking error."""
     return {
         "deflection": x.rotor_angle - c.gear_ratio * x.spindle_angle,  # delta [rad]

@@ -3,24 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, TypeAlias
 
-
-def _unlimited(parameters: Any, dt: float) -> float:
-    return inf
-
-
-def _no_end(parameters: Any) -> float:
-    return inf
-
-
-def _same(fixed: Any, value: Any) -> Any:
-    return value
-
-
-def _as_it_is(value: Any) -> Any:
-    return value
-
+#: A number of one axis: a float, an array over axes, or a value being traced by JAX.
+Scalar: TypeAlias = Any
+#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
+Parameters: TypeAlias = Any
+Coefficients: TypeAlias = Any
+State: TypeAlias = Any
+Loads: TypeAlias = tuple[Scalar, Scalar, Scalar]  # at the start, the middle, the end of a step
 
 #: What a command and a load with a unit are called; others are just "command" and "load".
 COMMANDS = {"V": "voltage", "A": "current", "N m": "torque"}
@@ -49,42 +40,42 @@ class Drive:
 
     name: str
     #: Record class of the physical parameters; its defaults are the nominal machine.
-    parameters: type[Any]
+    parameters: type[Parameters]
     #: What is wrong with a dict of changed parameters, in one line; None if nothing is.
     fault: Callable[[dict[str, float]], str | None]
     #: Unit of each signal, of "error", "error_rate", "command", "load" too, for people to read.
     units: dict[str, str]
-    initial_state: Callable[[Any], Any]
-    step: Callable[[Any, Any, Any, tuple[Any, Any, Any], Any], Any]
+    initial_state: Callable[[Scalar], State]
+    step: Callable[[Coefficients, State, Scalar, Loads, Scalar], State]
     #: Everything that a controller may read besides the tracking error and its rate.
-    signals: Callable[[Any, Any], dict[str, Any]]
+    signals: Callable[[Coefficients, State], dict[str, Scalar]]
     #: State field that is to follow the reference, and the field of its rate.
     position: str
     velocity: str
     #: Each angle that an encoder reads, with the state field of its rate.
     encoders: dict[str, str]
     #: What a step needs of the parameters, computed once; the parameters themselves by default.
-    coefficients: Callable[[Any], Any] = _as_it_is
+    coefficients: Callable[[Parameters], Coefficients] = lambda parameters: parameters
     #: Parameters that are exact: counts, ratios of teeth, settings of the control. All others have
     #: a tolerance, because they were measured or identified, or change with load and warmth.
     exact: frozenset[str] = frozenset()
     #: Speed [of the position, per s] up to which an integration step of some length is stable.
-    fastest: Callable[[Any, float], float] = _unlimited
+    fastest: Callable[[Parameters, float], float] = lambda parameters, dt: inf
     #: The command that reaches the drive, in the steps and within the limits of its converter.
-    accepted: Callable[[Any, Any], Any] = _same
+    accepted: Callable[[Coefficients, Scalar], Scalar] = lambda fixed, command: command
     #: The state as the control's own sensors report it, in their resolution.
-    measured: Callable[[Any, Any], Any] = _same
+    measured: Callable[[Coefficients, State], State] = lambda fixed, state: state
     #: A reference (steps,) as the control is told it, in the steps of its interpolator.
-    commanded: Callable[[Any], Any] = _as_it_is
+    commanded: Callable[[Scalar], Scalar] = lambda reference: reference
     #: State field that the control measures and feeds back, and that of its rate: an encoder at
     #: the motor, say. Left out: what is to follow the reference, a scale at the table.
     feedback: tuple[str, str] | None = None
     #: Length of a unit of the position [mm]; None: not a length, so no path can be followed.
-    millimetres: Callable[[Any], float] | None = None
+    millimetres: Callable[[Parameters], float] | None = None
     #: Speed [of the position, per s] that the largest command holds; a faster path is refused.
-    top_speed: Callable[[Any], float] = _no_end
+    top_speed: Callable[[Parameters], float] = lambda parameters: inf
     #: K and tau of K/(s (tau s + 1)), where that is the drive without its friction.
-    linear: Callable[[Any], tuple[float, float]] | None = None
+    linear: Callable[[Parameters], tuple[float, float]] | None = None
 
     @property
     def seen(self) -> tuple[str, str]:
@@ -96,7 +87,7 @@ class Drive:
         """Signals that a controller can read."""
         return [name for name in self.units if name not in ("command", "load")]
 
-    def largest_commands(self, parameters: Any) -> tuple[float, float]:
+    def largest_commands(self, parameters: Parameters) -> tuple[float, float]:
         """The lowest and the highest command that can reach the drive; infinite without a limit."""
         fixed = self.coefficients(parameters)
         return float(self.accepted(fixed, -inf)), float(self.accepted(fixed, inf))
@@ -112,7 +103,7 @@ class Drive:
         return LOADS.get(self.units["load"], "load")
 
 
-def only_positive(parameters: type[Any]) -> Callable[[dict[str, float]], str | None]:
+def only_positive(parameters: type[Parameters]) -> Callable[[dict[str, float]], str | None]:
     """A ``Drive.fault``: every parameter has to be one of the record's and more than zero."""
 
     def fault(changes: dict[str, float]) -> str | None:

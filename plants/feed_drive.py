@@ -4,19 +4,21 @@ A DC servo-motor behind an amplifier with an 8-bit converter moves a table; the 
 converter units, the position basic length-units (BLU). Friction is counted in command units.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import Drive
+from plants.drive import Drive, Loads, Scalar
 
 
 class FeedDriveParameters(NamedTuple):
-    """Physical parameters; the defaults are the X-axis of ``PARAMETER_SETS["x-coulomb"]``.
+    """Physical parameters; the defaults are the X-axis of JK04.
 
     Above the Coulomb level, friction at V [mm/s] is ``start + slope V + curvature V^2``: the
     start and negative viscous friction of JK04 eq. 28, signed as printed for either direction.
+    F_c gives the PID's contour errors of Fig. 12 with the printed K. No single pair of them gives
+    all figures: Fig. 10 needs K = 40 without F_c.
     """
 
     gain: float = 28.3  # K [(BLU/s)/unit]
@@ -35,68 +37,33 @@ class FeedDriveParameters(NamedTuple):
     highest_command: float = 127.0  # [unit]
 
 
-FRICTION = (
-    "coulomb",
-    "stiction_rise",
-    *(f"positive_{part}" for part in ("start", "slope", "curvature")),
-    *(f"negative_{part}" for part in ("start", "slope", "curvature")),
-)
-
-
-def without_friction(p: FeedDriveParameters) -> FeedDriveParameters:
-    """The same axis without any friction: JK04 eq. 18 alone."""
-    return p._replace(**dict.fromkeys(FRICTION, 0.0))
-
-
-_X = FeedDriveParameters()
-_Y = _X._replace(
-    positive_start=7.23,
-    positive_slope=-1.12,
-    positive_curvature=0.04,
-    negative_start=-5.04,
-    negative_slope=-0.68,
-    negative_curvature=-0.02,
-)
-#: JK04 prints neither F_c nor the gain of each figure, and no single pair gives all of them.
-#: "coulomb" has the printed K = 28.3 and gives the PID's contour errors of Fig. 12; "start" has
-#: only the nonlinear part of the friction and, with K = 40, gives the FLC's axial error of Fig. 10
-#: (with K = 28.3 its largest singleton, 32 units, cannot keep up with that circle's 44).
-PARAMETER_SETS = {
-    "x-coulomb": _X,
-    "y-coulomb": _Y,
-    "x-start": _X._replace(gain=40.0, coulomb=0.0),
-    "y-start": _Y._replace(gain=40.0, coulomb=0.0),
-    "frictionless": without_friction(_X),
-}
-
-
 class FeedDriveState(NamedTuple):
     """Where the axis is; every field a scalar."""
 
-    position: Any  # [BLU]
-    velocity: Any  # [BLU/s]
+    position: Scalar  # [BLU]
+    velocity: Scalar  # [BLU/s]
 
 
 class FrictionCurve(NamedTuple):
     """Sliding friction against the speed in one direction."""
 
-    start: Any  # [unit]
-    slope: Any  # [unit/(BLU/s)]
-    curvature: Any  # [unit/(BLU/s)^2]
+    start: Scalar  # [unit]
+    slope: Scalar  # [unit/(BLU/s)]
+    curvature: Scalar  # [unit/(BLU/s)^2]
 
 
 class FeedDriveCoefficients(NamedTuple):
     """What a step needs of the parameters, computed once."""
 
-    gain: Any  # K [(BLU/s)/unit]
-    time_constant: Any  # tau [s]
-    coulomb: Any  # F_c [unit]
+    gain: Scalar  # K [(BLU/s)/unit]
+    time_constant: Scalar  # tau [s]
+    coulomb: Scalar  # F_c [unit]
     positive: FrictionCurve
     negative: FrictionCurve
-    low_speed: Any  # [BLU/s]
-    stiction_rise: Any  # [unit]
-    lowest_command: Any  # [unit]
-    highest_command: Any  # [unit]
+    low_speed: Scalar  # [BLU/s]
+    stiction_rise: Scalar  # [unit]
+    lowest_command: Scalar  # [unit]
+    highest_command: Scalar  # [unit]
 
 
 def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
@@ -118,7 +85,7 @@ def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
     )
 
 
-def friction(c: FeedDriveCoefficients, direction: Any, speed: Any) -> Any:
+def friction(c: FeedDriveCoefficients, direction: Scalar, speed: Scalar) -> Scalar:
     """Sliding friction [unit], never negative at rest, at ``speed`` [BLU/s] in ``direction``."""
     start, slope, curvature = (
         jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True)
@@ -128,7 +95,7 @@ def friction(c: FeedDriveCoefficients, direction: Any, speed: Any) -> Any:
 
 
 def step(
-    c: FeedDriveCoefficients, x: FeedDriveState, command: Any, loads: tuple[Any, Any, Any], dt: Any
+    c: FeedDriveCoefficients, x: FeedDriveState, command: Scalar, loads: Loads, dt: Scalar
 ) -> FeedDriveState:
     """The state ``dt`` [s] later under a constant ``command`` and ``loads``, all in units.
 
@@ -145,8 +112,8 @@ def step(
 
 
 def _leg(
-    c: FeedDriveCoefficients, x: FeedDriveState, drive: Any, time: Any
-) -> tuple[FeedDriveState, Any]:
+    c: FeedDriveCoefficients, x: FeedDriveState, drive: Scalar, time: Scalar
+) -> tuple[FeedDriveState, Scalar]:
     """Motion in one direction for ``time`` [s], or until it stops; and the time [s] left then."""
     rests = x.velocity == 0
     sticks = (
@@ -181,7 +148,7 @@ def _leg(
     )
 
 
-def accepted(c: FeedDriveCoefficients, command: Any) -> Any:
+def accepted(c: FeedDriveCoefficients, command: Scalar) -> Scalar:
     """What the converter makes of ``command`` [unit]: the nearest whole unit within its limits."""
     return jnp.clip(jnp.round(command), c.lowest_command, c.highest_command)
 
@@ -191,7 +158,7 @@ def measured(c: FeedDriveCoefficients, x: FeedDriveState) -> FeedDriveState:
     return x._replace(position=jnp.round(x.position))
 
 
-def signals(c: FeedDriveCoefficients, x: FeedDriveState) -> dict[str, Any]:
+def signals(c: FeedDriveCoefficients, x: FeedDriveState) -> dict[str, Scalar]:
     """What the drive's sensors tell a controller, beside the tracking error."""
     return {"position": x.position, "velocity": x.velocity}
 

@@ -1,13 +1,15 @@
 """Fixed-step integration of a record of scalars."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
-State = TypeVar("State", bound=tuple[Any, ...])
+from plants.drive import Loads, Scalar
+
+State = TypeVar("State", bound=tuple[Scalar, ...])
 
 
 def rk4(
-    derivative: Callable[[State, Any], State], state: State, loads: tuple[Any, Any, Any], dt: Any
+    derivative: Callable[[State, Scalar], State], state: State, loads: Loads, dt: Scalar
 ) -> State:
     """One classical fourth-order Runge-Kutta step of length ``dt`` [s].
 
@@ -16,7 +18,7 @@ def rk4(
     scalars, so that the compiler sees one flat expression.
     """
 
-    def moved(rates: State, time: Any) -> State:
+    def moved(rates: State, time: Scalar) -> State:
         return type(state)(*(x + time * rate for x, rate in zip(state, rates, strict=True)))
 
     start, middle, end = loads

@@ -7,17 +7,19 @@ each other, ``coupled`` lets them push one another.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 from jax import lax
 from jax import numpy as jnp
 
-from plants.drive import Drive
+from plants.drive import Drive, Scalar
 
 #: Name of the axis of a machine that has one.
 ONLY = "axis"
+#: Of each axis what the name says: parameters, coefficients, a state, a command, loads.
+Each: TypeAlias = tuple[Any, ...]
 #: Forces(fixed, states, commands) -> what is added to the load of each axis, in its unit.
-Forces = Callable[[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
+Forces: TypeAlias = Callable[[Each, Each, Each], Each]
 
 
 @dataclass(frozen=True, eq=False)  # compared by identity: a machine is a key of compiled code
@@ -30,24 +32,18 @@ class Machine:
     #: None: no axis feels another one.
     forces: Forces | None = None
 
-    def coefficients(self, parameters: tuple[Any, ...]) -> tuple[Any, ...]:
+    def coefficients(self, parameters: Each) -> Each:
         """What a step needs of the parameters of each axis."""
         pairs = zip(self.drives, parameters, strict=True)
         return tuple(drive.coefficients(own) for drive, own in pairs)
 
-    def initial_state(self, zero: Any) -> tuple[Any, ...]:
+    def initial_state(self, zero: Scalar) -> Each:
         """The state of each axis at rest."""
         return tuple(drive.initial_state(zero) for drive in self.drives)
 
     def moved(
-        self,
-        fixed: tuple[Any, ...],
-        states: tuple[Any, ...],
-        commands: tuple[Any, ...],
-        loads: tuple[Any, ...],
-        time: Any,
-        substeps: int,
-    ) -> tuple[Any, ...]:
+        self, fixed: Each, states: Each, commands: Each, loads: Each, time: Scalar, substeps: int
+    ) -> Each:
         """States ``time`` [s] later: so many substeps under held commands.
 
         ``loads`` are, of each axis, the load at the start, the middle and the end of every
@@ -58,32 +54,32 @@ class Machine:
             return self._step(fixed, states, commands, loads, dt)
         points = [jnp.stack(own) for own in loads]
 
-        def substep(k: Any, states: Any) -> Any:
+        def substep(k: Scalar, states: Each) -> Each:
             here = tuple((own[2 * k], own[2 * k + 1], own[2 * k + 2]) for own in points)
             return self._step(fixed, states, commands, here, dt)
 
         return tuple(lax.fori_loop(0, substeps, substep, states))
 
-    def _step(self, fixed: Any, states: Any, commands: Any, loads: Any, dt: Any) -> Any:
+    def _step(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
         if self.forces is None:
             return self._pushed(fixed, states, commands, loads, dt)
         # The forces at the end are those of a first try, so that the step is of second order.
         before = self.forces(fixed, states, commands)
-        held = [(force, force, force) for force in before]
+        held = tuple((force, force, force) for force in before)
         tried = self._pushed(fixed, states, commands, _sums(loads, held), dt)
         after = self.forces(fixed, tried, commands)
-        rising = [(a, 0.5 * (a + b), b) for a, b in zip(before, after, strict=True)]
+        rising = tuple((a, 0.5 * (a + b), b) for a, b in zip(before, after, strict=True))
         return self._pushed(fixed, states, commands, _sums(loads, rising), dt)
 
-    def _pushed(self, fixed: Any, states: Any, commands: Any, loads: Any, dt: Any) -> Any:
+    def _pushed(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
         each = zip(self.drives, fixed, states, commands, loads, strict=True)
         return tuple(drive.step(c, x, u, load, dt) for drive, c, x, u, load in each)
 
 
-def _sums(loads: Any, forces: Any) -> Any:
+def _sums(loads: Each, forces: Each) -> Each:
     """Loads and forces of each axis at the start, the middle and the end of a step."""
     pairs = zip(loads, forces, strict=True)
-    return tuple(tuple(a + b for a, b in zip(*own, strict=True)) for own in pairs)
+    return tuple((a + d, b + e, c + f) for (a, b, c), (d, e, f) in pairs)
 
 
 @cache
@@ -92,9 +88,7 @@ def alone(drive: Drive) -> Machine:
     return Machine(drive.name, (ONLY,), (drive,))
 
 
-@cache
-def _beside(name: str, axes: tuple[str, ...], drives: tuple[Drive, ...]) -> Machine:
-    return Machine(name, axes, drives)
+_beside = cache(Machine)  # the same machine for the same drives: it is a key of compiled code
 
 
 def side_by_side(name: str = "", **drives: Drive) -> Machine:

@@ -202,6 +202,15 @@ def missing(named: Any) -> str:
     return f"; its provenance names {' '.join(needed)}" if needed else ""
 
 
+def lacking(thing: Any, functions: Iterable[str], settings: type[Any]) -> str | None:
+    """What a part lacks, in a line: one of its functions, or settings of the right class."""
+    for part in functions:
+        if not callable(getattr(thing, part)):
+            return f"{part} has to be a function, and is {getattr(thing, part)!r}"
+    right = isinstance(thing.settings, type) and issubclass(thing.settings, settings)
+    return None if right else f"settings has to be a subclass of {settings.__name__}"
+
+
 def chosen(
     group: Group[Any] | Callable[[], Group[Any]],
     part: str,

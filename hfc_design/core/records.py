@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -37,20 +37,6 @@ class RunError(UserError):
     """Something outside the program went wrong, a full disk for one: exit code 1."""
 
     exit_code = 1
-
-
-#: Tags of a union in which users may have kinds of their own; no keys of any file.
-BUILT_IN, OWN = "built in", "a user's own"
-
-
-def by_kind(*kinds: str) -> Discriminator:
-    """Chooses the record tagged ``BUILT_IN`` for one of ``kinds``, ``OWN`` for any other."""
-
-    def tag(data: Any) -> str:
-        kind = data.get("kind") if isinstance(data, dict) else getattr(data, "kind", None)
-        return BUILT_IN if kind in kinds else OWN
-
-    return Discriminator(tag)
 
 
 Checked = TypeVar("Checked", bound=BaseModel)

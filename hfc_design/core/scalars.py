@@ -7,29 +7,23 @@ all three. Never imports JAX.
 
 import math
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-
-class Scalar(Protocol):
-    """A number of one machine: a float, an array over individuals, or a value being traced."""
-
-    def __add__(self, other: Any, /) -> Any: ...
-    def __mul__(self, other: Any, /) -> Any: ...
-    def __lt__(self, other: Any, /) -> Any: ...
+from hfc_design.core.shapes import Scalar, Truth
 
 
 class Xp(NamedTuple):
     """What a law needs beside arithmetic."""
 
-    where: Callable[[Any, Any, Any], Any]
-    minimum: Callable[[Any, Any], Any]
-    maximum: Callable[[Any, Any], Any]
-    decay: Callable[[Any], Any]  # exp(x) of an x that is not positive
-    ratio: Callable[[Any, Any], Any]
+    where: Callable[[Truth, Scalar, Scalar], Scalar]
+    minimum: Callable[[Scalar, Scalar], Scalar]
+    maximum: Callable[[Scalar, Scalar], Scalar]
+    decay: Callable[[Scalar], Scalar]  # exp(x) of an x that is not positive
+    ratio: Callable[[Scalar, Scalar], Scalar]
     #: x; marks what many results share, for a compiler that would else compute it for each.
-    once: Callable[[Any], Any]
+    once: Callable[[Scalar], Scalar]
 
 
 SCALARS = Xp(
@@ -43,12 +37,12 @@ SCALARS = Xp(
 ARRAYS = Xp(np.where, np.minimum, np.maximum, np.exp, np.divide, lambda x: x)
 
 
-def clipped(xp: Xp, value: Any, low: Any, high: Any) -> Any:
+def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
     """``value`` between two bounds."""
     return xp.minimum(xp.maximum(value, low), high)
 
 
-def total(values: Iterable[Any]) -> Any:
+def total(values: Iterable[Scalar]) -> Scalar:
     """Sum of scalars, left to right, without starting from an integer zero."""
     first, *others = values
     for value in others:

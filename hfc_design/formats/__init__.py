@@ -5,10 +5,8 @@ import pkgutil
 
 from hfc_design.formats.format import Format
 
-_MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__) if not module.ispkg)
+_MODULES = [module.name for module in pkgutil.iter_modules(__path__) if not module.ispkg]
+_PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)
+_FOUND = {found.name: found for part in _PARTS for found in getattr(part, "FORMATS", ())}
 #: Every format by its name.
-FORMATS: dict[str, Format] = {
-    found.name: found
-    for name in _MODULES
-    for found in getattr(importlib.import_module(f"{__name__}.{name}"), "FORMATS", ())
-}
+FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))

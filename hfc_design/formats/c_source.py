@@ -8,18 +8,15 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.format import Format
-from hfc_design.formats.units import comment, facts, signal_units
-from hfc_design.formats.writing import rendered, write_folder
-
-#: Words that no member of a struct can be called.
-KEYWORDS = (
-    "auto break case char const continue default do double else enum extern float for goto if "
-    "inline int long register restrict return short signed sizeof static struct switch typedef "
-    "union unsigned void volatile while asm bool catch class delete explicit export false friend "
-    "linux mutable namespace new operator private protected public template this throw true try "
-    "typeid typename typeof unix using virtual"
+from hfc_design.formats.writing import (
+    NO_CODE,
+    RESERVED,
+    comment,
+    facts,
+    rendered,
+    signal_units,
+    write_folder,
 )
-
 
 #: What a kind's values say beside what only its own template reads.
 USUAL = {"exponential": False, "integrates": False}
@@ -43,12 +40,11 @@ def write_lookup(design: Design, path: Path, points: int) -> str:
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``write``.
-        RunError: the folder cannot be written.
     """
     lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
-    found = lookup(design.controller, points)
-    _write(design, path, found)
-    return f"{found['deviation']:.2g} {signal_units(design).get('command', '')}"
+    values = lookup(design.controller, points)
+    _write(design, path, values)
+    return f"{values['deviation']:.2g} {signal_units(design).get('command', '')}"
 
 
 def c_name(design: Design) -> str:
@@ -66,14 +62,13 @@ def signals(design: Design) -> dict[str, str]:
     _template(design)
     names, units = design.kind.reads(design.controller), signal_units(design)
     for name in names:
-        if name in KEYWORDS.split() or name.startswith("_"):
+        if name in RESERVED["c"] or name.startswith("_"):
             raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
     return {identifier(name): units.get(name, "") for name in names}
 
 
 def _template(design: Design) -> Template:
-    lacks = "json holds its gains, its law is in Python only"
-    found: Template = needed(design.kind.c, design, lacks)
+    found: Template = needed(design.kind.c, design, NO_CODE)
     return found
 
 
@@ -90,11 +85,8 @@ def _write(design: Design, path: Path, others: dict[str, Any]) -> None:
         **template.values(design.controller),
         **others,
     }
-    files = {"h": "c/header.h.j2", "c": "c/source.c.j2"}
-    texts = {
-        f"{name}.{end}": rendered(file, design, template.places, **values)
-        for end, file in files.items()
-    }
+    files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
+    texts = {key: rendered(file, design, template.places, **values) for key, file in files.items()}
     write_folder(path, texts)
 
 

@@ -18,68 +18,29 @@ from hfc_design.formats.fuzzy_files import write as write_files
 #: Straight lines on either side of a Gaussian.
 LINES = 64
 
-RESERVED = {
-    *("function_block", "end_function_block", "var_input", "var_output", "end_var", "real"),
-    *("fuzzify", "end_fuzzify", "defuzzify", "end_defuzzify", "term", "method", "default"),
-    *("range", "nc", "ruleblock", "end_ruleblock", "rule", "if", "is", "then", "with", "not"),
-    *("and", "or", "act", "accu", "min", "max", "prod", "bdif", "bsum", "nsum", "asum"),
-    *("cog", "cogs", "coa", "lm", "rm", "var", "options", "end_options", "constant", "point"),
-}
-JFUZZYLOGIC = {
-    *("abs", "cosine", "cogf", "cos", "dmax", "dmin", "dsigm", "einstein", "exp", "hamacher"),
-    *("function", "gauss", "gauss2", "gbell", "ln", "log", "nipmin", "nipmax", "mm", "probor"),
-    *("sigm", "sin", "singletons", "sum", "tan", "trape", "trian", "fcl", "value_real", "value_id"),
-}
+STANDARD = [
+    "Fuzzy Control Language, standard dialect (IEC 61131-7:2000).",
+    "Terms are straight lines between points, constant beyond the first and the last.",
+    f"A Gaussian has {LINES} lines a side: a unit is right to 1e-3 of its largest output.",
+]
+JFUZZYLOGIC = [
+    "Fuzzy Control Language, dialect of jFuzzyLogic: GAUSS2, ACCU : SUM and its place are not",
+    "those of IEC 61131-7:2000.",
+]
 
 
 def write(design: Design, path: Path) -> None:
-    """Write a folder with one function block of IEC 61131-7 a unit.
-
-    Raises:
-        UserError: the design has no rule tables, or a name is a word of the language.
-        RunError: the folder cannot be written.
-    """
+    """Write a folder with one function block of IEC 61131-7 a unit."""
     # ACCU matters only to a reader that unites singletons of one value.
-    about = [
-        "Fuzzy Control Language, standard dialect (IEC 61131-7:2000).",
-        "Terms are straight lines between points, constant beyond the first and the last.",
-        f"A Gaussian has {LINES} lines a side: a unit is right to 1e-3 of its largest output.",
-    ]
-    write_files(
-        design,
-        path,
-        "fcl",
-        "fcl",
-        RESERVED,
-        dialect="standard",
-        about=about,
-        real=real,
-        shape=polygon,
-    )
+    values = {"dialect": "standard", "about": STANDARD, "real": real, "shape": polygon}
+    write_files(design, path, "fcl", **values)
 
 
 def write_jfuzzylogic(design: Design, path: Path) -> None:
-    """Write the same in the dialect of jFuzzyLogic, with exact Gaussians.
-
-    Raises:
-        UserError, RunError: as ``write``.
-    """
+    """Write the same in the dialect of jFuzzyLogic, with exact Gaussians."""
     # ACCU is SUM because jFuzzyLogic unites singletons of one value.
-    about = [
-        "Fuzzy Control Language, dialect of jFuzzyLogic: GAUSS2, ACCU : SUM and its place are not",
-        "those of IEC 61131-7:2000.",
-    ]
-    write_files(
-        design,
-        path,
-        "fcl-jfuzzylogic",
-        "fcl",
-        RESERVED | JFUZZYLOGIC,
-        dialect="jfuzzylogic",
-        about=about,
-        real=real,
-        shape=lambda term, _input: gauss2(term) or polygon(term, _input),
-    )
+    values = {"dialect": "jfuzzylogic", "about": JFUZZYLOGIC, "real": real, "shape": gauss2}
+    write_files(design, path, "fcl-jfuzzylogic", **values)
 
 
 def real(value: float) -> str:
@@ -89,10 +50,10 @@ def real(value: float) -> str:
     return f"{mantissa}E{int(exponent)}" if exponent else mantissa
 
 
-def gauss2(term: Term) -> str | None:
-    """Two means, each with its width; None for a triangle."""
+def gauss2(term: Term, place: Input) -> str:
+    """Two means, each with its width; a triangle is its points."""
     if not isinstance(term, FlatGaussian):
-        return None
+        return polygon(term, place)
     return "GAUSS2 " + " ".join(map(real, (term.low, term.sigma, term.high, term.sigma)))
 
 

@@ -13,16 +13,14 @@ from hfc_design.formats.writing import write_folder
 
 
 def write(design: Design, path: Path) -> None:
-    """Write a folder with one system a unit.
-
-    Raises:
-        UserError: the design has no rule tables, or two names of a system are alike.
-        RunError: the folder cannot be written.
-    """
-    files = texts(design, "fml", "fml", (), domain=domain)
-    for name, text in files.items():
-        if name.endswith(".fml"):
-            _check_names(text)
+    """Write a folder with one system a unit; UserError: two names of a system are alike."""
+    files = texts(design, "fml", domain=domain)
+    for text in (text for name, text in files.items() if name.endswith(".fml")):
+        # Names are XML IDs: all variables, terms and rules of a file share one space of them.
+        names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
+        for name, count in names.items():
+            if name is not None and count > 1:
+                raise UserError(f"--to fml: two things are called {name} there; rename one of them")
     write_folder(path, files)
 
 
@@ -34,15 +32,5 @@ def domain(place: Input) -> tuple[float, float]:
     return place.lowest - room, place.highest + room
 
 
-def _check_names(text: str) -> None:
-    """Names are XML IDs: all variables, terms and rules of a file share one space of them."""
-    names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
-    del names[None]
-    for name, count in names.items():
-        if count > 1:
-            raise UserError(f"--to fml: two things are called {name} there; rename one of them")
-
-
-FORMATS = (
-    Format("fml", "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit", write),
-)
+TEXT = "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit"
+FORMATS = (Format("fml", TEXT, write),)

@@ -1,16 +1,30 @@
-"""A folder with one file of a fuzzy language a unit: what FLL, FCL and FML have in common."""
+"""A folder with one file of a fuzzy language a unit: what FLL, FCL, FML and FIS have in common.
 
+A file holds one unit. Beside them ``manifest.csv`` lists the units in evaluation order with what
+they read; ``controller.json`` has everything else that the command takes: scales, limits, gains,
+and the steps of one sample in words.
+"""
+
+import json
 import math
-from collections.abc import Collection
+import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from hfc_design.controllers.rules import RuleUnit, Term, Triangle
-from hfc_design.core.records import Table
+from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
+from hfc_design.core.records import Table, UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.manifest import distinct, surroundings
-from hfc_design.formats.units import comment, facts, rule_base
-from hfc_design.formats.writing import rendered, write_folder
+from hfc_design.formats.writing import (
+    RESERVED,
+    comment,
+    csv_text,
+    facts,
+    rendered,
+    rule_base,
+    rule_units,
+    signal_units,
+    write_folder,
+)
 
 
 class Input(NamedTuple):
@@ -32,45 +46,64 @@ class Rule(NamedTuple):
     value: float
 
 
-def texts(
-    design: Design, target: str, suffix: str, reserved: Collection[str], **values: Any
-) -> dict[str, str]:
-    """The files of the folder by name; a unit is written by ``unit.SUFFIX.j2`` with ``values``.
+def texts(design: Design, target: str, **values: object) -> dict[str, str]:
+    """The files of the folder by name; a unit is written by its template with ``values``.
 
     Raises:
-        UserError: the design has no rule tables, or a name is a word of ``reserved``.
+        UserError: the design has no rule tables, or a name is a word of the language.
     """
-    units = distinct(design, target, reserved)
+    suffix = target.partition("-")[0]  # a dialect has that of its language
+    units = _distinct(design, target)
     tables = {unit.name: unit.table for unit in units}
     files = {}
     for unit in units:
-        row, column = inputs(unit, tables)
         lowest, highest = _range(unit.table)
-        files[f"{unit.name}.{suffix}"] = rendered(
-            f"unit.{suffix}.j2",
-            design,
-            unit=unit,
-            inputs=(row, column),
-            rules=_rules(unit),
-            lowest=lowest,
-            highest=highest,
-            head=head(design),
-            infinity=math.inf,
-            **values,
-        )
-    return files | surroundings(design, suffix)
+        values |= {"lowest": lowest, "highest": highest, "rules": _rules(unit), "unit": unit}
+        values |= {"inputs": inputs(unit, tables), "head": head(design), "infinity": math.inf}
+        files[f"{unit.name}.{suffix}"] = rendered(f"unit.{suffix}.j2", design, **values)
+    rows = [["unit", "column_input", "row_input", "file"]]
+    rows += [[unit.name, unit.column, unit.row, f"{unit.name}.{suffix}"] for unit in units]
+    known = signal_units(design)
+    record = {
+        "facts": facts(design),
+        "sample_time_s": design.controller.sample_time_s,
+        "command_unit": known.get("command", ""),
+        **rule_base(design).about(design.controller, known),
+    }
+    files["manifest.csv"] = csv_text(rows)
+    files["controller.json"] = json.dumps(record, indent=1, allow_nan=False) + "\n"
+    return files
 
 
-def write(
-    design: Design, path: Path, target: str, suffix: str, reserved: Collection[str], **values: Any
-) -> None:
-    """Write ``texts`` into the folder ``path``.
+def write(design: Design, path: Path, target: str, **values: object) -> None:
+    """Write ``texts`` into the folder ``path``."""
+    write_folder(path, texts(design, target, **values))
 
-    Raises:
-        UserError: as ``texts``.
-        RunError: the folder cannot be written.
+
+def _distinct(design: Design, target: str) -> list[RuleUnit]:
+    """``rule_units`` whose names and labels are identifiers, each one of its own.
+
+    None is a word of the language either. Upper and lower case are alike, as in IEC 61131.
     """
-    write_folder(path, texts(design, target, suffix, reserved, **values))
+    units = rule_units(design)
+    inputs = [identifier(name) for name in rule_base(design).inputs(design.controller)]
+    rows = [term.label for term in units[0].row_terms]
+    columns = [term.label for term in units[0].column_terms]
+    for names in ([*inputs, *(unit.name for unit in units)], rows, columns):
+        taken = {word.casefold() for word in RESERVED.get(target, ())}
+        for name in names:
+            if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
+                raise UserError(
+                    f"--to {target}: {name} is no identifier there: a letter, then letters, digits "
+                    "and single underscores between them; rename it in the design file"
+                )
+            if name.casefold() in taken:
+                raise UserError(
+                    f"--to {target}: {name} is a word of that format, or two names are {name} "
+                    "there; rename it in the design file"
+                )
+            taken.add(name.casefold())
+    return units
 
 
 def inputs(unit: RuleUnit, tables: dict[str, Table]) -> tuple[Input, Input]:

@@ -14,8 +14,7 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.formats import c_source
 from hfc_design.formats.format import Format
 from hfc_design.formats.linuxcnc_loop import Loop, plant_component, simulated_loop
-from hfc_design.formats.units import comment, facts
-from hfc_design.formats.writing import rendered, write_folder
+from hfc_design.formats.writing import comment, facts, rendered, write_folder
 from plants import Drive
 
 #: Characters of a component's name: its longest pin, NAME.0.spindle-velocity, has to fit into 47.
@@ -32,15 +31,10 @@ def write(design: Design, path: Path) -> None:
 
     Raises:
         UserError: the design cannot run on HAL.
-        RunError: the folder cannot be written.
     """
-    values = _values(design)
-    templates = {
-        f"{values['component']}.comp": "controller.comp.j2",
-        "controller.hal": "controller.hal.j2",
-        "README.md": "README.md.j2",
-    }
-    files = {}
+    values, files = _values(design), {}
+    templates = {f"{values['component']}.comp": "controller.comp.j2"}
+    templates |= {name: f"{name}.j2" for name in ("controller.hal", "README.md")}
     loop: Loop | None = None
     try:
         loop = simulated_loop(design)
@@ -69,18 +63,14 @@ def component_name(design: Design) -> str:
 def _values(design: Design) -> dict[str, Any]:
     """What every template reads."""
     if design.plant.name not in TRUE_POSITION:
-        known = ", ".join(TRUE_POSITION)
-        raise UserError(
-            f"design {design.name}: HAL has no component of the plant {design.plant.name}; there "
-            f"is {known}"
-        )
-    drive = PlantSettings(**design.plant.model_dump()).machine.drives[0]
+        known = f"{design.plant.name}; there is {', '.join(TRUE_POSITION)}"
+        raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
+    plant = PlantSettings(**design.plant.model_dump())
+    drive = plant.machine.drives[0]
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
-        raise UserError(
-            f"design {design.name}: controller.sample_time_s = {every}: the period of a HAL thread "
-            "is 1e-6 to 1"
-        )
+        told = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
+        raise UserError(f"design {design.name}: {told}")
     return _signals(design, drive) | {
         "component": component_name(design),
         "controller": c_source.c_name(design),
@@ -92,6 +82,7 @@ def _values(design: Design) -> dict[str, Any]:
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
+        "millimetres": drive.millimetres and drive.millimetres(plant.values()[0]),
         "true_position": TRUE_POSITION[drive.name],
     }
 
@@ -101,19 +92,13 @@ def _signals(design: Design, plant: Drive) -> dict[str, Any]:
     read = c_source.signals(design)
     for name in read:
         if name not in plant.units:
-            raise UserError(
-                f"design {design.name}: reads {name}, which is no signal of the {plant.name}"
-            )
-    pairs = {
-        "error": ("reference", plant.position),
-        "error_rate": ("reference_rate", plant.velocity),
-    }
+            told = f"reads {name}, which is no signal of the {plant.name}"
+            raise UserError(f"design {design.name}: {told}")
+    pairs = {"error": ("reference", plant.position)}
+    pairs["error_rate"] = ("reference_rate", plant.velocity)
     sources = {name: pairs.get(name, (name,)) for name in read}
-    units = plant.units | {
-        "reference": plant.units["error"],
-        "reference_rate": plant.units["error_rate"],
-        plant.position: plant.units["error"],
-    }
+    units = plant.units | dict.fromkeys(("reference", plant.position), plant.units["error"])
+    units["reference_rate"] = plant.units["error_rate"]
     return {
         "position": plant.position,
         "inputs": {name: " - ".join(f"{pin}_" for pin in pins) for name, pins in sources.items()},

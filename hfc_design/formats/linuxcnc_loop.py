@@ -47,16 +47,13 @@ def simulated_loop(design: Design) -> Loop:
         columns += [axis.reference, axis.reference_rate, _mean(axis.loads)]
     table = np.stack(columns, axis=1)[:MOST_ROWS]
     names = [_prefix(name) for name in plants.axes] or [""]
+    axes = zip(names, plants.machine.drives, plants.values(), strict=True)
+    limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
     return Loop(
         scenario.name,
-        {
-            name: coefficients(drive, parameters)
-            for name, drive, parameters in zip(
-                names, plants.machine.drives, plants.values(), strict=True
-            )
-        },
+        {name: coefficients(drive, parameters) for name, drive, parameters in axes},
         scenario.simulation.substeps,
-        smaller(scenario.limits.command, design.limits.command),
+        min(limits, default=None),
         len(table),
         "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist()),
     )
@@ -74,11 +71,6 @@ def plant_component(design: Design) -> str:
 def coefficients(drive: Drive, parameters: Any) -> Coefficients:
     """The coefficients of a drive by name; those of a part have the part's name before theirs."""
     return list(_flat("", drive.coefficients(parameters)))
-
-
-def smaller(*limits: float | None) -> float | None:
-    """The smallest of limits, as far as there are any."""
-    return min((limit for limit in limits if limit is not None), default=None)
 
 
 def _prefix(axis: str) -> str:

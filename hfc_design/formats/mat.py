@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.io import savemat
 
-from hfc_design.controllers.rules import RuleUnit
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.format import Format
-from hfc_design.formats.units import facts
+from hfc_design.formats.writing import facts
 
 #: Characters of a field's name.
 LONGEST = 63
@@ -26,23 +25,13 @@ EDGES = {"left": -math.inf, "right": math.inf}
 
 
 def write(design: Design, path: Path) -> None:
-    """Write ``design`` to the MAT file ``path``.
-
-    Raises:
-        UserError: a name is none of a field in MATLAB.
-        RunError: the file cannot be written.
-    """
-    controller = design.controller
-    data: dict[str, Any] = {
-        "design": {
-            "name": design.name,
-            "plant": design.plant.model_dump(mode="json"),
-            "facts": np.array(facts(design), dtype=object),
-        },
-        "controller": controller.model_dump(mode="json"),
-    }
+    """Write ``design`` to the MAT file ``path``; UserError: a name is none of a field in MATLAB."""
+    lines = np.array(facts(design), dtype=object)
+    plant = design.plant.model_dump(mode="json")
+    data: dict[str, object] = {"design": {"name": design.name, "plant": plant, "facts": lines}}
+    data["controller"] = design.controller.model_dump(mode="json")
     if rules := design.kind.rules:
-        units = rules.units(controller)
+        units = rules.units(design.controller)
         data["units"] = [
             {
                 "name": unit.name,
@@ -52,39 +41,35 @@ def write(design: Design, path: Path) -> None:
             }
             for unit in units
         ]
-        data["wiring"] = _wiring(units, rules.inputs(controller))
+        # (units, 2) column and row source: 1, 2, ... the inputs, then the units in their order.
+        names = [*rules.inputs(design.controller), *(unit.name for unit in units)]
+        wiring = [[names.index(unit.column) + 1.0, names.index(unit.row) + 1.0] for unit in units]
+        data["wiring"] = np.array(wiring)
     buffer: Any = io.BytesIO()  # the stubs know paths only
     savemat(buffer, {key: _matlab(value) for key, value in data.items()}, long_field_names=True)
     head = f"MATLAB 5.0 MAT-file, {facts(design)[0]}".encode("ascii")
     write_whole(path, head.ljust(116)[:116] + buffer.getvalue()[116:])  # SciPy puts the date there
 
 
-def _wiring(units: list[RuleUnit], inputs: list[str]) -> np.ndarray:
-    """(units, 2) column and row source: 1, 2, ... the inputs, then the units in their order."""
-    names = [*inputs, *(unit.name for unit in units)]
-    return np.array([[names.index(u.column) + 1.0, names.index(u.row) + 1.0] for u in units])
-
-
-def _matlab(value: Any) -> Any:
+def _matlab(value: Any) -> object:
     """Records as structs, lists of them as struct arrays, numbers as arrays, labels as cells."""
     if value is None:
         return np.zeros((0, 0))
     if isinstance(value, dict):
-        return {_field(key): _matlab(_edge(key, part)) for key, part in value.items()}
+        return _struct(value)
     if isinstance(value, list) and value and isinstance(value[0], dict):
-        fields = [_field(key) for key in value[0]]
-        array = np.empty((1, len(value)), dtype=[(field, object) for field in fields])
-        for k, record in enumerate(value):
-            array[0, k] = tuple(_matlab(record).values())
-        return array
+        records = [_struct(record) for record in value]
+        fields = [(field, object) for field in records[0]]
+        return np.array([[tuple(record.values()) for record in records]], dtype=fields)
     if isinstance(value, list):
         numbers = np.array(value)
         return np.atleast_2d(numbers.astype(float if numbers.dtype.kind in "fi" else object))
     return value if isinstance(value, str | np.ndarray) else float(value)
 
 
-def _edge(key: str, value: Any) -> Any:
-    return EDGES.get(key) if value is None else value
+def _struct(record: dict[str, object]) -> dict[str, object]:
+    parts = ((key, EDGES.get(key) if value is None else value) for key, value in record.items())
+    return {_field(key): _matlab(value) for key, value in parts}
 
 
 def _field(name: str) -> str:

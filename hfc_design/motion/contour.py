@@ -5,12 +5,11 @@ distance from the centre less the radius: positive outside (JK04 section 5). All
 the unit of the positions [mm].
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Indices, Scalar
 from hfc_design.motion.shapes import Path
 from hfc_design.motion.trajectories import Circle, Line, PathSamples, Trajectory
 
@@ -21,7 +20,7 @@ REACH = 4.0
 GLITCH_TIME = 1.0
 
 
-def local_error(dx: Any, dy: Any, tx: Any, ty: Any, curvature: Any) -> Any:
+def local_error(dx: Scalar, dy: Scalar, tx: Scalar, ty: Scalar, curvature: Scalar) -> Scalar:
     """Distance to the left of the line or circle that touches the path at the commanded place.
 
     Exact for lines and circles; for floats, arrays and traced scalars alike.
@@ -41,11 +40,6 @@ class Nearest(NamedTuple):
 
     point: Floats  # (2, steps) [mm]
     error: Floats  # (steps,) contour error [mm]
-
-
-def contour_error(trajectory: Trajectory, samples: PathSamples, actual: Floats) -> Floats:
-    """(steps,) contour error of the actual positions (2, steps) [mm]; see ``nearest``."""
-    return nearest(trajectory, samples, actual).error
 
 
 @np.errstate(invalid="ignore")  # a diverged motion, or one at the centre
@@ -105,9 +99,7 @@ def nearest_on_path(path: Path, samples: PathSamples, actual: Floats) -> Nearest
     return Nearest(point, np.where(side < 0, -best, best))
 
 
-def _nearest_on(
-    path: Path, k: NDArray[np.intp], actual: Floats, lowest: Floats, highest: Floats
-) -> Floats:
+def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest: Floats) -> Floats:
     """Length of segment ``k`` up to its point between two lengths that is nearest to ``actual``."""
     off = actual - path.start[:, k]
     tangent, curvature = path.tangent[:, k], path.curvature[k]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.shapes import Floats
-from hfc_design.motion.contour import Glitch, contour_error, glitches
+from hfc_design.motion.contour import Glitch, glitches, nearest
 from hfc_design.motion.trajectories import PathSamples, Trajectory
 
 
@@ -44,7 +44,7 @@ def contour(
     """The contour error of ``positions`` (2, steps) [unit], counted from where the path starts."""
     samples = trajectory.samples(time)
     actual = positions * millimetres + samples.position[:, :1]
-    error = contour_error(trajectory, samples, actual) / millimetres
+    error = nearest(trajectory, samples, actual).error / millimetres
     found = glitches(time, samples, error)
     return Contour(trajectory, samples, actual, error, found, unit, millimetres)
 

@@ -1,6 +1,7 @@
 """What one axis is to follow, and what loads it, as a user writes them."""
 
 import warnings
+from abc import abstractmethod
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -44,7 +45,23 @@ def _readable(file: Path, info: ValidationInfo) -> Path:
 CsvFile = Annotated[Path, AfterValidator(_readable)]
 
 
-class Table(Record):
+class Profile(Record):
+    """A reference of one axis; each kind gives the three in its own way."""
+
+    @abstractmethod
+    def at(self, time: Floats) -> Floats:
+        """Reference."""
+
+    def rate(self, time: Floats) -> Floats:
+        """Reference velocity: zero, also at a jump."""
+        return np.zeros_like(time)
+
+    def acceleration_at(self, time: Floats) -> Floats:
+        """Reference acceleration: zero, also at corners and jumps."""
+        return np.zeros_like(time)
+
+
+class Table(Profile):
     """Two columns of a CSV file with a header, linear in between, constant at both ends."""
 
     kind: Literal["csv"] = "csv"
@@ -60,12 +77,8 @@ class Table(Record):
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
         return np.asarray(slopes[np.searchsorted(times, time, side="right")])
 
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Reference acceleration: zero, also at the corners."""
-        return np.zeros_like(time)
 
-
-class Ramp(Record):
+class Ramp(Profile):
     """Constant velocity from rest at zero."""
 
     kind: Literal["ramp"] = "ramp"
@@ -79,12 +92,8 @@ class Ramp(Record):
         """Reference velocity."""
         return np.full_like(time, self.velocity)
 
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Reference acceleration."""
-        return np.zeros_like(time)
 
-
-class Sine(Record):
+class Sine(Profile):
     """``amplitude sin(frequency t)``."""
 
     kind: Literal["sine"] = "sine"
@@ -105,7 +114,7 @@ class Sine(Record):
         return np.asarray(-(self.frequency_rad_s**2) * self.at(time))
 
 
-class Step(Record):
+class Step(Profile):
     """A jump, then hold."""
 
     kind: Literal["step"] = "step"
@@ -116,16 +125,8 @@ class Step(Record):
         """Reference."""
         return np.where(time >= self.time_s, self.height, 0.0)
 
-    def rate(self, time: Floats) -> Floats:
-        """Reference velocity: zero, also at the jump."""
-        return np.zeros_like(time)
 
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Reference acceleration: zero, also at the jump."""
-        return np.zeros_like(time)
-
-
-class Trapezoidal(Record):
+class Trapezoidal(Profile):
     """A move from rest to rest with limited velocity and acceleration, then hold."""
 
     kind: Literal["trapezoidal"] = "trapezoidal"

@@ -4,32 +4,32 @@ Positions, loads and commands count in the units of each axis' drive (``Drive.un
 and V for the C-axis; BLU and units of the converter for a feed drive.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 
 from hfc_design.core.records import Positive, Record
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Series
 
 
 class AxisSamples(NamedTuple):
     """What happens to one axis, one column a control sample."""
 
-    reference: Any  # (steps,) what the control is told, in whole steps if it counts
-    reference_rate: Any  # (steps,)
-    loads: Any  # (2 substeps + 1, steps) load where the integrator needs it
-    noise: Any  # (encoders, steps) added to the encoders' readings
-    target: Any  # (steps,) where the axis should be
-    reference_acceleration: Any = None  # (steps,)
+    reference: Series  # (steps,) what the control is told, in whole steps if it counts
+    reference_rate: Series  # (steps,)
+    loads: Series  # (2 substeps + 1, steps) load where the integrator needs it
+    noise: Series  # (encoders, steps) added to the encoders' readings
+    target: Series  # (steps,) where the axis should be
+    reference_acceleration: Series | None = None  # (steps,)
 
 
 class PathFrame(NamedTuple):
     """The path of an X-Y machine where it should be, one column a control sample."""
 
-    tangent_x: Any  # (steps,) unit vector along the path
-    tangent_y: Any
-    curvature: Any  # (steps,) positive to the left [1 / unit of the position]
+    tangent_x: Series  # (steps,) unit vector along the path
+    tangent_y: Series
+    curvature: Series  # (steps,) positive to the left [1 / unit of the position]
 
 
 class Samples(NamedTuple):
@@ -37,8 +37,8 @@ class Samples(NamedTuple):
 
     axes: tuple[AxisSamples, ...]
     path: PathFrame | None  # None for a machine of one axis
-    settled: Any  # (steps,) 1 once the loop should have settled, before that 0
-    sample_time: Any  # scalar [s]
+    settled: Series  # (steps,) 1 once the loop should have settled, before that 0
+    sample_time: Series  # scalar [s]
 
 
 class Simulation(Record):

@@ -6,14 +6,12 @@ c s after the length s; its chord has turned by half of that and is s sinc(c s /
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
-from math import cos, hypot, pi, sin
+from math import hypot, pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Floats
+from hfc_design.core.shapes import Floats, Indices, Mask
 
 Point = tuple[float, float]
 
@@ -85,14 +83,14 @@ class Path:
         k = np.clip(np.searchsorted(self.knots, distance, side="right") - 1, 0, last)
         return self.on(k, np.clip(distance - self.knots[k], 0.0, self.length[k]))
 
-    def on(self, k: NDArray[np.intp], s: Floats) -> Places:
+    def on(self, k: Indices, s: Floats) -> Places:
         """Where segment ``k`` (points,) is after the length ``s`` (points,) [mm] of its own."""
         curvature, tangent = self.curvature[k], self.tangent[:, k]
         half = 0.5 * curvature * s
         chord = s * np.sinc(half / pi) * _turned(tangent, half)
         return Places(self.start[:, k] + chord, _turned(tangent, 2 * half), curvature)
 
-    def corners(self) -> NDArray[np.bool_]:
+    def corners(self) -> Mask:
         """(segments - 1,) whether the direction jumps between a segment and the next."""
         before = _turned(self.tangent, self.curvature * self.length)[:, :-1]
         after = self.tangent[:, 1:]
@@ -113,21 +111,6 @@ class Path:
 def distance(a: Point, b: Point) -> float:
     """Between two points [mm]."""
     return hypot(b[0] - a[0], b[1] - a[1])
-
-
-def circle(radius: float, feed: float, sweep: float) -> Path:
-    """About the origin from (radius, 0) through ``sweep`` [rad], ccw if positive."""
-    return Path.of([arc((radius, 0.0), (0.0, 0.0), sweep, feed)])
-
-
-def ray(length: float, angle: float, feed: float) -> Path:
-    """From the origin straight on at ``angle`` [rad] to the X axis."""
-    return Path.of([line((0.0, 0.0), (length * cos(angle), length * sin(angle)), feed)])
-
-
-def polyline(points: Iterable[Point], feed: float) -> Path:
-    """Straight lines from point to point [mm]; neighbours differ."""
-    return Path.of(line(a, b, feed) for a, b in pairwise(points))
 
 
 def _turned(vector: Floats, angle: Floats) -> Floats:

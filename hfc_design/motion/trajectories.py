@@ -7,7 +7,7 @@ the origin, a polyline at its first point, a G-code program at X0 Y0.
 from abc import abstractmethod
 from collections.abc import Sequence
 from itertools import pairwise
-from math import pi, radians
+from math import cos, pi, radians, sin
 from pathlib import Path as FilePath
 from typing import Annotated, Literal, NamedTuple
 
@@ -18,7 +18,7 @@ from hfc_design.core.records import Finite, Positive, Record
 from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
 from hfc_design.motion.motion import Motion, motion
-from hfc_design.motion.shapes import SAME_PLACE, Path, circle, distance, polyline, ray
+from hfc_design.motion.shapes import SAME_PLACE, Path, arc, distance, line
 
 
 class PathSamples(NamedTuple):
@@ -77,7 +77,8 @@ class Circle(Trajectory):
     def path(self) -> Path:
         """Where it goes."""
         turns = self.cycles if self.direction == "ccw" else -self.cycles
-        return circle(self.radius_mm, self.feed_mm_min, 2 * pi * turns)
+        start, centre = (self.radius_mm, 0.0), (0.0, 0.0)
+        return Path.of([arc(start, centre, 2 * pi * turns, self.feed_mm_min)])
 
 
 class Line(Trajectory):
@@ -91,7 +92,9 @@ class Line(Trajectory):
     @property
     def path(self) -> Path:
         """Where it goes."""
-        return ray(self.length_mm, radians(self.angle_deg), self.feed_mm_min)
+        angle = radians(self.angle_deg)
+        end = (self.length_mm * cos(angle), self.length_mm * sin(angle))
+        return Path.of([line((0.0, 0.0), end, self.feed_mm_min)])
 
 
 Vertex = tuple[Finite, Finite]
@@ -115,7 +118,7 @@ class Polyline(Trajectory):
     @property
     def path(self) -> Path:
         """Where it goes."""
-        return polyline(self.points_mm, self.feed_mm_min)
+        return Path.of(line(a, b, self.feed_mm_min) for a, b in pairwise(self.points_mm))
 
 
 def _readable(file: FilePath, info: ValidationInfo) -> FilePath:
@@ -126,7 +129,7 @@ def _readable(file: FilePath, info: ValidationInfo) -> FilePath:
 
 
 class GCode(Trajectory):
-    """The X-Y motion of a G-code program (``hfc_design.gcode``)."""
+    """The X-Y motion of a G-code program (``gcode``)."""
 
     kind: Literal["gcode"] = "gcode"
     file: Annotated[FilePath, AfterValidator(_readable)]

@@ -64,14 +64,3 @@ class Objective(NamedTuple):
         """What people read: the title, ``tail`` behind it, the unit."""
         unit = f" [{self.unit}]" if self.unit else ""
         return (self.title or f"fitness, {self.name}") + tail + unit
-
-
-def objective_fault(objective: Objective) -> str | None:
-    """What an objective lacks, in a line; None if nothing that is seen at once."""
-    for part in ("initial", "update", "score", "fault"):
-        if not callable(getattr(objective, part)):
-            return f"{part} has to be a function, and is {getattr(objective, part)!r}"
-    own: object = objective.settings
-    if not (isinstance(own, type) and issubclass(own, ObjectiveSettings)):
-        return "settings has to be a subclass of ObjectiveSettings"
-    return None

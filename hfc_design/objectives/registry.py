@@ -5,15 +5,15 @@ from typing import Annotated
 from pydantic import SerializeAsAny
 
 from hfc_design import objectives
-from hfc_design.core.plugins import Group, chosen, found_in
-from hfc_design.objectives.objective import Objective, ObjectiveSettings, objective_fault
+from hfc_design.core.plugins import Group, chosen, found_in, lacking
+from hfc_design.objectives.objective import Objective, ObjectiveSettings
 
 OBJECTIVES: Group[Objective] = Group(
     "fitness",
     Objective,
     "hfc_design.fitness",
     found_in(objectives, "OBJECTIVE"),
-    fault=objective_fault,
+    fault=lambda x: lacking(x, ("initial", "update", "score", "fault"), ObjectiveSettings),
 )
 #: The ``[fitness]`` of a scenario.
 FitnessSettings = Annotated[

@@ -1,32 +1,31 @@
 """Every search strategy by its name: the files in ``strategies``, and what users add."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Annotated, NamedTuple
+from collections.abc import Callable
+from functools import partial
+from types import SimpleNamespace
+from typing import Annotated, Any
 
-import numpy as np
 from pydantic import SerializeAsAny
 
-from hfc_design.core.plugins import Group, chosen, found_in
+from hfc_design.core.plugins import Group, chosen, found_in, lacking
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats
 from hfc_design.search import strategies
-from hfc_design.search.strategy import (
-    Asked,
-    Searcher,
-    State,
-    Strategy,
-    StrategySettings,
-    Task,
-    strategy_fault,
-)
+from hfc_design.search.strategy import Searcher, Strategy, StrategySettings, Task
+
+
+def _fault(strategy: Strategy) -> str | None:
+    """What a strategy lacks, in a line; None if nothing that is seen at once."""
+    if not getattr(strategy.state, "_fields", ()):
+        return "state has to be a NamedTuple class"
+    return lacking(strategy, ("make", "fault"), StrategySettings)
+
 
 STRATEGIES: Group[Strategy] = Group(
     "strategy",
     Strategy,
     "hfc_design.strategies",
     found_in(strategies, "STRATEGY"),
-    fault=strategy_fault,
+    fault=_fault,
 )
 #: The ``[search]`` of a scenario.
 SearchSettings = Annotated[
@@ -43,49 +42,26 @@ def searcher(settings: StrategySettings, task: Task) -> Searcher:
     strategy = STRATEGIES.get(settings.preset)
     if strategy.name in STRATEGIES.built_in:
         return strategy.make(settings, task)
-    with _own_code(strategy.name):
-        found = strategy.make(settings, task)
-    for part in ("start", "ask", "tell"):
-        if not callable(getattr(found, part, None)):
-            raise UserError(f"strategy {strategy.name!r}: what it makes has no {part}")
-    return _Own(strategy, found)
+    found = _called(strategy, "make", strategy.make, settings, task)
+    own: dict[str, Any] = {k: getattr(found, k, None) for k in ("start", "ask", "tell")}
+    if missing := [part for part, function in own.items() if not callable(function)]:
+        raise UserError(f"strategy {strategy.name!r}: what it makes has no {missing[0]}")
+    watched: Any = {part: partial(_called, strategy, part, x) for part, x in own.items()}
+    return SimpleNamespace(**watched)
 
 
-class _Own(NamedTuple):
-    """A user's own strategy; what it lacks or does wrong becomes a line."""
-
-    strategy: Strategy
-    searcher: Searcher
-
-    def start(self, rng: np.random.Generator) -> tuple[State, Asked]:
-        with _own_code(self.strategy.name):
-            return _with_population(*self.searcher.start(rng))
-
-    def ask(self, state: State, generation: int, rng: np.random.Generator) -> tuple[State, Asked]:
-        with _own_code(self.strategy.name):
-            return _with_population(*self.searcher.ask(state, generation, rng))
-
-    def tell(self, state: State, asked: Asked, score: Floats) -> State:
-        with _own_code(self.strategy.name):
-            told = self.searcher.tell(state, asked, score)
-            if not isinstance(told, self.strategy.state):
-                raise TypeError(f"tell gave no {self.strategy.state.__name__}")
-        return told
-
-
-def _with_population(state: State, asked: Asked) -> tuple[State, Asked]:
-    if not hasattr(asked, "population"):
-        raise TypeError("what it asks has no population")
-    return state, asked
-
-
-@contextmanager
-def _own_code(name: str) -> Iterator[None]:
+def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given: Any) -> Any:
+    """What a user's own function gives; what it lacks or does wrong becomes a line."""
     try:
-        yield
+        found = function(*given)
+        if part in ("start", "ask"):
+            _ = found[1].population  # which is scored
+        elif part == "tell" and not isinstance(found, strategy.state):
+            raise TypeError(f"tell gave no {strategy.state.__name__}")
     except UserError:
         raise
     except Exception as error:
-        reason = (str(error).splitlines() or [""])[0]
-        line = f"strategy {name!r} cannot search: {type(error).__name__}: {reason}"
+        told = f"{type(error).__name__}: {(str(error).splitlines() or [''])[0]}"
+        line = f"strategy {strategy.name!r} cannot search: {part}: {told}"
         raise UserError(line) from error
+    return found

@@ -75,16 +75,3 @@ class Strategy(NamedTuple):
     summary: str = ""  # for hfc list strategies
     #: Why it cannot search, in a line: of its settings and of the ``[controller]``.
     fault: Callable[[Any, Any], str | None] = lambda settings, controller: None
-
-
-def strategy_fault(strategy: Strategy) -> str | None:
-    """What a strategy lacks, in a line; None if nothing that is seen at once."""
-    own: object = strategy.settings
-    if not (isinstance(own, type) and issubclass(own, StrategySettings)):
-        return "settings has to be a subclass of StrategySettings"
-    if not getattr(strategy.state, "_fields", ()):
-        return "state has to be a NamedTuple class"
-    for part in ("make", "fault"):
-        if not callable(getattr(strategy, part)):
-            return f"{part} has to be a function, and is {getattr(strategy, part)!r}"
-    return None

@@ -2,10 +2,14 @@
 
 The command is u(e, de) = u_1(e) + u_2(e, de) with u_1(e) = u(e, 0). K_1 bounds u_1/e, K_2 bounds
 u_2/de. JK read both at the centres of the terms (eq. 13, 14), which is exact only where every
-edge meets the neighbour's centre. ``hfc_design.true_sectors`` takes the edges as they are.
+edge meets the neighbour's centre. Elsewhere the command rises in steps and its gain between the
+centres exceeds both: with table 3 the command at e = 19 BLU is already the 32 units that belong
+to 21. ``true_sectors`` takes the edges as they are.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +22,8 @@ MIDDLE = 3  # the term around zero, of seven
 TERMS = 7
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive
 SMALLEST = 1e-9  # distance of two centres [BLU]
+ROUNDING = 1e-12  # a level this much smaller than the others is a 0 that was rounded
+DIGITS = 9  # edges [BLU] that agree so far are one, which keeps the pieces between them wide
 
 
 class Sectors(NamedTuple):
@@ -30,11 +36,6 @@ class Sectors(NamedTuple):
     k1: float
     k2_low: float
     k2: float
-
-    @property
-    def confined(self) -> bool:
-        """Whether no gain is negative, as the theorem asks."""
-        return self.k1_low >= 0.0 and self.k2_low >= 0.0
 
 
 def sectors_at_centres(
@@ -55,43 +56,6 @@ def sectors_at_centres(
     second = (table - table[:, [MIDDLE]])[:, kept] / changes[kept]
     bounds = (first.min(), first.max(), second.min(), second.max())
     return Sectors(*(float(bound) for bound in bounds))
-
-
-def k2_of_rule_base_1(small: float, medium: float, large: float, spacing: float) -> float:
-    """K_2 [unit/BLU] of rule base I from its positive centroids U_1, U_2, U_3 (JK04 eq. 23).
-
-    ``spacing`` is the distance beta of the centres of the change of error [BLU], evenly spaced.
-    """
-    if 3.0 * medium - 2.0 * small - large >= 0.0:
-        steepest, ahead = (medium - small) / spacing, 3.0 * medium - 4.0 * small
-    else:
-        steepest = (large - medium) / (2.0 * spacing)
-        ahead = 3.0 * large - 3.0 * medium - 2.0 * small
-    return steepest if ahead >= 0.0 else small / (3.0 * spacing)
-
-
-def bilinear(
-    error_centres: Sequence[float],
-    change_centres: Sequence[float],
-    singletons: ArrayLike,
-    error: float,
-    change: float,
-) -> float:
-    """The command where every edge meets the neighbour's centre: JK04 eq. 7 with its cross term.
-
-    With s, t in [0, 1] the place between two centres of e and of de, the four rules fire at
-    (1 - s)(1 - t), s(1 - t), (1 - s)t, st. Printed are the terms without s t, which alone give
-    U_{i+1,j} + U_{i,j+1} - U_{i,j} instead of U_{i+1,j+1} at s = t = 1.
-
-    Raises:
-        UserError: as ``sectors_at_centres``.
-    """
-    table = checked_table(singletons)
-    i, s = _place(checked_centres("error", error_centres), error)
-    j, t = _place(checked_centres("change of error", change_centres), change)
-    (low, right), (up, across) = table[i : i + 2, j : j + 2]
-    cross = (across - up - right + low) * s * t
-    return float(low + (up - low) * s + (right - low) * t + cross)
 
 
 def checked_table(singletons: ArrayLike) -> Floats:
@@ -123,7 +87,124 @@ def checked_centres(name: str, centres: Sequence[float]) -> Floats:
     return values
 
 
-def _place(centres: Floats, value: float) -> tuple[int, float]:
-    """The piece that ``value`` lies in, and where in it; outside, the nearest end."""
-    k = int(np.clip(np.searchsorted(centres, value) - 1, 0, TERMS - 2))
-    return k, float(np.clip((value - centres[k]) / (centres[k + 1] - centres[k]), 0.0, 1.0))
+class Triangle(NamedTuple):
+    """A linguistic term of JK04 eq. 1; an edge ``None`` is infinite, and 1 from the centre on."""
+
+    left: float | None
+    centre: float
+    right: float | None
+
+
+def true_sectors(
+    error_terms: Sequence[Triangle], change_terms: Sequence[Triangle], singletons: ArrayLike
+) -> Sectors:
+    """Infimum and supremum of u_1/e and u_2/de over all e and de, for terms with any edges.
+
+    Product, centre average, 0 where no rule fires (also where two terms only touch). The lower
+    bounds are never above 0, since the command saturates. A command that jumps at 0 has an
+    infinite gain. Memberships of the error enter u_2 as weights that sum to 1, so that u_2/de
+    lies between its values where one error term rules alone: those rows are searched. A term
+    whose centre a neighbour's edge has passed never rules alone, and K_2 may come out too large,
+    on the safe side.
+
+    Raises:
+        UserError: seven terms with ascending centres and left < centre < right are not given, or
+            the singletons are not 7 x 7 finite numbers.
+    """
+    table = checked_table(singletons)
+    error_terms = _checked_terms("error", error_terms)
+    change_terms = _checked_terms("change of error", change_terms)
+    weights = np.array([membership(term, 0.0) for term in change_terms])
+    outputs = table @ weights / (weights.sum() or 1.0)
+    first = _gains(error_terms, outputs, 0.0)
+    rows = [_gains(change_terms, row, output) for row, output in zip(table, outputs, strict=True)]
+    return Sectors(*first, min(low for low, _ in rows), max(high for _, high in rows))
+
+
+def membership(term: Triangle, value: float) -> float:
+    """Degree in [0, 1] to which ``value`` belongs to ``term`` (JK04 eq. 1)."""
+    left, centre, right = term
+    if value < centre:
+        return 1.0 if left is None else max((value - left) / (centre - left), 0.0)
+    return 1.0 if right is None else max((right - value) / (right - centre), 0.0)
+
+
+def _gains(
+    terms: Sequence[Triangle], values: Iterable[float], offset: float
+) -> tuple[float, float]:
+    """Infimum and supremum of (f(x) - offset)/x, f the centre average of ``values``.
+
+    Between neighbouring edges and centres every membership is linear, so f - offset is a
+    quotient p/q of two linear functions.
+    """
+    levels = np.fromiter(values, dtype=np.float64) - offset
+    levels[np.abs(levels) < ROUNDING * np.abs(levels).max()] = 0.0
+    finite = {x for term in terms for x in term if x is not None}
+    found = [0.0]  # at infinity
+    for ends in pairwise(sorted(finite | {0.0})):
+        degrees = np.array([[membership(term, x) for term in terms] for x in ends])
+        p, q = degrees @ levels, degrees.sum(axis=1)
+        found += _ratio_piece(ends, p, q) if q.all() else _flat_piece(ends, p, q, offset)
+    for x in (min(finite), max(finite)):  # and all the way from there to infinity
+        degree = np.array([membership(term, x) for term in terms])
+        found.append((degree @ levels / degree.sum() if degree.any() else -offset) / x)
+    return float(min(found)), float(max(found))
+
+
+def _flat_piece(ends: tuple[float, float], p: Floats, q: Floats, offset: float) -> list[float]:
+    """Extremes of (f - offset)/x where no term reaches one end or both.
+
+    f is 0 there, and constant inside: only terms that end together fire.
+    """
+    level = p.sum() / q.sum() if q.any() else -offset
+    bare = [_quotient(-offset, x, ends) for x, weight in zip(ends, q, strict=True) if not weight]
+    return [*bare, *(_quotient(level, x, ends) for x in ends)]
+
+
+def _ratio_piece(ends: tuple[float, float], p: Floats, q: Floats) -> list[float]:
+    """Extremes of p/(x q) with p, q, x linear in t, from 0 to 1 between the ends."""
+    if 0.0 in ends:
+        zero = ends.index(0.0)
+        if p[zero] == 0.0:  # x divides out, what is left is monotone
+            return [float(p[1 - zero] / (ends[1 - zero] * weight)) for weight in q]
+    (p0, p1), (q0, q1), (x0, x1) = ((u, v - u) for u, v in (p.tolist(), q.tolist(), ends))
+    product = (x0 * q0, x0 * q1 + x1 * q0, x1 * q1)
+    inner = _inside(p1 * product[0] - p0 * product[1], -2.0 * p0 * product[2], -p1 * product[2])
+    outer = [_quotient(p[k] / q[k], ends[k], ends) for k in (0, 1)]
+    return [*outer, *(_quotient((p0 + p1 * t) / (q0 + q1 * t), x0 + x1 * t, ends) for t in inner)]
+
+
+def _inside(c0: float, c1: float, c2: float) -> list[float]:
+    """The roots of c0 + c1 t + c2 t^2 between 0 and 1, without cancellation or overflow."""
+    square = c1 * c1 - 4.0 * c2 * c0
+    if square < 0.0:
+        return []
+    half = -0.5 * (c1 + math.copysign(math.sqrt(square), c1))
+    pairs = ((half, c2), (c0, half))
+    return [u / v for u, v in pairs if 0.0 < abs(u) < abs(v) and (u > 0.0) == (v > 0.0)]
+
+
+def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
+    """level/x; at x = 0 the limit from inside the piece."""
+    if level == 0.0:
+        return 0.0
+    if x == 0.0:
+        return math.copysign(math.inf, level if x == ends[0] else -level)
+    return float(level / x)
+
+
+def _checked_terms(name: str, terms: Sequence[Triangle]) -> list[Triangle]:
+    """The terms, their edges rounded to ``DIGITS``."""
+    checked_centres(name, [term.centre for term in terms])
+    rounded = []
+    for k, term in enumerate(terms, 1):
+        left, centre, right = (x if x is None else round(x, DIGITS) for x in term)
+        low = -LARGEST if left is None else left
+        high = LARGEST if right is None else right
+        if centre is None or not -LARGEST <= low < centre < high <= LARGEST:
+            raise UserError(
+                f"term {k} of the {name}: left {left}, centre {centre}, right {right} have to "
+                f"ascend within {-LARGEST:g} and {LARGEST:g}"
+            )
+        rounded.append(Triangle(left, centre, right))
+    return rounded

@@ -22,10 +22,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import hyp1f1
 
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 
 #: Allowed T/tau: slower sampling sees no dynamics, faster sampling is continuous control.
 RATIO = (1e-3, 50.0)
@@ -79,7 +80,7 @@ def k1_bound(drive: Discrete) -> float:
     return float(1.0 / (drive.k0 * max(-real(y) / weight(y) for y in places)))
 
 
-def k2_bound(drive: Discrete, k1: ArrayLike) -> NDArray[np.float64]:
+def k2_bound(drive: Discrete, k1: ArrayLike) -> Floats:
     """The K_2 [unit/BLU] below which condition (ii) holds as printed (JK04 eq. 22).
 
     ``k1`` is a number or an array [unit/BLU], the result has its shape. The bound falls with K_1,
@@ -129,7 +130,7 @@ class StableRange(NamedTuple):
         """Every K_1 of the range is smaller than this."""
         return min(self.k1_printed, self.k1_linear)
 
-    def k2(self, k1: ArrayLike) -> NDArray[np.float64]:
+    def k2(self, k1: ArrayLike) -> Floats:
         """Every K_2 of the range at ``k1`` is smaller than this; 0 outside the range."""
         bound = k2_bound(self.drive, k1)
         return np.where(np.asarray(k1) < self.k1, bound, 0.0)

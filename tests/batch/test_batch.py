@@ -102,10 +102,18 @@ def started(path, out):
     )
 
 
-@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
-def test_stopped_at_any_moment_and_called_again(tmp_path, undisturbed, blow):
+@pytest.mark.parametrize(
+    ("blow", "moments"),
+    [
+        (signal.SIGKILL, [2]),
+        pytest.param(signal.SIGKILL, [1, 2, 3], marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, [1, 2, 3], marks=pytest.mark.slow),
+    ],
+)
+def test_stopped_at_any_moment_and_called_again(tmp_path, undisturbed, blow, moments):
+    """As soon as there are checkpoints of so many cells."""
     path, out = written(tmp_path, GRID), tmp_path / "out"
-    for cells in range(1, 4):
+    for cells in moments:
         process = started(path, out)
         while process.poll() is None and len(list(out.glob("*/checkpoint.npz"))) < cells:
             time.sleep(0.01)
@@ -115,6 +123,7 @@ def test_stopped_at_any_moment_and_called_again(tmp_path, undisturbed, blow):
     assert files(out) == undisturbed
 
 
+@pytest.mark.slow
 def test_two_batches_on_one_folder_share_the_work(tmp_path, undisturbed):
     path, out = written(tmp_path, GRID), tmp_path / "out"
     both = [started(path, out) for _ in range(2)]

@@ -9,6 +9,8 @@ from dask_cluster import GRID, alive, ended, first_finished, killed, psutil, unt
 
 from hfc_design.batch.plan import read_batch
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):

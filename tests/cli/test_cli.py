@@ -17,7 +17,7 @@ from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import builtin_names
 
-SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.2"]
+SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.1"]
 
 
 def hfc(*arguments):

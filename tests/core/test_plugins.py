@@ -1,6 +1,7 @@
 """Own plants, fitnesses and control laws: how they come in, and what they compute."""
 
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from sledge import BUDGET, SCENARIO, api_text, hfc, imported, installed, refused
 
 from hfc_design import api
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.design import design_json
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish
@@ -182,9 +184,9 @@ def test_formats_take_an_own_kind_or_refuse_it_in_a_line(own, target):
         assert not (own / "out").exists()
 
 
-@pytest.mark.parametrize("target", [name for name in FORMATS if name != "linuxcnc"])
-def test_formats_take_an_own_plant(own, target):
-    api.register(imported("mine").SLEDGE)
+@cache
+def searched():
+    """The file of a hierarchy for the sledge, which has to be known."""
     scenario = api.load_scenario(
         "sledge.toml",
         {
@@ -192,7 +194,14 @@ def test_formats_take_an_own_plant(own, target):
             "search": {"population": 2, "generations": 1, "newton_islands": 0},
         },
     )
-    assert api.export(api.design(scenario).design, target, "out").exists()
+    return design_json(api.design(scenario).design)
+
+
+@pytest.mark.parametrize("target", [name for name in FORMATS if name != "linuxcnc"])
+def test_formats_take_an_own_plant(own, target):
+    api.register(imported("mine").SLEDGE)
+    (own / "found.json").write_text(searched())
+    assert api.export(api.load_design("found.json"), target, "out").exists()
 
 
 def test_entry_points(own, tmp_path):

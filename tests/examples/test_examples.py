@@ -51,12 +51,15 @@ def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins,
 
 
 def test_page_on_python(tmp_path, monkeypatch, own_plugins):
-    """Every block runs after the others, with few generations."""
+    """Every block runs after the others, on a small budget."""
     monkeypatch.chdir(tmp_path)
     page = (ROOT / "docs" / "python.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     assert len(blocks) > 5
     space = {"__name__": "page"}
+    small = {"generations": "2", "population": "16", "duration_s": "0.1"}
     for block in blocks:
-        few = re.sub(r'("search\.generations"): \d+', r"\1: 2", block)
-        exec(compile(few, "docs/python.md", "exec"), space)
+        text = re.sub(
+            rf'({"|".join(small)})": [\d.]+', lambda hit: f'{hit[1]}": {small[hit[1]]}', block
+        )
+        exec(compile(text, "docs/python.md", "exec"), space)

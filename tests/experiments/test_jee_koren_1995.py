@@ -13,6 +13,7 @@ def batch_95(tmp_path_factory):
     return ran(tmp_path_factory.mktemp("jk95"), "jee_koren_1995/batch.toml")
 
 
+@pytest.mark.slow
 def test_published_figures_of_1995(batch_95):
     stands_in(jk95, batch_95.published())
     assert len(batch_95.published()) == 24
@@ -32,6 +33,7 @@ def test_narrow_starts_are_what_their_labels_say(letter, terms, centroids):
             assert list(row) == [centroids * u for u in base]
 
 
+@pytest.mark.slow
 def test_jk95_blames_other_rules_than_jk04(batch_95):
     first = [
         batch_95.values(f"blame of {paper}, overlap 5 and 1 BLU, range", jk95.CYCLES[0])[0]
@@ -40,6 +42,7 @@ def test_jk95_blames_other_rules_than_jk04(batch_95):
     assert first[0] > 1.3 * first[1]  # JK95's second case costs the first cycle
 
 
+@pytest.mark.slow
 def test_every_variant_stands_in_its_page(batch_95):
     first = [line[0] for line in table(page_of(jk95))]
     printed = [line[0] for line in table(jk95.variants(batch_95))]
@@ -47,6 +50,7 @@ def test_every_variant_stands_in_its_page(batch_95):
     assert [name for name in printed if name not in first] == []
 
 
+@pytest.mark.slow
 def test_the_page_of_1995_is_what_its_command_prints(batch_95):
     found = CliRunner().invoke(jk95.main, ["--runs", str(batch_95.folder)])
     assert found.exit_code == 0, found.output

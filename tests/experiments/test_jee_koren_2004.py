@@ -2,9 +2,9 @@
 
 import pytest
 from experiment_pages import EXPERIMENTS, page_of, ran, simulated, stands_in, table
+from jk04 import rule_labels, rule_singletons
 
 from experiments.jee_koren_2004 import page as jk04
-from hfc_design.controllers.flc.rule_bases import rule_labels, rule_singletons
 from hfc_design.files.pairing import load_design
 
 
@@ -13,6 +13,7 @@ def batch_04(tmp_path_factory):
     return ran(tmp_path_factory.mktemp("jk04"), "jee_koren_2004/batch.toml")
 
 
+@pytest.mark.slow
 def test_published_figures_of_2004(batch_04):
     stands_in(jk04, batch_04.published())
     values = simulated(batch_04)
@@ -40,6 +41,7 @@ def test_rule_bases_2_and_3_are_those_of_the_paper():
         assert own.error_change_terms == flc.error_change_terms
 
 
+@pytest.mark.slow
 def test_fig_18_rule_base_1_is_best(batch_04):
     one, two, three = (
         batch_04.values(f"step, rule base {base}", "iae_BLU_s")[0] for base in ("I", "II", "III")
@@ -47,6 +49,7 @@ def test_fig_18_rule_base_1_is_best(batch_04):
     assert one < two <= three
 
 
+@pytest.mark.slow
 def test_the_overlap_is_what_makes_the_contour_better(batch_04):
     narrow, wide = (
         batch_04.values(label, jk04.CONTOUR[-1])[0]
@@ -58,6 +61,7 @@ def test_the_overlap_is_what_makes_the_contour_better(batch_04):
     assert wide < 0.5 * narrow
 
 
+@pytest.mark.slow
 def test_every_variant_stands_in_its_page(batch_04):
     first = [line[0] for line in table(page_of(jk04))]
     printed = [line[0] for line in table(jk04.variants(batch_04))]
@@ -65,6 +69,7 @@ def test_every_variant_stands_in_its_page(batch_04):
     assert [name for name in printed if name not in first] == []
 
 
+@pytest.mark.slow
 def test_no_single_friction_gives_all(tmp_path):
     def wanted(cell):
         own = cell.settings
@@ -98,6 +103,7 @@ def test_time_of_a_sample_stands_in_the_page():
     stands_in(jk04, jk04.computing())
 
 
+@pytest.mark.slow
 def test_the_figures_of_2004_are_drawn_from_the_runs(batch_04):
     for draw in (jk04.circle, jk04.line, jk04.friction, jk04.slot, jk04.steps):
         assert draw(batch_04).axes

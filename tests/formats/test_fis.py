@@ -2,6 +2,7 @@
 
 import re
 
+import made_up
 import pytest
 
 from hfc_design.core.records import UserError
@@ -57,6 +58,16 @@ def test_the_tree_of_matlab_joins_every_unit_to_the_one_that_reads_it(written):
         assert re.search(rf"\[Input\d\]\nName='{entry}'\n", files[f"{target}.fis"])
     read = re.findall(r"readfis\(fullfile\(folder, '(\w+)\.fis'\)\)", files["controller_tree.m"])
     assert read == ["unit_7", "unit_3", "unit_1", "unit_0"]
+
+
+@pytest.mark.parametrize(("blu", "factor"), [({}, "0.01"), ({"blu_mm": 0.004}, "0.004")])
+def test_the_compensation_counts_in_mm(written, blu, factor):
+    low = made_up.LOW_VELOCITY | blu
+    files = written(
+        changed("jee-koren-2004-flc", lambda controller: controller.update(low_velocity=low))
+    )
+    assert f"compensation({factor} * signals.velocity, signals.error)" in files["controller.m"]
+    assert ('"blu_mm"' in files["controller.json"]) == bool(blu)
 
 
 def test_what_the_format_leaves_out_stands_in_the_head(written):

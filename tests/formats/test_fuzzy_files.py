@@ -102,10 +102,11 @@ LOW_VELOCITY = {
 }
 
 
+@pytest.mark.parametrize("blu", [{}, {"blu_mm": 0.004}])
 @pytest.mark.parametrize("form", ["P", "PI", "PD"])
-def test_the_files_alone_give_the_command_of_every_form(form, tmp_path):
+def test_the_files_alone_give_the_command_of_every_form(form, blu, tmp_path):
     data = named_design("jee-koren-2004-flc").model_dump(mode="json")
-    data["controller"] |= {"form": form, "integral_gain": 2.5, "low_velocity": LOW_VELOCITY}
+    data["controller"] |= {"form": form, "integral_gain": 2.5, "low_velocity": LOW_VELOCITY | blu}
     record = Design.model_validate(data)
     folder = written(record, "fml", tmp_path / "x")
     assert controller_error(record, folder, partial(read, System)) <= 1e-12

@@ -63,6 +63,15 @@ def test_controller_reads_what_its_error_is_between(tmp_path):
     assert "inputs.deflection = deflection_;" in text
 
 
+def test_the_unit_of_the_pins_is_told(tmp_path):
+    assert "and not in degrees:" in files(TABLE_1, tmp_path / "c")["README.md"]
+    assert "and not in mm: 1 BLU is 0.01 mm:" in files(AFLC, tmp_path / "a")["README.md"]
+    fine = AFLC.model_copy(
+        update={"plant": AFLC.plant.model_copy(update={"parameters": {"blu": 0.002}})}
+    )
+    assert "1 BLU is 0.002 mm:" in files(fine, tmp_path / "f")["README.md"]
+
+
 def test_machine_moves_last_in_a_sample(tmp_path):
     found = files(AFLC, tmp_path / "a")
     text = found["loop.hal"].replace("source controller.hal", found["controller.hal"])

@@ -169,12 +169,12 @@ def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path, no_base
         Path(designs.__file__).parents[1] / "files" / "scenarios" / "feed-drive-circle.toml"
     ).read_text()
     scenario.write_text(text.replace('kind = "aflc"', 'kind = "aflc"\nstart = "mine.json"'))
-    small = ["--population", 8, "--generations", 2, "--set", "simulation.duration_s=10.0"]
+    small = ["--population", 8, "--generations", 2, "--set", "simulation.duration_s=4.0"]
     done = hfc("design", scenario, "--out", tmp_path / "run", "--quiet", *small)
     assert done.exit_code == 0, done.stderr
     found = load_design(str(tmp_path / "run"))
     assert found.controller.kind == "aflc"
-    assert evaluate(found, load_scenario(str(scenario), ["simulation.duration_s=10.0"])).fitness > 0
+    assert evaluate(found, load_scenario(str(scenario), ["simulation.duration_s=4.0"])).fitness > 0
 
 
 def test_a_search_does_not_start_from_terms_that_it_would_move(tmp_path):

@@ -62,9 +62,11 @@ CASES = {
 for form in ("P", "PI", "PD"):
     changes = {"form": form, "integral_gain": 0.7, "low_velocity": LOW.model_dump(mode="json")}
     CASES[form] = (updated("jee-koren-2004-flc", **changes),) * 2
+    changes["low_velocity"]["blu_mm"] = 0.02
+    CASES[f"{form}, another BLU"] = (updated("jee-koren-2004-flc", **changes),) * 2
 
 
-def samples(record, count=2000):
+def samples(record, count=800):
     """Random signals, then all pairs of edges and centres, their outermost and beyond."""
     rng = np.random.default_rng(11)
     inputs = getattr(record.controller, "inputs", ())

@@ -21,9 +21,9 @@ def table(page):
     return [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
 
 
-def ran(out, file, wanted=lambda cell: True):
-    """The wanted cells of a batch file, run."""
-    plan = read_batch(EXPERIMENTS / file)
+def ran(out, file, wanted=lambda cell: True, changes=()):
+    """The wanted cells of a batch file, run; ``changes`` are laid over all of them."""
+    plan = read_batch(EXPERIMENTS / file, changes)
     cells = [cell for cell in plan.cells if wanted(cell)]
     folder.note_plan(out, plan)
     failed = []

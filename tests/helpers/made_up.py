@@ -1,12 +1,20 @@
 """Random designs of every kind that has rules."""
 
 import numpy as np
+from jk04 import rule_labels
 
-from hfc_design.controllers.flc.rule_bases import LABELS, rule_labels
+from hfc_design.controllers.flc.record import LABELS
 from hfc_design.files.design import Design
 
 TERMS = 7
 SIGNALS = ("error", "deflection", "deflection_rate", "spindle_velocity")
+LOW_VELOCITY = {
+    "forward": [0.01, -0.9, 5.0],
+    "backward": [-0.01, -0.7, -4.0],
+    "highest_velocity_mm_s": 8.0,
+    "breakaway": [6.0, -5.0],
+    "smallest_error": 1.5,
+}
 INPUTS = (*SIGNALS, "previous_spindle_velocity", "previous_error")
 
 
@@ -55,13 +63,7 @@ def fuzzy(kind, seed, **changes):
             "centroids": random.uniform(-32.0, 32.0, (TERMS, TERMS)).tolist(),
         },
         "integral_gain": random.uniform(0.0, 0.2),
-        "low_velocity": {
-            "forward": [0.01, -0.9, 5.0],
-            "backward": [-0.01, -0.7, -4.0],
-            "highest_velocity_mm_s": 8.0,
-            "breakaway": [6.0, -5.0],
-            "smallest_error": 1.5,
-        },
+        "low_velocity": LOW_VELOCITY,
     }
     if kind in ("aflc", "soflc"):
         controller["adaptation"] = {"k_a": 0.5, "k_b": 0.125, "k_c": 1.0}

@@ -78,7 +78,7 @@ class Mute(NamedTuple):
 
 class Nothing(Climb):
     def start(self, rng):
-        return None, ()
+        return None, "nobody"
 
 class Foreign(Climb):
     def tell(self, state, asked, score):

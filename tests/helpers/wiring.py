@@ -211,7 +211,7 @@ def command(folder, signals, evaluate):
 def compensation(low, velocity, error):
     """As the steps in controller.json say it (JK04 eq. 28-30)."""
     found = []
-    for v, e in zip(0.01 * velocity, error, strict=True):
+    for v, e in zip(low.get("blu_mm", 0.01) * velocity, error, strict=True):
         a, b, c = low["forward"] if v >= 0.0 else low["backward"]
         u = a * v**2 + b * v + c if abs(v) < low["highest_velocity_mm_s"] else 0.0
         if abs(v) < 0.5:

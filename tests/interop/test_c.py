@@ -29,6 +29,9 @@ DESIGNS |= {
 }
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
 DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
+DESIGNS["flc of another BLU"] = made_up.fuzzy(
+    "flc", 4, low_velocity=made_up.LOW_VELOCITY | {"blu_mm": 0.002}
+)
 DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(4)}
 DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
 #: How far the signals of a random run go: beyond the universe of a C-axis design.

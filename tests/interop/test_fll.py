@@ -14,7 +14,7 @@ import pytest
 from fuzzylite_tool import in_tool
 from wiring import DESIGNS, controller_error, design, silent, unit_error
 
-from hfc_design.formats import fll
+from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
 HERE = Path(__file__).parent
@@ -43,14 +43,14 @@ def in_python(file, row, column, points):
 def test_every_unit_and_the_controller_read_back(name, reader, tmp_path):
     evaluate, least = reader
     record, folder = design(name), tmp_path / "out"
-    fll.write(record, folder)
+    FORMATS["fll"].write(record, folder)
     assert unit_error(record, folder, "fll", evaluate, least) <= 1e-12
     assert controller_error(record, folder, evaluate) <= (2e-6 if least else 1e-12)
 
 
 def test_a_unit_gives_0_where_no_rule_fires(reader, tmp_path):
     evaluate, _ = reader
-    fll.write(silent(), tmp_path / "out")
+    FORMATS["fll"].write(silent(), tmp_path / "out")
     file = tmp_path / "out" / "unit_7.fll"
     names = "previous_spindle_velocity", "spindle_velocity"
     assert evaluate(file, *names, np.array([[0.1, 0.1], [0.0, 0.0]])).tolist() == [0.0, 0.4853]

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from hfc_design.motion.contour import (
     REACH,
-    contour_error,
     glitches,
     local_error,
     nearest,
@@ -160,7 +159,7 @@ def test_a_diverged_motion_has_no_finite_error():
     square = Polyline(points_mm=SQUARE, feed_mm_min=600.0)
     samples = square.samples(np.array([1.0, 2.0, 3.0]))
     actual = np.array([[1.0, np.nan, np.inf], [0.0, 0.0, 0.0]])
-    error = contour_error(square, samples, actual)
+    error = nearest(square, samples, actual).error
     assert np.isfinite(error).tolist() == [True, False, False]
 
 

@@ -6,17 +6,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jk04 import PARAMETER_SETS, without_friction
 from scipy.integrate import solve_ivp
 
 from plants.feed_drive import (
-    PARAMETER_SETS,
     FeedDriveParameters,
     FeedDriveState,
     accepted,
     coefficients,
     friction,
     step,
-    without_friction,
 )
 
 FREE = (0.0, 0.0, 0.0)

@@ -3,11 +3,11 @@
 import math
 
 import pytest
+from jk04 import PARAMETER_SETS
 
 from hfc_design.files.machine import PlantSettings
 from plants import C_AXIS, FEED_DRIVE
 from plants.feed_drive import (
-    PARAMETER_SETS,
     FeedDriveParameters,
     FeedDriveState,
     accepted,

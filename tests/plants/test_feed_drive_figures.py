@@ -5,9 +5,9 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jk04 import PARAMETER_SETS
 
 from plants.feed_drive import (
-    PARAMETER_SETS,
     FeedDriveParameters,
     FeedDriveState,
     accepted,

@@ -132,7 +132,7 @@ def test_names_of_strategies(searching):
         ("NO_MAKE", ["strategy 'climb'", "make has to be a function", "None"]),
         ("Climb", ["is a type and no Strategy"]),
         ("MUTE", ["strategy 'climb'", "has no tell"]),
-        ("NOTHING", ["strategy 'climb' cannot search", "has no population"]),
+        ("NOTHING", ["strategy 'climb' cannot search", "start", "no attribute 'population'"]),
         ("FOREIGN", ["strategy 'climb' cannot search", "tell gave no Best"]),
         ("BROKEN", ["strategy 'climb' cannot search", "ZeroDivisionError"]),
         ("PICKY", ["search.preset = 'climb'", "searches no pd"]),

@@ -79,16 +79,19 @@ def test_published_controllers_move_as_radau_says(case, published):
         assert total == pytest.approx(recorded[name], rel=5e-7)
 
 
-def test_random_controllers_move_as_scipy_says(random_population):
-    gains = random_population(32, seed=5)
+@pytest.mark.parametrize(
+    ("count", "wanted"), [(8, 4), pytest.param(32, 20, marks=pytest.mark.slow)]
+)
+def test_random_controllers_move_as_scipy_says(count, wanted, random_population):
+    gains = random_population(count, seed=5)
     states, _ = simulated("c-axis-ramp", HIERARCHICAL, gains)
     smooth = 0
-    for one in range(32):
+    for one in range(count):
         assert oracle.sliding_poles(oracle.plant(), gains.kp[one], gains.kd[one]).real.max() < -0.4
         exact, _ = oracle.closed_loop(*plain(gains, one), 1.0, None, "DOP853", rtol=1e-12)
         assert abs(exact[:, 3]).max() < 0.08  # 20 V of fuzzy output over kp, and the ramp
         smooth += not compared(states[..., one], exact)
-    assert smooth >= 20
+    assert smooth >= wanted
 
 
 @pytest.mark.parametrize("scenario", LOADS)

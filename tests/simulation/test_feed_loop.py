@@ -76,11 +76,11 @@ def test_commands_and_readings_are_whole_numbers(flc):
 
 def test_trajectory_csv_names_axes_and_units(tmp_path):
     path = tmp_path / "motion.csv"
-    arguments = ["simulate", "jee-koren-2004-aflc", "--set", "simulation.duration_s=10.0"]
+    arguments = ["simulate", "jee-koren-2004-aflc", "--set", "simulation.duration_s=4.0"]
     result = CliRunner().invoke(main, [*arguments, "--csv", str(path)])
     assert result.exit_code == 0, result.output
     rows = list(csv.DictReader(path.read_text().splitlines()))
-    assert len(rows) == 1000
+    assert len(rows) == 400
     for axis in "xy":
         error = float(rows[3][f"{axis}_reference_BLU"]) - float(rows[3][f"{axis}_position_BLU"])
         assert float(rows[3][f"{axis}_error_BLU"]) == pytest.approx(error)

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from jk04 import FRICTION
 from lifted import controller_of
 from scipy.signal import cont2discrete
 
@@ -20,7 +21,6 @@ from hfc_design.simulation.monte_carlo import drawn, is_stable, limits, robustne
 from hfc_design.stability.stable_range import discrete, linear_k1
 from plants import PLANTS
 from plants.c_axis import coefficients
-from plants.feed_drive import FRICTION
 
 
 def case(name, *changes, seconds=0.5):

@@ -7,7 +7,7 @@ import pytest
 from lifted import every_axis
 
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
-from hfc_design.controllers.pd.law import PdGains, pd
+from hfc_design.controllers.pd import PdGains, pd
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate

@@ -2,8 +2,8 @@
 
 from hfc_design.controllers.aflc.code import ST, C
 from hfc_design.controllers.aflc.law import aflc
-from hfc_design.controllers.aflc.record import AflcDesign
-from hfc_design.controllers.aflc.settings import AflcSettings
+from hfc_design.controllers.aflc.record import AflcDesign, AflcSettings
+from hfc_design.controllers.flc.record import points
 from hfc_design.controllers.flc.rules import EXPLAIN, RULES
 from hfc_design.controllers.kind import Kind, later
 
@@ -21,6 +21,6 @@ KIND = Kind(
     adapted=AflcDesign.adapted,
     c=C,
     st=ST,
-    table_gains=later("hfc_design.controllers.flc.gains", "points"),
+    table_gains=points,
     sections=later("hfc_design.controllers.aflc.section", "sections"),
 )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates, aflc
-from hfc_design.controllers.aflc.settings import AflcSettings
+from hfc_design.controllers.aflc.record import AflcSettings
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc import genome as flc
 from hfc_design.controllers.flc.genome import FuzzyGenome, FuzzyTables, alike

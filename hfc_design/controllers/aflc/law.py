@@ -20,7 +20,8 @@ from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, memberships
 from hfc_design.controllers.flc.sectors import Sectors, bounded
-from hfc_design.core.scalars import Scalar, Xp, total
+from hfc_design.core.scalars import Xp, total
+from hfc_design.core.shapes import Scalar
 
 
 class Rates(NamedTuple):

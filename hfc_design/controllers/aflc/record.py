@@ -1,13 +1,14 @@
 """Fuzzy controllers that adapt in a design file. Never imports JAX."""
 
 from itertools import pairwise
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Rates, current
 from hfc_design.controllers.flc.record import FuzzyRecord, Triangles
 from hfc_design.controllers.flc.sectors import Sectors
+from hfc_design.controllers.flc.settings import FuzzySettings, Start
 from hfc_design.core.records import NotNegative, Positive, Record
 
 
@@ -103,6 +104,13 @@ class AflcDesign(AdaptiveDesign):
         """Of its stable range."""
         stable = self.adaptation.stable_range
         return {"limit of the adaptation": (stable.k1_max, stable.k2_max)}
+
+
+class AflcSettings(FuzzySettings):
+    """What a search for an ``aflc`` starts from."""
+
+    kind: Literal["aflc"]
+    start: Annotated[AflcDesign, Start] = Field("jee-koren-2004-aflc", validate_default=True)
 
 
 def _with_edges(terms: Triangles, moved: Any) -> Triangles:

@@ -2,7 +2,7 @@
 
 from hfc_design.controllers.flc.code import ST, C
 from hfc_design.controllers.flc.law import flc
-from hfc_design.controllers.flc.record import FlcDesign
+from hfc_design.controllers.flc.record import FlcDesign, points
 from hfc_design.controllers.flc.rules import EXPLAIN, RULES
 from hfc_design.controllers.flc.settings import FlcSettings
 from hfc_design.controllers.kind import Kind, later
@@ -20,6 +20,6 @@ KIND = Kind(
     explain=EXPLAIN,
     c=C,
     st=ST,
-    table_gains=later("hfc_design.controllers.flc.gains", "points"),
+    table_gains=points,
     sections=later("hfc_design.controllers.flc.section", "sections"),
 )

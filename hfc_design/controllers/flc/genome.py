@@ -8,8 +8,7 @@ import numpy as np
 
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc.law import FlcGains, flc
-from hfc_design.controllers.flc.record import FuzzyRecord
-from hfc_design.controllers.flc.rule_bases import LABELS, nearest_labels
+from hfc_design.controllers.flc.record import LABELS, FuzzyRecord, nearest_labels
 from hfc_design.controllers.flc.sectors import ZR, Sectors, bounded
 from hfc_design.controllers.flc.settings import FuzzySettings
 from hfc_design.controllers.genome import some, taken

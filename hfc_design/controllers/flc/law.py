@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
-from hfc_design.core.scalars import Scalar, Xp, total
+from hfc_design.core.scalars import Xp, total
+from hfc_design.core.shapes import Scalar
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
 STANDSTILL = 0.5

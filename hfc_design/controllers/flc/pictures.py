@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.controllers.flc.law import infer, memberships
-from hfc_design.controllers.flc.record import FuzzyRecord, Triangles
-from hfc_design.controllers.flc.rule_bases import LABELS
+from hfc_design.controllers.flc.record import LABELS, FuzzyRecord, Triangles
 from hfc_design.core.scalars import ARRAYS
 from hfc_design.core.shapes import Floats
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, round_above

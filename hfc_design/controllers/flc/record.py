@@ -1,5 +1,7 @@
 """The two-input fuzzy controller in a design file. Never imports JAX."""
 
+import sys
+from collections.abc import Sequence
 from itertools import pairwise
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -7,10 +9,14 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
-from hfc_design.controllers.flc.rule_bases import LABELS
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
+from hfc_design.stability.sectors import Triangle, sectors_at_centres, true_sectors
 
+#: Linguistic labels, negative large to positive large.
+LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
+#: JK04 Table 3: centroid of each label in units of the command.
+CENTROIDS = (-32.0, -16.0, -8.0, 0.0, 8.0, 16.0, 32.0)
 #: Length of a BLU [mm] where a design says none.
 BLU_MM = 0.01
 TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
@@ -166,3 +172,32 @@ def terms_fault(terms: tuple[TriangleRecord, ...]) -> str | None:
         if not (a[1] <= b[0] and a[2] <= b[1]):
             return f"an edge between {low.label} and {high.label} passes the other's centre"
     return None
+
+
+def points(record: FuzzyRecord) -> dict[str, tuple[float, float]]:
+    """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
+    error, change = (
+        [Triangle(term.left, term.centre, term.right) for term in terms]
+        for terms in (record.error_terms, record.error_change_terms)
+    )
+    table = record.rules.centroids
+    at_centres = sectors_at_centres(
+        [term.centre for term in error], [term.centre for term in change], table
+    )
+    with_edges = true_sectors(error, change, table)
+    found = {
+        "table, eq. 13 and 14": (at_centres.k1, at_centres.k2),
+        "table, with its edges": (with_edges.k1, with_edges.k2),
+    }
+    return found | record.adaptation_limit()
+
+
+def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
+    """The label of each singleton whose usual height, in shares of the largest, is nearest."""
+    largest = max(*(abs(u) for row in table for u in row), sys.float_info.min)
+
+    def label(singleton: float) -> str:
+        share = singleton / largest
+        return min(LABELS, key=lambda x: abs(share - CENTROIDS[LABELS.index(x)] / CENTROIDS[-1]))
+
+    return [[label(u) for u in row] for row in table]

@@ -1,8 +1,7 @@
 """What the page shows of a feed drive's fuzzy controller."""
 
 from hfc_design.controllers.flc import pictures as fuzzy_plots
-from hfc_design.controllers.flc.gains import points
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, points
 from hfc_design.controllers.kind import Shown
 from hfc_design.pictures.section import Drawing, Listing, Rows, Section
 from hfc_design.stability import report as stability

@@ -5,7 +5,8 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals
-from hfc_design.core.scalars import Scalar, Xp
+from hfc_design.core.scalars import Xp
+from hfc_design.core.shapes import Scalar
 
 Range = tuple[float, float]
 

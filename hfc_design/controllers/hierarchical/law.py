@@ -14,7 +14,8 @@ from hfc_design.controllers.hierarchical.unit import (
     averaged,
     memberships,
 )
-from hfc_design.core.scalars import Scalar, Xp, clipped
+from hfc_design.core.scalars import Xp, clipped
+from hfc_design.core.shapes import Scalar
 
 #: (table, degrees of the column, of the row) -> the root's table as it is by now.
 Learnt = Callable[[Any, Any, Any], Any]

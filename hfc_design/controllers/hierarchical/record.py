@@ -9,7 +9,7 @@ from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.unit import Term
 from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.controllers.pd.record import PdRecord
+from hfc_design.controllers.pd import PdRecord
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 
 

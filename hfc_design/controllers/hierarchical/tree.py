@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.core.scalars import Xp
+from hfc_design.core.shapes import Mask, Scalar
 
 MAX_INPUTS = 6
 
@@ -133,14 +134,14 @@ def encode(tree: Tree) -> tuple[int, ...]:
     return tuple(place[s] for s in range(inputs))
 
 
-def valid(genes: NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
+def valid(genes: NDArray[np.integer[Any]]) -> Mask:
     """Which rows of ``genes`` (n, inputs) decode to a hierarchy, counted for all at once."""
     inputs = genes.shape[1]
     units = unit_count(inputs)
     entering = np.stack([(genes == unit).sum(axis=1, dtype=np.int8) for unit in range(units)])
     for unit in range(units - 1, 0, -1):
         entering[(unit - 1) // 2] += entering[unit] > 0
-    fits: NDArray[np.bool_] = np.all(entering <= 2, axis=0)
+    fits: Mask = np.all(entering <= 2, axis=0)
     return fits
 
 
@@ -155,7 +156,7 @@ def all_sources(inputs: int) -> NDArray[np.int32]:
     return np.stack([sources(tree) for tree in trees(inputs)])
 
 
-def picked(xp: Xp, values: Sequence[Any], index: Any) -> Any:
+def picked(xp: Xp, values: Sequence[Scalar], index: Scalar) -> Scalar:
     """``values[index]`` for scalars and a traced index: a chain of selections, not a gather."""
     result = values[0]
     for k, value in enumerate(values[1:], start=1):

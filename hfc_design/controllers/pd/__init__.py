@@ -1,11 +1,73 @@
-"""The proportional-derivative controller that every fuzzy one is measured against."""
+"""The proportional-derivative controller that every fuzzy one is measured against.
 
+Its law, its record and its templates; never imports JAX.
+"""
+
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.kind import Kind
-from hfc_design.controllers.pd.code import ST, C
-from hfc_design.controllers.pd.law import PdGains, pd
-from hfc_design.controllers.pd.record import PdDesign
+from hfc_design.controllers.kind import ControllerRecord, Kind, Template
+from hfc_design.core.records import Finite, Record
+from hfc_design.core.scalars import Xp
+from hfc_design.core.shapes import Scalar
 
+
+class PdGains(NamedTuple):
+    """Gains of LL eq. 6."""
+
+    kp: Scalar  # [V/rad]
+    kd: Scalar  # [V s/rad]
+
+
+class PdParts(NamedTuple):
+    """What the command is made of."""
+
+    proportional: Scalar
+    derivative: Scalar
+
+    def command(self) -> Scalar:
+        """The sum (LL eq. 6)."""
+        return self.proportional + self.derivative
+
+
+def pd(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``pd``; it remembers nothing."""
+    return AxisLaw(parts, initial_memory, sample_time, limit)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
+    """Nothing."""
+    return ()
+
+
+def parts(
+    xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
+) -> tuple[PdParts, tuple[()]]:
+    """``kp e + kd de/dt`` [V] (LL eq. 6)."""
+    return PdParts(gains.kp * signals["error"], gains.kd * signals["error_rate"]), memory
+
+
+class PdRecord(Record):
+    """Gains of LL eq. 6."""
+
+    kp: Finite  # [V/rad]
+    kd: Finite  # [V s/rad]
+
+
+class PdDesign(ControllerRecord):
+    """A controller of kind ``pd`` in a design file."""
+
+    kind: Literal["pd"] = "pd"
+    pd: PdRecord
+
+    def gains(self) -> PdGains:
+        """The gains of one individual."""
+        return PdGains(self.pd.kp, self.pd.kd)
+
+
+HERE = (Path(__file__).parent / "templates",)
 KIND = Kind(
     name="pd",
     summary="proportional-derivative: v = kp e + kd de/dt",
@@ -16,6 +78,6 @@ KIND = Kind(
     law=lambda record, limit: pd(record.sample_time_s, limit),
     genome=genome_of_gains,
     of_gains=lambda gains: {"pd": gains},
-    c=C,
-    st=ST,
+    c=Template(HERE, lambda record: {"pd": record.pd}),
+    st=Template(HERE, lambda record: {"constants": record.gains()._asdict()}),
 )

@@ -1,11 +1,97 @@
-"""The proportional-integral-derivative controller of a feed drive."""
+"""The proportional-integral-derivative controller of a feed drive.
 
+Its law, its record and its templates; never imports JAX.
+"""
+
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.kind import Kind
-from hfc_design.controllers.pid.code import ST, C
-from hfc_design.controllers.pid.law import PidGains, pid
-from hfc_design.controllers.pid.record import PidDesign
+from hfc_design.controllers.kind import ControllerRecord, Kind, Template
+from hfc_design.core.records import Finite, Record
+from hfc_design.core.scalars import Xp
+from hfc_design.core.shapes import Scalar
 
+
+class PidGains(NamedTuple):
+    """Gains on an error in BLU: one individual, or a population in the trailing axis."""
+
+    k_p: Scalar  # [units/BLU]
+    k_i: Scalar  # [units/(BLU s)]
+    k_d: Scalar  # [units s/BLU]
+
+
+class PidMemory(NamedTuple):
+    """What the controller remembers; zero before the first sample."""
+
+    error: Scalar  # e(k-1) [BLU]
+    sum: Scalar  # of all errors so far [BLU]
+
+
+class PidParts(NamedTuple):
+    """What the command is made of."""
+
+    proportional: Scalar
+    integral: Scalar
+    derivative: Scalar
+
+    def command(self) -> Scalar:
+        """The sum."""
+        return self.proportional + self.integral + self.derivative
+
+
+def pid(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``pid``."""
+    return AxisLaw(parts, initial_memory, sample_time, limit)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
+    """Memory before the first sample: the axis stood on its reference."""
+    return PidMemory(zero, zero)
+
+
+def parts(
+    xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
+) -> tuple[PidParts, PidMemory]:
+    """``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], with ``error`` [BLU]."""
+    error = signals["error"]
+    whole = memory.sum + error
+    rate = (error - memory.error) / law.sample_time
+    found = PidParts(gains.k_p * error, gains.k_i * law.sample_time * whole, gains.k_d * rate)
+    kept = held(xp, law.limit, found.command(), memory.sum, whole)
+    return found._replace(integral=gains.k_i * law.sample_time * kept), PidMemory(error, kept)
+
+
+class PidRecord(Record):
+    """Gains of ``parts``."""
+
+    k_p: Finite  # [units/BLU]
+    k_i: Finite  # [units/(BLU s)]
+    k_d: Finite  # [units s/BLU]
+
+
+class PidDesign(ControllerRecord):
+    """A controller of kind ``pid`` in a design file."""
+
+    kind: Literal["pid"] = "pid"
+    pid: PidRecord
+
+    def gains(self) -> PidGains:
+        """The gains of one individual."""
+        return PidGains(self.pid.k_p, self.pid.k_i, self.pid.k_d)
+
+
+def _st(record: PidDesign) -> dict[str, Any]:
+    kp, ki, kd = record.gains()
+    return {
+        "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s},
+        "remembered": ["previous_error", "error_sum"],
+        "within": ["new_sum"],
+    }
+
+
+HERE = (Path(__file__).parent / "templates",)
 KIND = Kind(
     name="pid",
     summary="proportional-integral-derivative on an error in BLU",
@@ -17,6 +103,6 @@ KIND = Kind(
     genome=genome_of_gains,
     reads=lambda record: ["error"],
     of_gains=lambda gains: {"pid": gains},
-    c=C,
-    st=ST,
+    c=Template(HERE, lambda record: {"gains": record.gains(), "integrates": True}),
+    st=Template(HERE, _st),
 )

@@ -27,16 +27,14 @@ def imported(path: Path, wish: Wish) -> Design:
     Raises:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
-    tables = path.is_dir() or path.suffix.lower() == ".csv"
-    if not tables and path.suffix.lower() not in READERS:
+    ending = path.suffix.lower()
+    tables = path.is_dir() or ending == ".csv"
+    if not tables and ending not in READERS:
         known = ", ".join(READERS)
         raise UserError(f"{path}: is neither {known} nor a folder of .csv tables")
     try:
         texts = {file.name: _text(file) for file in (csv_tables.files(path) if tables else [path])}
-        if tables:
-            system = csv_tables.read(texts)
-        else:
-            system = READERS[path.suffix.lower()](texts[path.name])
+        system = csv_tables.read(texts) if tables else READERS[ending](texts[path.name])
         digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
         return design_of(system, wish, path, digests)
     except ValueError as error:
@@ -44,11 +42,7 @@ def imported(path: Path, wish: Wish) -> Design:
 
 
 def _text(file: Path) -> str:
-    """What stands in ``file``, its line ends as they are.
-
-    Raises:
-        ValueError: it cannot be read.
-    """
+    """What stands in ``file``, its line ends as they are."""
     try:
         return file.read_bytes().decode("utf-8")
     except OSError as error:

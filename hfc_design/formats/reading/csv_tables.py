@@ -2,6 +2,8 @@
 
 import csv
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import inf
 from pathlib import Path
 
@@ -25,11 +27,7 @@ Rows = list[tuple[int, list[str]]]
 
 
 def files(path: Path) -> list[Path]:
-    """The tables of the folder ``path``, or beside the table ``path``.
-
-    Raises:
-        ValueError: there is no table of rules.
-    """
+    """The tables of the folder ``path``, or beside it; ValueError: there is none of rules."""
     folder = path if path.is_dir() else path.parent
     if path.is_file() and path.name != FILES[0]:
         raise ValueError(f"has to be named {FILES[0]}, beside {FILES[1]} and {FILES[2]}")
@@ -39,23 +37,21 @@ def files(path: Path) -> list[Path]:
 
 
 def read(texts: dict[str, str]) -> System:
-    """The system in ``texts`` by file name.
+    """The system in ``texts`` by file name; ValueError: a table is not complete."""
+    with _in(FILES[1]):
+        first = _input("error", _rows(texts[FILES[1]]))
+    with _in(FILES[2]):
+        second = _input("error_change", _rows(texts[FILES[2]]))
+    with _in(FILES[0]):
+        return _with_rules(System((first, second), {}), _rows(texts[FILES[0]]))
 
-    Raises:
-        ValueError: a table is not complete.
-    """
-    inputs = []
-    for name, file in zip(("error", "error_change"), FILES[1:], strict=True):
-        try:
-            inputs.append(_input(name, _rows(texts[file])))
-        except ValueError as error:
-            raise ValueError(f"{file}: {error}") from None
-    system = System((inputs[0], inputs[1]), {})
+
+@contextmanager
+def _in(file: str) -> Iterator[None]:
     try:
-        _read_rules(system, _rows(texts[FILES[0]]))
+        yield
     except ValueError as error:
-        raise ValueError(f"{FILES[0]}: {error}") from None
-    return system
+        raise ValueError(f"{file}: {error}") from None
 
 
 def _rows(text: str) -> Rows:
@@ -84,17 +80,17 @@ def _shape(line: int, cells: list[str]) -> Shape:
     return trapezoid(line, label, below, middle, middle, above)
 
 
-def _read_rules(system: System, rows: Rows) -> None:
+def _with_rules(system: System, rows: Rows) -> System:
     rows_of, columns_of = ([term.label for term in item.terms] for item in system.inputs)
     (line, header), *rest = rows or [(1, [])]
     if len(header) != TERMS + 1:
         raise fault(line, f"{len(header)} cells; needed are a corner and {TERMS} labels")
-    columns = [
-        place(line, label, columns_of, "label in error_change_terms.csv") for label in header[1:]
-    ]
-    for number_of_line, (label, *cells) in rest:
-        row = place(number_of_line, label, rows_of, "label in error_terms.csv")
+    where = "label in error_change_terms.csv"
+    columns = [place(line, label, columns_of, where) for label in header[1:]]
+    for line, (label, *cells) in rest:
+        row = place(line, label, rows_of, "label in error_terms.csv")
         if len(cells) != TERMS:
-            raise fault(number_of_line, f"{len(cells)} numbers; needed are {TERMS}")
+            raise fault(line, f"{len(cells)} numbers; needed are {TERMS}")
         for column, cell in zip(columns, cells, strict=True):
-            add_rule(system, number_of_line, (row, column), number(number_of_line, cell))
+            add_rule(system, line, (row, column), number(line, cell))
+    return system

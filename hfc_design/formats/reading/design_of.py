@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.controllers.flc.rule_bases import nearest_labels
+from hfc_design.controllers.flc.record import nearest_labels
 from hfc_design.controllers.hierarchical.settings import input_names
 from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.core.records import NAME, TERMS, UserError, checked

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from hfc_design.core.records import TERMS
 from hfc_design.formats.reading.system import (
+    ALLOWED,
     Input,
     Shape,
     System,
@@ -17,27 +18,13 @@ from hfc_design.formats.reading.system import (
     fault,
     flat_gaussian,
     input_of,
-    known_key,
+    known,
     number,
     one_of,
     trapezoid,
 )
 
-#: Key of [System] -> values that can be imported; None: what stands there changes nothing.
-SYSTEM = {
-    "Name": None,
-    "Type": ("sugeno",),
-    "Version": None,
-    "NumInputs": ("2",),
-    "NumOutputs": ("1",),
-    "NumRules": None,
-    "AndMethod": ("prod",),
-    "OrMethod": None,
-    "ImpMethod": ("prod",),
-    # Octave merges rules with the same conclusion into one if this is max.
-    "AggMethod": ("sum",),
-    "DefuzzMethod": ("wtaver",),
-}
+SYSTEM = ALLOWED["fis"]["System"]
 SECTIONS = ("System", "Input1", "Input2", "Output1", "Rules")
 TERM = re.compile(r"'([^']*)'\s*:\s*'(\w+)'\s*,\s*\[([^][]*)\]")
 RULE = re.compile(r"(-?\d+)[\s,]+(-?\d+)\s*,\s*(-?\d+)\s*\(([^()]*)\)\s*:\s*(\d+)")
@@ -54,27 +41,23 @@ class Section(NamedTuple):
 
 
 def read(text: str) -> System:
-    """The system in ``text``.
-
-    Raises:
-        ValueError: it is no .fis, or more than a design can hold.
-    """
+    """The system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
     sections = _sections(text)
     for name in SECTIONS:
         if name not in sections:
             raise fault(1, f"there is no section [{name}]; needed are {', '.join(SECTIONS)}")
     head, *inputs, output, rules = (sections[name] for name in SECTIONS)
     for key, (line, value) in head.keys.items():
-        known_key(line, key, SYSTEM, "[System]")
-        allowed = SYSTEM[key]
-        if allowed:
-            one_of(line, key, value.strip("'"), allowed)
+        known(line, key, value.strip("'"), SYSTEM, "[System]")
     for key, allowed in SYSTEM.items():
         if allowed and key not in head.keys:
             raise fault(head.line, f"[System] has no {key}; needed is {key}='{allowed[0]}'")
-    first, second = (_input(section) for section in inputs)
+    first, second = map(_input, inputs)
     system = System((first, second), {})
-    singletons = [_singleton(*part) for part in _terms(output)]
+    singletons = []
+    for line, label, kind, value in _terms(output):
+        one_of(line, f"kind of the output term {label}", kind, ("constant",))
+        singletons += _numbers(line, f"[{value}]", 1)
     _counted(head, "NumRules", len(rules.rules))
     for line, rule in rules.rules:
         _add(system, line, rule, singletons)
@@ -109,10 +92,8 @@ def _sections(text: str) -> dict[str, Section]:
 
 def _input(section: Section) -> Input:
     line, name = section.keys.get("Name", (section.line, ""))
-    ends = section.keys.get("Range", (section.line, "[]"))
-    low, high = _numbers(*ends, 2)
-    shapes = [_shape(*part) for part in _terms(section)]
-    return input_of(line, name.strip("'"), low, high, shapes)
+    low, high = _numbers(*section.keys.get("Range", (section.line, "[]")), 2)
+    return input_of(line, name.strip("'"), low, high, [_shape(*part) for part in _terms(section)])
 
 
 def _terms(section: Section) -> list[tuple[int, str, str, str]]:
@@ -144,7 +125,7 @@ def _numbers(line: int, text: str, count: int) -> list[float]:
 
 
 def _shape(line: int, label: str, kind: str, text: str) -> Shape:
-    one_of(line, f"shape of the term {label}", kind, tuple(SHAPES))
+    one_of(line, f"shape of the term {label}", kind, SHAPES)
     numbers = _numbers(line, f"[{text}]", SHAPES[kind])
     if kind == "gaussmf":
         sigma, centre = numbers
@@ -159,11 +140,6 @@ def _shape(line: int, label: str, kind: str, text: str) -> Shape:
     if kind == "trimf":
         numbers.insert(1, numbers[1])
     return trapezoid(line, label, *numbers)
-
-
-def _singleton(line: int, label: str, kind: str, text: str) -> float:
-    one_of(line, f"kind of the output term {label}", kind, ("constant",))
-    return _numbers(line, f"[{text}]", 1)[0]
 
 
 def _add(system: System, line: int, rule: str, singletons: list[float]) -> None:

@@ -9,6 +9,7 @@ from math import inf
 from typing import NamedTuple
 
 from hfc_design.formats.reading.system import (
+    ALLOWED,
     Input,
     Shape,
     System,
@@ -17,49 +18,16 @@ from hfc_design.formats.reading.system import (
     fault,
     flat_gaussian,
     input_of,
-    known_key,
+    known,
     number,
     one_of,
     place,
     trapezoid,
 )
 
-#: Block -> key -> values that can be imported; None: what stands there changes nothing, or it is
-#: read below.
-KEYS: dict[str, dict[str, tuple[str, ...] | None]] = {
-    "Engine": {"description": None},
-    "InputVariable": {
-        "description": None,
-        "enabled": ("true",),
-        "range": None,
-        "lock-range": ("false", "true"),  # the outermost terms are 1 beyond the range anyway
-        "term": None,
-    },
-    "OutputVariable": {
-        "description": None,
-        "enabled": ("true",),
-        "range": None,
-        "lock-range": ("false",),
-        "lock-previous": ("false",),
-        "default": None,  # for no rule at all; terms without gaps always fire one
-        "aggregation": ("none", "UnboundedSum"),
-        "defuzzifier": (
-            "WeightedAverage TakagiSugeno",
-            "WeightedAverage Automatic",
-            "WeightedAverage",
-        ),
-        "term": None,
-    },
-    "RuleBlock": {
-        "description": None,
-        "enabled": ("true",),
-        "conjunction": ("AlgebraicProduct",),
-        "disjunction": None,
-        "implication": ("none", "AlgebraicProduct"),
-        "activation": ("General",),
-        "rule": None,
-    },
-}
+KEYS = ALLOWED["fll"]
+#: How many of each block a two-input unit has.
+COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
 RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: with (\S+))?")
 #: Term -> how many numbers it has.
@@ -80,23 +48,19 @@ class Block(NamedTuple):
 
 
 def read(text: str) -> System:
-    """The system in ``text``.
-
-    Raises:
-        ValueError: it is not FLL, or more than a design can hold.
-    """
-    blocks = _blocks(text)
-    sorted_blocks = {kind: [b for b in blocks if b.kind == kind] for kind in KEYS}
-    for kind, count in {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}.items():
-        found = sorted_blocks[kind]
-        if len(found) != count:
-            last = found[-1].line if found else 1
-            raise fault(last, f"{len(found)} of {kind}; a two-input unit has {count}")
-    first, second = (_input(block) for block in sorted_blocks["InputVariable"])
-    output = sorted_blocks["OutputVariable"][0]
+    """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
+    blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
+    for block in _blocks(text):
+        blocks[block.kind].append(block)
+    for kind, count in COUNTS.items():
+        if len(blocks[kind]) != count:
+            last = blocks[kind][-1].line if blocks[kind] else 1
+            raise fault(last, f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
+    first, second = map(_input, blocks["InputVariable"])
+    (output,), (rules,) = blocks["OutputVariable"], blocks["RuleBlock"]
     system = System((first, second), {})
     singletons = dict(_singleton(line, value) for line, value in output.values("term"))
-    for line, rule in sorted_blocks["RuleBlock"][0].values("rule"):
+    for line, rule in rules.values("rule"):
         _add(system, line, rule, output.name, singletons)
     return system
 
@@ -115,22 +79,17 @@ def _blocks(text: str) -> list[Block]:
         elif not blocks:
             raise fault(line, f"{key[:40]!r} stands before any block; an FLL starts with Engine:")
         else:
-            _append(blocks[-1], line, key, " ".join(value.split()))
+            _, kind, name, lines = block = blocks[-1]
+            value = " ".join(value.split())
+            known(line, key, value, KEYS[kind], f"{kind} {name}")
+            if key not in ("term", "rule") and block.values(key):
+                raise fault(line, f"{key} stands twice in {kind} {name}")
+            lines.append((line, key, value))
     for block in blocks:
         for key in NEEDED.get(block.kind, ()):
             if not block.values(key):
                 raise fault(block.line, f"{block.kind} {block.name} has no {key}")
     return blocks
-
-
-def _append(block: Block, line: int, key: str, value: str) -> None:
-    known_key(line, key, KEYS[block.kind], f"{block.kind} {block.name}")
-    allowed = KEYS[block.kind][key]
-    if allowed:
-        one_of(line, key, value, allowed)
-    if key not in ("term", "rule") and block.values(key):
-        raise fault(line, f"{key} stands twice in {block.kind} {block.name}")
-    block.lines.append((line, key, value))
 
 
 def _input(block: Block) -> Input:
@@ -146,7 +105,7 @@ def _input(block: Block) -> Input:
 
 def _shape(line: int, value: str) -> Shape:
     label, kind, *words = [*value.split(), "", ""][: max(2, len(value.split()))]
-    one_of(line, f"shape of the term {label}", kind, tuple(SHAPES))
+    one_of(line, f"shape of the term {label}", kind, SHAPES)
     numbers = [edge(line, word) for word in words]
     count = SHAPES[kind]
     if len(numbers) == count + 1 and numbers.pop() != 1.0:

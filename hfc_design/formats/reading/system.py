@@ -1,19 +1,28 @@
 """What every reader fills in: two inputs of seven terms each, and a singleton a rule.
 
-A reader's ``ValueError`` starts with the line that it is about; the caller puts the file before.
+What cannot be imported is a ``ValueError`` that starts with the line that it is about; the caller
+puts the file before. Every function here that is given a line raises it.
 """
 
 import re
-from collections.abc import Container, Sequence
+import tomllib
+from collections.abc import Iterable, Sequence
 from math import inf, isfinite
+from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.record import TriangleRecord, terms_fault
-from hfc_design.controllers.flc.rule_bases import LABELS
+from hfc_design.controllers.flc.record import LABELS, TriangleRecord, terms_fault
 from hfc_design.controllers.rules import FlatGaussian, Term, Triangle
 from hfc_design.core.records import TERMS
 
+#: Key -> values that can be imported.
+Allowed = dict[str, list[str]]
+#: Language -> block -> ``Allowed``.
+ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
+    Path(__file__).with_name("allowed.toml").read_text(encoding="utf-8")
+)
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
+_SHOULDER = "has to be 1 from its centre to the end of the range, as a design's outermost term is"
 
 
 class Shape(NamedTuple):
@@ -48,11 +57,7 @@ def fault(line: int, message: str) -> ValueError:
 
 
 def number(line: int, text: str) -> float:
-    """A finite number.
-
-    Raises:
-        ValueError: it is none.
-    """
+    """A finite number."""
     value = edge(line, text)
     if not isfinite(value):
         raise fault(line, f"{text} has to be a finite number")
@@ -60,22 +65,14 @@ def number(line: int, text: str) -> float:
 
 
 def edge(line: int, text: str) -> float:
-    """A number that may be infinite.
-
-    Raises:
-        ValueError: it is none.
-    """
+    """A number that may be infinite."""
     if not NUMBER.fullmatch(text):
         raise fault(line, f"{text[:40]!r} has to be a number")
     return float(text)
 
 
-def one_of(line: int, key: str, value: str, allowed: Sequence[str]) -> str:
-    """``value`` if it is allowed.
-
-    Raises:
-        ValueError: it is not.
-    """
+def one_of(line: int, key: str, value: str, allowed: Iterable[str]) -> str:
+    """``value`` if it is allowed."""
     if value not in allowed:
         listed = " or ".join(allowed)
         raise fault(line, f"{key} = {value[:40]!r} cannot be imported, only {listed}")
@@ -85,11 +82,7 @@ def one_of(line: int, key: str, value: str, allowed: Sequence[str]) -> str:
 def flat_gaussian(
     line: int, label: str, low: float, left_sigma: float, high: float, right_sigma: float
 ) -> Shape:
-    """A Gaussian with a flat top from ``low`` to ``high``.
-
-    Raises:
-        ValueError: it has not the shape of LL eq. 3.
-    """
+    """A Gaussian with a flat top from ``low`` to ``high``."""
     if left_sigma != right_sigma:
         raise fault(line, f"term {label}: both flanks have to be equally wide (LL eq. 3)")
     if not (low <= high and 1e-9 <= left_sigma <= 1e9):
@@ -98,11 +91,7 @@ def flat_gaussian(
 
 
 def trapezoid(line: int, label: str, *corners: float) -> Shape:
-    """A trapezoid, where a left corner of -inf or a right one of inf stands for a shoulder.
-
-    Raises:
-        ValueError: the corners do not rise.
-    """
+    """A trapezoid, where a left corner of -inf or a right one of inf stands for a shoulder."""
     a, b, c, d = corners
     b = -inf if a == -inf else b
     c = inf if d == inf else c
@@ -112,11 +101,7 @@ def trapezoid(line: int, label: str, *corners: float) -> Shape:
 
 
 def input_of(line: int, name: str, low: float, high: float, shapes: Sequence[Shape]) -> Input:
-    """An input with the design's terms.
-
-    Raises:
-        ValueError: a term has no counterpart in a design.
-    """
+    """An input with the design's terms."""
     if len(shapes) != TERMS:
         raise fault(line, f"input {name} has {len(shapes)} terms; a design has {TERMS}")
     if not low < high:
@@ -177,9 +162,6 @@ def _triangles(low: float, high: float, shapes: Sequence[Shape]) -> tuple[Term, 
     return tuple(found)
 
 
-_SHOULDER = "has to be 1 from its centre to the end of the range, as a design's outermost term is"
-
-
 def _centre(low: float, high: float, shape: Shape) -> float:
     assert shape.corners
     _, top, end, _ = shape.corners
@@ -195,11 +177,7 @@ def _centre(low: float, high: float, shape: Shape) -> float:
 
 
 def add_rule(system: System, line: int, places: tuple[int, int], singleton: float) -> None:
-    """A rule more.
-
-    Raises:
-        ValueError: there is one for these two terms already.
-    """
+    """A rule more."""
     if places in system.rules:
         earlier = system.rules[places][0]
         raise fault(line, f"a second rule for the same two terms; the first is in line {earlier}")
@@ -207,22 +185,16 @@ def add_rule(system: System, line: int, places: tuple[int, int], singleton: floa
 
 
 def place(line: int, label: str, labels: Sequence[str], what: str) -> int:
-    """Where ``label`` stands.
-
-    Raises:
-        ValueError: nowhere.
-    """
+    """Where ``label`` stands."""
     if label not in labels:
         known = ", ".join(labels[:TERMS]) + (", ..." if len(labels) > TERMS else "")
         raise fault(line, f"{label[:40]!r} is no {what}; there is {known}")
     return labels.index(label)
 
 
-def known_key(line: int, key: str, known: Container[str], where: str) -> None:
-    """Nothing if ``key`` is known.
-
-    Raises:
-        ValueError: what it means is not known, so that it cannot be left out either.
-    """
-    if key not in known:
+def known(line: int, key: str, value: str, allowed: Allowed, where: str) -> None:
+    """Refuses what is not known: what it means is not known, so that it cannot be left out."""
+    if key not in allowed:
         raise fault(line, f"{where}: key {key[:40]!r} is not known")
+    if allowed[key]:
+        one_of(line, key, value, allowed[key])

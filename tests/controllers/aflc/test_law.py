@@ -3,6 +3,7 @@
 import feed_oracle
 import numpy as np
 import pytest
+from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 from hfc_design.controllers.aflc import law as aflc
 from hfc_design.controllers.aflc.adaptation import (
@@ -14,7 +15,6 @@ from hfc_design.controllers.aflc.adaptation import (
 )
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.flc.law import FlcGains, infer, memberships
-from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 from hfc_design.controllers.flc.sectors import Sectors
 from hfc_design.core.scalars import SCALARS
 

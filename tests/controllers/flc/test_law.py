@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from jk04 import CHANGE_TERMS, ERROR_TERMS, RULE_BASES, rule_labels, rule_singletons
 
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import (
@@ -11,14 +12,7 @@ from hfc_design.controllers.flc.law import (
     infer,
     memberships,
 )
-from hfc_design.controllers.flc.rule_bases import (
-    CHANGE_TERMS,
-    ERROR_TERMS,
-    LABELS,
-    RULE_BASES,
-    rule_labels,
-    rule_singletons,
-)
+from hfc_design.controllers.flc.record import LABELS
 from hfc_design.core.scalars import SCALARS
 
 INF = float("inf")

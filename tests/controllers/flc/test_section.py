@@ -7,11 +7,11 @@ import numpy as np
 import phone
 import pytest
 from feed_oracle import verdict_jk04
+from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 from hfc_design.controllers.aflc.section import at_the_end
 from hfc_design.controllers.flc import pictures as fuzzy_plots
-from hfc_design.controllers.flc.record import FlcDesign
-from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, LABELS, rule_singletons
+from hfc_design.controllers.flc.record import LABELS, FlcDesign
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings

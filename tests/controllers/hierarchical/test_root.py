@@ -252,9 +252,11 @@ def test_an_error_without_a_scale_is_refused():
 
 def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines):
     small = ["simulation.duration_s=0.2", "search.population=16", "search.generations=2"]
+    small.append("search.newton_islands=0")  # their derivatives take long to compile
+    inputs = "controller.inputs=[{name='error',scale=50.0},{name='deflection',scale=80.0}]"
     adaptation = "controller.adaptation={k_c=1e-3,largest_move=0.5,error_scale=500.0}"
     folder = tmp_path / "run"
-    options = [part for change in [*small, adaptation] for part in ("--set", change)]
+    options = [part for change in [*small, inputs, adaptation] for part in ("--set", change)]
     done = CliRunner().invoke(main, ["design", "c-axis-ramp", "--out", str(folder), *options])
     assert done.exit_code == 0, done.output
     assert "largest move" in (folder / "report.html").read_text()

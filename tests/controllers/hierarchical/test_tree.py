@@ -101,6 +101,7 @@ def test_every_gene(inputs, genes, good):
     assert set(decoded) == {None, *trees(inputs)}
 
 
+@pytest.mark.slow
 def test_six_inputs_have_4374990_valid_genes():
     numbers = np.arange(16**6, dtype=np.int32).reshape(16, -1)
     good = 0

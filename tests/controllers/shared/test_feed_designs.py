@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import lax
+from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 from lifted import controller_of
 
 from hfc_design.controllers.controller import View
-from hfc_design.controllers.flc.rule_bases import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
 from hfc_design.core.lanes import LANES
