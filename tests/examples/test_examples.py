@@ -40,6 +40,7 @@ def test_example(name, tmp_path, monkeypatch, capsys, own_plugins):
         assert {"design.json", "tables", "motion.png"} <= {p.name for p in Path("out").iterdir()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in PRINTS if not name.startswith("01")])
 def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins, no_baselines):
     monkeypatch.chdir(EXAMPLES)

@@ -108,7 +108,7 @@ def test_a_sum_does_not_wind_up():
     [
         ("lin-lee-1999-table-1", "c-axis-step"),
         ("jee-koren-2004-pid", "feed-drive-line"),
-        ("jee-koren-2004-aflc", "feed-drive-line"),
+        pytest.param("jee-koren-2004-aflc", "feed-drive-line", marks=pytest.mark.slow),
     ],
 )
 def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):

@@ -157,7 +157,7 @@ def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path, no_base
         return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
     out = tmp_path / "mine.json"
-    done = hfc("import", PYFUZZYLITE, "--out", out, "--kind", "aflc")
+    done = hfc("import", PYFUZZYLITE, "--out", out, "--kind", "flc")
     assert (done.exit_code, done.stdout) == (0, f"{out}\n")
     assert "exists already" in hfc("import", OCTAVE, "--out", out).stderr
     assert "INPUT=SIGNAL" in hfc("import", OCTAVE, "--signal", "error").stderr
@@ -168,12 +168,12 @@ def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path, no_base
     text = (
         Path(designs.__file__).parents[1] / "files" / "scenarios" / "feed-drive-circle.toml"
     ).read_text()
-    scenario.write_text(text.replace('kind = "aflc"', 'kind = "aflc"\nstart = "mine.json"'))
+    scenario.write_text(text.replace('kind = "aflc"', 'kind = "flc"\nstart = "mine.json"'))
     small = ["--population", 8, "--generations", 2, "--set", "simulation.duration_s=4.0"]
     done = hfc("design", scenario, "--out", tmp_path / "run", "--quiet", *small)
     assert done.exit_code == 0, done.stderr
     found = load_design(str(tmp_path / "run"))
-    assert found.controller.kind == "aflc"
+    assert found.controller.kind == "flc"
     assert evaluate(found, load_scenario(str(scenario), ["simulation.duration_s=4.0"])).fitness > 0
 
 

@@ -126,7 +126,8 @@ def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins
     api.register(CALM)
     changes = {**SMALL, "fitness": {"kind": "calm"}, "search.preset": preset}
     if preset != "race":  # which searches hierarchies
-        del changes["controller"]
+        inputs = {"error": 50.0, "deflection": 80.0, "spindle_velocity": 20.0, "current": 0.1}
+        changes["controller"] = {"inputs": [{"name": k, "scale": v} for k, v in inputs.items()]}
         changes["search.generations"] = 20
     scenario = api.load_scenario("c-axis-ramp", changes)
     whole = api.design(scenario, tmp_path / "whole")

@@ -91,7 +91,10 @@ def test_equals_the_loop_on_built_in_designs(name, scenario):
     np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
+@pytest.mark.parametrize(
+    "inputs",
+    [2, pytest.param(3, marks=pytest.mark.slow), 4, pytest.param(5, marks=pytest.mark.slow), 6],
+)
 def test_equals_the_loop_on_random_designs(inputs, random_population):
     for seed in range(3):
         design = random_design(inputs, seed, random_population)
@@ -99,7 +102,7 @@ def test_equals_the_loop_on_random_designs(inputs, random_population):
         np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("scale", [None, 500.0])
+@pytest.mark.parametrize("scale", [None, pytest.param(500.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
 def test_equals_the_loop_where_the_root_adapts(name, scale):
     design = load_design(name)

@@ -11,8 +11,12 @@ from sledge import hfc, imported, installed, refused
 from hfc_design import api
 from hfc_design.runs import run
 
-SMALL = ("--set", "simulation.duration_s=0.2", "--population", 12, "--generations", 5, "--quiet")
-SIZES = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 5}
+SMALL = ("--set", "simulation.duration_s=0.1", "--population", 12, "--generations", 5, "--quiet")
+SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
+#: A hierarchy that is quickly compiled.
+SCALES = {"error": 50.0, "deflection": 80.0}
+TWO = [{"name": name, "scale": scale} for name, scale in SCALES.items()]
+TWO_TOLD = ", ".join(f"{{name='{name}', scale={scale}}}" for name, scale in SCALES.items())
 
 
 @pytest.fixture
@@ -26,7 +30,8 @@ def searching(own):
 @pytest.mark.parametrize("kind", ["pd", "pd+hierarchical-fuzzy"])
 def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines):
     option = ("--strategy", f"hunt:{name.upper()}")
-    done = hfc("design", *option, "--preset", name, "--controller", kind, "--out", "run", *SMALL)
+    small = SMALL if kind == "pd" else (*SMALL, "--set", f"controller.inputs=[{TWO_TOLD}]")
+    done = hfc("design", *option, "--preset", name, "--controller", kind, "--out", "run", *small)
     assert done.exit_code == 0, done.output
     design = json.loads((searching / "run" / "design.json").read_text())
     assert design["controller"]["kind"] == kind
@@ -43,7 +48,8 @@ def test_stopped_and_resumed_equals_uninterrupted(searching):
     strategies = imported("hunt")
     for strategy in (strategies.RANDOM, strategies.CLIMB):
         api.register(strategy)
-        scenario = api.load_scenario("c-axis-ramp", {"search.preset": strategy.name, **SIZES})
+        own = {"search.preset": strategy.name, "controller.inputs": TWO, **SIZES}
+        scenario = api.load_scenario("c-axis-ramp", own)
         whole = api.design(scenario, f"whole-{strategy.name}")
 
         class Stopped(Exception):
@@ -69,7 +75,8 @@ def test_stopped_and_resumed_equals_uninterrupted(searching):
 def test_random_search_is_what_it_says(searching):
     """The best of all that was drawn, and no generation like another."""
     api.register(imported("hunt").RANDOM)
-    scenario = api.load_scenario("c-axis-ramp", {"search.preset": "random", **SIZES})
+    own = {"search.preset": "random", "controller.inputs": TWO, **SIZES}
+    scenario = api.load_scenario("c-axis-ramp", own)
     search = api.design(scenario).search
     assert search.state.draws == 60
     assert search.state.luck == search.history.best[-1] == search.state.seen.max()

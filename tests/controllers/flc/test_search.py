@@ -101,14 +101,14 @@ def small(kind):
     return load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS, *sizes])
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
+@pytest.fixture(scope="module", params=["flc", pytest.param("aflc", marks=pytest.mark.slow)])
+def run(request, tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
-    folder = tmp_path_factory.mktemp("runs") / "aflc"
+    folder = tmp_path_factory.mktemp("runs") / request.param
     programs = (simulate._scores, simulate._trajectory)
     for program in programs:
         program.clear_cache()
-    found = design.run(design.new_run(small("aflc"), folder), folder)
+    found = design.run(design.new_run(small(request.param), folder), folder)
     return found, [program._cache_size() for program in programs], folder
 
 
@@ -118,10 +118,10 @@ def test_one_compilation_serves_all_tables(run):
     assert found.search.generation == 5
 
 
-def test_the_run_folder_holds_a_design_that_adapts(run):
+def test_the_run_folder_holds_the_design(run):
     found, _, folder = run
     stored = load_design(str(folder))
-    assert isinstance(stored.controller, AflcDesign)
+    assert stored.controller.kind == folder.name
     again = evaluate(stored, own_scenario(stored, str(folder)))
     assert again.fitness == found.evaluation.fitness
 

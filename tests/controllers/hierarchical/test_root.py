@@ -250,6 +250,7 @@ def test_an_error_without_a_scale_is_refused():
         unit_of(("deflection", "deflection_rate"), table, k_c=1e-4, largest_move=1.0)
 
 
+@pytest.mark.slow
 def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines):
     small = ["simulation.duration_s=0.2", "search.population=16", "search.generations=2"]
     small.append("search.newton_islands=0")  # their derivatives take long to compile
