@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from hfc_design.search.islands import humbled
 
 from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
