@@ -32,8 +32,7 @@ class ControllerRecord(Record):
 class ControllerSettings(Record):
     """The ``[controller]`` of a scenario: what a search starts from and may vary."""
 
-    if TYPE_CHECKING:  # each kind's own field, which stands where it always has in a file
-        kind: str
+    kind: str
 
     def fault(self, target: "Target") -> str | None:
         """What makes a search for ``target`` impossible, in a line that begins with the key."""
