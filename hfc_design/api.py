@@ -112,7 +112,7 @@ def design(
         with TemporaryDirectory() as name:
             own = _design.new_run(scenario, Path(name))
             return _design.run(own, Path(name), on_generation)
-    from hfc_design.report.rivals import write_page
+    from hfc_design.report.page import write_page
 
     place = Path(folder)
     if (place / _design.CONFIG).exists():

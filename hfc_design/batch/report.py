@@ -11,7 +11,7 @@ from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.report import REPORT
-from hfc_design.report.rivals import write_page
+from hfc_design.report.page import write_page
 from hfc_design.runs.run import finished_run
 
 

@@ -9,7 +9,7 @@ from hfc_design.cli.terminal import progress_bar, show_table
 from hfc_design.core.console import terminal
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.scenario import Scenario, load_scenario
-from hfc_design.report import rivals
+from hfc_design.report import page
 from hfc_design.runs import run as designs
 from hfc_design.search.loop import Search
 
@@ -38,8 +38,8 @@ def design(
             result = designs.run(scenario, folder, *told)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
-    others = rivals.write_page(scenario, result, folder)
-    baselines = rivals.BASELINES.get(scenario.plant.name, {})
+    others = page.write_page(scenario, result, folder)
+    baselines = page.BASELINES.get(scenario.plant.name, {})
     beside = {baselines[name]: rival for name, rival in others.items()}
     show_table(
         scenario, {"this design": result.evaluation, **beside}, watch.summary() if watch else ""

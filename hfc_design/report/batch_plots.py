@@ -45,7 +45,8 @@ def convergence(
     axes = figure.subplots()
     bands = [_band(runs) for runs in searches]
     for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
-        axes.plot(generation, median, color=_colour(k), ls=_style(k), lw=1.6, label=plain(label))
+        style = STYLES[k % len(STYLES)]
+        axes.plot(generation, median, color=_colour(k), ls=style, lw=1.6, label=plain(label))
     finish(axes, "best merit so far")
     logarithmic(axes)
     floor = _smallest(axes)
@@ -85,11 +86,8 @@ def outcomes(
             continue
         share = (np.arange(len(values)) + 0.5) / len(values) - 0.5
         dots = np.unique(np.round(np.linspace(0, len(values) - 1, 400)).astype(int))
-        axes.plot(
-            place + 0.5 * share[dots],
-            np.sort(values)[dots],
-            "o", ms=4.5, mew=0, color=_colour(k), alpha=0.6,
-        )  # fmt: skip
+        around, heights = place + 0.5 * share[dots], np.sort(values)[dots]
+        axes.plot(around, heights, "o", ms=4.5, mew=0, color=_colour(k), alpha=0.6)
         low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
         axes.plot([place] * 2, [low, high], color="0.25", lw=1)
         axes.plot([place - 0.3, place + 0.3], [median] * 2, color="0.1", lw=2)
@@ -167,7 +165,3 @@ def _smallest(axes: Axes) -> float:
 
 def _colour(k: int) -> str:
     return COLOURS[k % len(COLOURS)]
-
-
-def _style(k: int) -> str:
-    return STYLES[k % len(STYLES)]

@@ -13,6 +13,7 @@ from hfc_design.pictures.figure import OTHER, OWN, framed, round_above
 from hfc_design.report.plots import response
 from hfc_design.simulation.evaluation import Evaluation
 
+Places = NDArray[np.intp]  # of samples
 #: Share of the path's size that a division of the error takes.
 SHARE = 0.08
 #: The smallest division, in units of the positions; rounding is not worth a picture.
@@ -57,9 +58,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
     return figure
 
 
-def _draw_path(
-    axes: Axes, found: Contour, base: Floats, away: Floats, worst: NDArray[np.intp]
-) -> None:
+def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Places) -> None:
     trajectory, length = found.trajectory, found.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
@@ -81,9 +80,7 @@ def _draw_path(
     axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
 
 
-def _draw_error(
-    axes: Axes, time: Floats, error: Floats, worst: NDArray[np.intp], unit: str
-) -> None:
+def _draw_error(axes: Axes, time: Floats, error: Floats, worst: Places, unit: str) -> None:
     axes.plot(time, error, color=OWN, lw=1)
     axes.plot(time[worst], error[worst], "o", color=OTHER, ms=4)
     axes.grid(color="0.9")

@@ -3,15 +3,16 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hfc_design.controllers.gains import section as gains
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
@@ -21,12 +22,25 @@ from hfc_design.report.template import rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
 from hfc_design.search.loop import Archive, Search
-from hfc_design.simulation.evaluation import Evaluation, meanings
+from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
 
 REPORT, TABLES = "report.html", "tables"
 OWN = "this design"
 #: This many structures are listed.
 BEST = 10
+#: Plant -> designs shown beside every result, and their names in the table.
+BASELINES = {
+    "c-axis": {
+        "lin-lee-1999-table-1": "LL Table I",
+        "lin-lee-1999-table-2": "LL Table II",
+        "pd-only": "PD only",
+    },
+    "feed-drive": {
+        "jee-koren-2004-aflc": "JK04 AFLC",
+        "jee-koren-2004-flc": "JK04 FLC",
+        "jee-koren-2004-pid": "JK04 PID",
+    },
+}
 #: What the summary compares with: name of the built-in design -> what a reader calls it.
 PUBLISHED = {
     "lin-lee-1999-table-1": "Table I of Lin & Lee (1999)",
@@ -35,6 +49,26 @@ PUBLISHED = {
     "jee-koren-2004-flc": "their FLC",
     "jee-koren-2004-pid": "their PID",
 }
+
+
+def write_page(scenario: Scenario, result: Result, folder: Path) -> dict[str, Evaluation]:
+    """Write the page of a run beside the published designs; returns what these do.
+
+    Raises:
+        RunError: the folder cannot be written.
+    """
+    baselines = BASELINES.get(scenario.plant.name, {})
+    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
+    write_report(scenario, result, rivals, folder)
+    return rivals
+
+
+def _rival(name: str, scenario: Scenario) -> Evaluation | None:
+    """A published design on this scenario; None where it does not fit the plant or sampling."""
+    try:
+        return evaluate(load_design(name), scenario)
+    except UserError:
+        return None
 
 
 def write_report(
@@ -77,7 +111,7 @@ def write_report(
     write_whole(folder / REPORT, page)
 
 
-def _found(search: Search, scenario: Scenario) -> dict[str, Any]:
+def _found(search: Search, scenario: Scenario) -> dict[str, object]:
     """How the design was found."""
     return {
         "generations": search.generation,
@@ -95,47 +129,38 @@ def _structures(archive: Archive, scenario: Scenario) -> Listing | None:
         return None
     best = (-archive.score).argsort(kind="stable")[:BEST]
     order = best[np.isfinite(archive.score[best])]
+    trees = archive.population.tree
     return Listing(
         "The best structures, each with the best that the search "
         f"(in {scenario.run.precision}) found for it; the controller above is the best of them in "
         "float64. A unit is written (column input, row input).",
         ["structure", scenario.judge().title],
-        [
-            [genome.notation(int(archive.population.tree[k])), score(archive.score[k])]
-            for k in order
-        ],
+        [[genome.notation(int(trees[k])), score(archive.score[k])] for k in order],
     )
 
 
 def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
     """What there is to say about a controller of this kind."""
-    sections = design.kind.sections or gains.sections
-    plant = scenario.plant
-    signals = {axis.name: axis.told() for axis in own.axes} if _known(own, scenario) else None
+    sections, plant = design.kind.sections or gains.sections, scenario.plant
+    # With sensors of the scenario's own nobody knows what the control has measured.
+    known = scenario.sensors == SensorSettings() and not own.diverged
+    signals = {axis.name: axis.told() for axis in own.axes} if known else None
     return sections(design.controller, Shown(plant.machine, plant.values(), signals))
-
-
-def _known(own: Evaluation, scenario: Scenario) -> bool:
-    """Whether what the control has measured can be told: not with sensors of the scenario's own."""
-    return scenario.sensors == SensorSettings() and not own.diverged
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
     """What the run achieved, in a sentence."""
     if own.diverged:
         return f"The controller diverges on {scenario.name}."
-    line = f"The controller reaches {_achieved(own)} on {scenario.name}"
+    achieved = f"a fitness of {score(own.fitness)}"
+    if own.contour is not None:
+        achieved = f"a contour error of {_rms(own):.3g} {own.contour.unit} rms"
+    line = f"The controller reaches {achieved} on {scenario.name}"
     parts = [_compared(own, rivals[key], name) for key, name in PUBLISHED.items() if key in rivals]
     if not parts:
         return f"{line}."
     *others, last = parts
     return f"{line}: {', '.join(others)}{' and ' if others else ''}{last}."
-
-
-def _achieved(found: Evaluation) -> str:
-    if found.contour is None:
-        return f"a fitness of {score(found.fitness)}"
-    return f"a contour error of {_rms(found):.3g} {found.contour.unit} rms"
 
 
 def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
@@ -166,14 +191,12 @@ def _measure(judge: Judge) -> str:
 
 def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
     """Fitness, merit and metrics, a row each; a column for each evaluation."""
-    found = evaluations.values()
+    found, told = evaluations.values(), meanings(scenario)
     rows = []
     for key, title in scenario.judge().titles.items():
         scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
         rows.append([title, *scores])
-    first = next(iter(found))
-    told = meanings(scenario)
-    for key in first.metrics:
+    for key in next(iter(found)).metrics:
         values = (item.metrics[key] for item in found)
         rows.append([told[key], *("–" if value is None else f"{value:.4g}" for value in values)])
     return rows

@@ -21,7 +21,7 @@ def distributions(found: Robustness, title: str) -> Figure:
     The band reaches from the 5 % to the 95 % quantile. A metric that is the same on every machine
     is left out.
     """
-    drawn = [key for key in found.values if _varies(found.spread_of(key))]
+    drawn = [key for key in found.values if np.unique(found.spread_of(key)).size > 1]
     rows = max(-(-len(drawn) // COLUMNS), 1)
     height = PANEL * rows + TOP + BOTTOM
     figure = Figure(figsize=(WIDTH, height))
@@ -50,10 +50,6 @@ def distributions(found: Robustness, title: str) -> Figure:
         handles = panels.flat[0].get_legend_handles_labels()
         figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
     return figure
-
-
-def _varies(values: Floats) -> bool:
-    return len(values) > 1 and bool(np.ptp(values) > 0)
 
 
 def _draw(axes: Axes, title: str, values: Floats, nominal: float) -> None:

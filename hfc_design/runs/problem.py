@@ -50,9 +50,8 @@ class Problem:
     def _linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
         gains = self.genome.gains(individual)
-        error, jacobian = simulate.error_jacobian(
-            self._loop, self._machines, self._samples, gains, self._dtype
-        )
+        about = (self._loop, self._machines, self._samples, gains, self._dtype)
+        error, jacobian = simulate.error_jacobian(*about)
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian) if finite else None
 
@@ -100,30 +99,8 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
     Raises:
         UserError: it is no controller that can run.
     """
-    return checked(
-        Design,
-        {
-            "name": scenario.name,
-            "plant": _plant(scenario.plant),
-            "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
-            "limits": scenario.limits.model_dump(exclude_none=True),
-            "provenance": {
-                "program": f"hfc-design {__version__}",
-                **_plugins(scenario, controller),
-                "scenario": renamed(scenario, lambda key, file: Path(file.name)).model_dump(
-                    mode="json", exclude_none=True
-                ),
-            },
-        },
-        scenario.name,
-        Path(),
-    )
-
-
-def _plugins(scenario: Scenario, controller: dict[str, Any]) -> dict[str, Any]:
-    """The user's own parts, and where they come from; nothing where all are built in."""
     kinds = [controller, *controller.get("axes", {}).values()]
-    found = sources(
+    own_parts = sources(
         [
             ("plant", scenario.plant.name),
             ("fitness", scenario.fitness.kind),
@@ -131,16 +108,27 @@ def _plugins(scenario: Scenario, controller: dict[str, Any]) -> dict[str, Any]:
             *(("controller", own["kind"]) for own in kinds),
         ]
     )
-    return {"plugins": found} if found else {}
+    movable = renamed(scenario, lambda key, file: Path(file.name))
+    data = {
+        "name": scenario.name,
+        "plant": _plant(scenario.plant),
+        "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
+        "limits": scenario.limits.model_dump(exclude_none=True),
+        "provenance": {
+            "program": f"hfc-design {__version__}",
+            **({"plugins": own_parts} if own_parts else {}),
+            "scenario": movable.model_dump(mode="json", exclude_none=True),
+        },
+    }
+    return checked(Design, data, scenario.name, Path())
 
 
-def _plant(settings: PlantSettings) -> dict[str, Any]:
+def _plant(settings: PlantSettings) -> dict[str, object]:
     """The machine in full, so that the design does not depend on a program's defaults."""
     found = [record._asdict() for record in settings.values()]
-    names = settings.machine.axes
-    if len(names) == 1 and not settings.axes:
+    if len(found) == 1 and not settings.axes:
         return {"name": settings.name, "parameters": found[0]}
-    axes = dict(zip(names, found, strict=True))
+    axes = dict(zip(settings.machine.axes, found, strict=True))
     return {"name": settings.name, "parameters": {}, "axes": axes}
 
 

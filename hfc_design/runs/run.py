@@ -77,20 +77,12 @@ def run(
     """
     if (folder / GIVEN).exists():
         return _scored(scenario, folder)
-    problem = Problem(scenario)
-    settings = scenario.search
+    problem, settings, seed = Problem(scenario), scenario.search, scenario.run.seed
     config = (folder / CONFIG).read_text(encoding="utf-8")
-    path = folder / CHECKPOINT
-    search = _stored(path, scenario, config)
+    search = _stored(folder, scenario, config)
     saved = time.monotonic()
-    steps = generations(
-        searcher(settings, problem.task),
-        problem.genome,
-        settings.generations,
-        scenario.run.seed,
-        problem.rank,
-        search,
-    )
+    parts = (searcher(settings, problem.task), problem.genome, settings.generations, seed)
+    steps = generations(*parts, problem.rank, search)
     try:
         for search in steps:
             on_generation(search)
@@ -131,20 +123,20 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
             raise UserError(f"{folder}: holds no finished run (no {name})")
     scenario = opened_run(folder)
     config = (folder / CONFIG).read_text(encoding="utf-8")
-    search = _stored(folder / CHECKPOINT, scenario, config)
+    search = _stored(folder, scenario, config)
     if search is None and not (folder / GIVEN).exists():
         raise RunError(f"{folder / CHECKPOINT}: is gone; what the search did is not known")
     design = read_design(folder / DESIGN)
     return scenario, Result(design, evaluate(design, scenario), search)
 
 
-def _stored(path: Path, scenario: Scenario, config: str) -> Search | None:
-    if not path.exists():
+def _stored(folder: Path, scenario: Scenario, config: str) -> Search | None:
+    if not (folder / CHECKPOINT).exists():
         return None
     example = genome_of(scenario).empty()
     state = STRATEGIES.get(scenario.search.preset).state
     kinds = {"state": state, "population": example, Population: example}
-    search: Search = checkpoint.load(path, Search, kinds, config)
+    search: Search = checkpoint.load(folder / CHECKPOINT, Search, kinds, config)
     return search
 
 
@@ -152,8 +144,8 @@ def _save(folder: Path, search: Search, config: str) -> None:
     checkpoint.save(folder / CHECKPOINT, search, config)
     lines = ["generation,best,median,diverged,structures"]
     columns = (column.tolist() for column in search.history)
-    for k, (best, median, diverged, structures) in enumerate(zip(*columns, strict=True)):
-        lines.append(f"{k},{best!r},{median!r},{diverged},{structures}")
+    rows = enumerate(zip(*columns, strict=True))
+    lines += [",".join(map(repr, (k, *row))) for k, row in rows]
     checkpoint.write_whole(folder / HISTORY, ("\n".join(lines) + "\n").encode())
 
 

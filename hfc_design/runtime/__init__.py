@@ -11,6 +11,7 @@ from typing import Any
 from hfc_design.controllers.controller import PathView, Signals, View, limited
 from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.scalars import SCALARS
+from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design, read_design
 
 
@@ -50,9 +51,8 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        parts, self._memory = self._law.parts(
-            SCALARS, self._law, self._gains, self._memory, signals
-        )
+        law = self._law
+        parts, self._memory = law.parts(SCALARS, law, self._gains, self._memory, signals)
         return parts
 
     def remember(self, readings: dict[str, float]) -> None:
@@ -64,7 +64,7 @@ class Controller:
         """Forget the past, as before the first sample."""
         self._memory = self._law.initial_memory(0.0)
 
-    def adapted(self) -> Any:
+    def adapted(self) -> ControllerRecord:
         """The controller's record with what it has learnt by now.
 
         Raises:
@@ -80,13 +80,13 @@ class Machine:
 
     def __init__(self, design: Design, axes: tuple[str, ...] = ()):
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
-        record: ControllerRecord = design.controller
-        self._controller = design.kind.controller_of(record, design.axis_limits(self.axes))
-        self._gains = design.kind.gains(record)
+        kind, limits = design.kind, design.axis_limits(self.axes)
+        self._controller = kind.controller_of(design.controller, limits)
+        self._gains = kind.gains(design.controller)
         self._memory = self._controller.initial_memory(0.0)
 
     def step(
-        self, signals: Mapping[str, Signals], path: PathView | None = None, told: Any = None
+        self, signals: Mapping[str, Signals], path: PathView | None = None, told: Parameters = None
     ) -> dict[str, float]:
         """The command of every axis by its name, for what each axis tells at this sample.
 

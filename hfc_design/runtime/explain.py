@@ -9,6 +9,7 @@ from typing import Any
 
 from hfc_design.controllers.kind import Explain, needed
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design
 from hfc_design.runtime import Controller
 from plants import Drive
@@ -31,7 +32,7 @@ def part(design: Design, axis: str) -> Design:
 
 
 def explanation(
-    design: Design, drive: Drive, parameters: Any, texts: Sequence[str]
+    design: Design, drive: Drive, parameters: Parameters, texts: Sequence[str]
 ) -> dict[str, Any]:
     """The last of the samples ``texts`` as in ``error=1e-4,deflection=2e-4``, explained.
 
@@ -113,11 +114,8 @@ def _check(design: Design, kind: Explain, sample: Sample, alone: bool) -> None:
 
 def _memory(kind: Explain, sample: Sample) -> Sample:
     """Readings of the sample before, as far as ``sample`` tells them."""
-    found = {
-        name.removeprefix(PREVIOUS): value
-        for name, value in sample.items()
-        if name.startswith(PREVIOUS)
-    }
+    before = [name for name in sample if name.startswith(PREVIOUS)]
+    found = {name.removeprefix(PREVIOUS): sample[name] for name in before}
     for new, old in kind.changes.items():
         if new in sample:
             signal = old.removeprefix(PREVIOUS)

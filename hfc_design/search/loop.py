@@ -1,13 +1,13 @@
 """One loop for every strategy: ask, score, tell, remember the best of each structure."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.controllers.genome import Genome, Population, joined
 from hfc_design.core.shapes import Floats, Integers
-from hfc_design.search.strategy import Searcher
+from hfc_design.search.strategy import Searcher, State
 
 #: What a population is ranked by, no finite number where an individual failed.
 Evaluate = Callable[[Population], Floats]
@@ -33,7 +33,7 @@ class Search(NamedTuple):
     """Everything that a search has to remember; a checkpoint is this and nothing else."""
 
     generation: int  # generations done
-    state: Any
+    state: State
     archive: Archive
     history: History
 

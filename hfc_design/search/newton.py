@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hfc_design.controllers.genome import Space
+from hfc_design.controllers.genome import AnyPopulation, Space
 from hfc_design.core.shapes import Floats, Mask
 
 
@@ -35,8 +35,8 @@ SMALLEST_ERROR = 1e-6
 
 
 def individuals(
-    genome: Any, best: Any, linear: Linear, damping: float, count: int
-) -> tuple[Any, Floats]:
+    genome: Any, best: AnyPopulation, linear: Linear, damping: float, count: int
+) -> tuple[AnyPopulation, Floats]:
     """``count`` individuals around a single one, and the damping of each."""
     space: Space = genome.space()
     point = space.vectors(best)[0]

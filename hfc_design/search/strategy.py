@@ -1,12 +1,12 @@
 """What a search strategy is, and what it is given to search."""
 
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from hfc_design.controllers.genome import Genome
+from hfc_design.controllers.genome import Genome, Population
 from hfc_design.core.records import Positive, Record
 from hfc_design.core.shapes import Floats
 from hfc_design.search.newton import Linear
@@ -41,22 +41,25 @@ class Task(NamedTuple):
     genome: Genome
     #: The tracking error and its derivative about one individual, which gives None where they
     #: are not finite; None where the genome or the machine has no such derivative.
-    linearised: Callable[[Any], Linear | None] | None = None
+    linearised: Callable[[Population], Linear | None] | None = None
+
+
+#: What only its strategy knows: what it remembers, and what it asks, a record with a
+#: ``population`` and whatever ``tell`` has to know of it.
+State: TypeAlias = Any
+Asked: TypeAlias = Any
 
 
 class Searcher(Protocol):
-    """A strategy at work: pure functions of its state and of a random generator.
+    """A strategy at work: pure functions of its state and of a random generator."""
 
-    What is asked is a record with a ``population`` and whatever ``tell`` has to know of it.
-    """
-
-    def start(self, rng: np.random.Generator) -> tuple[Any, Any]:
+    def start(self, rng: np.random.Generator) -> tuple[State, Asked]:
         """State before the first generation, and its candidates."""
 
-    def ask(self, state: Any, generation: int, rng: np.random.Generator) -> tuple[Any, Any]:
+    def ask(self, state: State, generation: int, rng: np.random.Generator) -> tuple[State, Asked]:
         """State and candidates of a later generation."""
 
-    def tell(self, state: Any, asked: Any, score: Floats) -> Any:
+    def tell(self, state: State, asked: Asked, score: Floats) -> State:
         """State after the candidates have been scored; -inf is the score of one that failed."""
 
 

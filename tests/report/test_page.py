@@ -183,10 +183,16 @@ def changed(evaluation, **axis):
     return evaluation._replace(axes=(evaluation.axes[0]._replace(**axis),))
 
 
+def moving(evaluation, values):
+    """The motion of its only axis with these values (steps,) for everything."""
+    motion = evaluation.axes[0].motion
+    state = type(motion.state)(*[values] * len(motion.state))
+    return motion._replace(error=values, command=values, state=state)
+
+
 def nothing_but_nan(evaluation):
     nan = np.full(len(evaluation.time), np.nan)
-    motion = evaluation.axes[0].motion._replace(error=nan, command=nan)
-    lost = changed(evaluation, motion=motion, readings={"deflection": nan})
+    lost = changed(evaluation, motion=moving(evaluation, nan))
     return lost._replace(diverged=True)
 
 
@@ -214,8 +220,7 @@ def test_long_curves_keep_their_peaks(report):
     long = changed(
         evaluation._replace(time=time),
         happens=evaluation.axes[0].happens._replace(reference=time, loads=[0 * time]),
-        motion=evaluation.axes[0].motion._replace(error=error, command=error),
-        readings={"deflection": error},
+        motion=moving(evaluation, error),
     )
     line = plots.response(long, "long").axes[1].lines[0]
     assert len(line.get_xdata()) <= 2 * plots.SLICES + 2

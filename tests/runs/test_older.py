@@ -32,6 +32,6 @@ def test_a_run_that_an_earlier_version_began_ends_as_it_would_have(tmp_path):
 def test_what_had_failed_ranks_last(tmp_path):
     scenario = run.opened_run(BROKEN_OFF)
     config = (BROKEN_OFF / run.CONFIG).read_text(encoding="utf-8")
-    state = run._stored(BROKEN_OFF / run.CHECKPOINT, scenario, config).state
+    state = run._stored(BROKEN_OFF, scenario, config).state
     assert np.isneginf(state.score).tolist() == [False, True, True, True, True]
     assert state.score[0] == pytest.approx(74.610207, rel=1e-6)

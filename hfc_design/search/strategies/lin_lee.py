@@ -1,13 +1,15 @@
 """The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, as they describe it."""
 
 from functools import cache
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 from pydantic import Field
 
 from hfc_design.controllers.genome import joined
 from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
+from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.core.shapes import Floats, Integers, Mask
 from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
@@ -35,7 +37,7 @@ class LinLeeState(NamedTuple):
     """A generation, the best individual first."""
 
     genes: Integers  # (n, inputs) heap unit that each input enters
-    population: Any  # of hierarchies
+    population: Hierarchies
     score: Floats  # (n,)
 
 
@@ -43,7 +45,7 @@ class Asked(NamedTuple):
     """The next generation and the genes it was decoded from."""
 
     genes: Integers
-    population: Any  # of hierarchies
+    population: Hierarchies
 
 
 class LinLee(NamedTuple):
@@ -58,8 +60,8 @@ class LinLee(NamedTuple):
     task: Task
 
     @property
-    def _genome(self) -> Any:
-        return self.task.genome  # of hierarchies, see ``_fault``
+    def _genome(self) -> HierarchicalGenome:
+        return cast(HierarchicalGenome, self.task.genome)  # see ``_fault``
 
     @property
     def _inputs(self) -> int:
@@ -95,7 +97,7 @@ class LinLee(NamedTuple):
             if _tree_index(tuple(gene.tolist())) is not None:
                 return gene
 
-    def _fresh(self, genes: Integers, rng: np.random.Generator) -> Any:
+    def _fresh(self, genes: Integers, rng: np.random.Generator) -> Hierarchies:
         s, genome = self.settings, self._genome
         count, inputs = genes.shape
         units = inputs - 1
@@ -103,7 +105,7 @@ class LinLee(NamedTuple):
         spread = rng.uniform(-s.centre_step, s.centre_step, (count, units, 7, 7))
         low, high = np.array([s.kp_range, s.kd_range]).T
         return genome.empty()._replace(
-            tree=np.array([_tree_index(tuple(gene)) for gene in genes.tolist()]),
+            tree=_trees(genes),
             gains=rng.uniform(low, high, (count, 2)),
             scales=np.tile(genome.scales, (count, 1)),
             consequents=level + spread,
@@ -114,6 +116,7 @@ class LinLee(NamedTuple):
         genes = self._crossed_genes(state, count, rng)
         children = self._fresh(genes, rng)
         gains, consequents = children.gains.copy(), children.consequents.copy()
+        sources = state.population.gains, state.population.consequents
         waiting: dict[int, int] = {}
         for k, tree in enumerate(children.tree.tolist()):
             partner = waiting.pop(tree, None)
@@ -126,10 +129,7 @@ class LinLee(NamedTuple):
             a, b = rng.choice(parents, 2, replace=False)
             share = rng.random()
             for child, w in ((partner, share), (k, 1.0 - share)):
-                for array, source in (
-                    (gains, state.population.gains),
-                    (consequents, state.population.consequents),
-                ):
+                for array, source in zip((gains, consequents), sources, strict=True):
                     array[child] = w * source[a] + (1.0 - w) * source[b]
         return Asked(genes, children._replace(gains=gains, consequents=consequents))
 
@@ -157,14 +157,12 @@ class LinLee(NamedTuple):
             change = rng.uniform(-largest, largest, array.shape)
             return array + change * (rng.random(array.shape) < s.parameter_mutation)
 
-        return Asked(
-            genes,
-            parents._replace(
-                tree=np.array([_tree_index(tuple(gene)) for gene in genes.tolist()]),
-                gains=moved(parents.gains, s.gain_step),
-                consequents=moved(parents.consequents, s.centre_step),
-            ),
+        children = parents._replace(
+            tree=_trees(genes),
+            gains=moved(parents.gains, s.gain_step),
+            consequents=moved(parents.consequents, s.centre_step),
         )
+        return Asked(genes, children)
 
     def _mutated_gene(self, gene: Integers, rng: np.random.Generator) -> Integers:
         """The gene with each bit flipped with probability alpha, drawn again until valid."""
@@ -195,6 +193,10 @@ def _tree_index(gene: tuple[int, ...]) -> int | None:
     return None if tree is None else _indices(len(gene))[tree]
 
 
+def _trees(genes: Integers) -> Integers:
+    return np.array([_tree_index(tuple(gene)) for gene in genes.tolist()])
+
+
 def _bits(genes: Integers) -> Mask:
     """(n, inputs (inputs - 2)) bits of the genes, most significant first."""
     width = genes.shape[1] - 2
@@ -208,9 +210,9 @@ def _genes(bits: Mask, inputs: int) -> Integers:
     return np.asarray((bits.reshape(len(bits), inputs, width) * places).sum(axis=2))
 
 
-def _fault(settings: LinLeeSettings, controller: Any) -> str | None:
-    hierarchy_alone = controller.kind == "pd+hierarchical-fuzzy"
-    return None if hierarchy_alone else "searches hierarchies; use race"
+def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | None:
+    known = controller.kind == "pd+hierarchical-fuzzy"
+    return None if known else "searches hierarchies; use race"
 
 
 STRATEGY = Strategy(

@@ -8,11 +8,12 @@ from pydantic import Field
 from hfc_design.controllers.genome import Population, joined, replaced
 from hfc_design.controllers.hierarchical.settings import Bounds
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.core.shapes import Floats, Integers
-from hfc_design.search.islands import changed, doubled, humbled, ranked, shares, taken
+from hfc_design.core.shapes import Floats, Integers, Mask
 from hfc_design.search.newton import individuals
 from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 
+#: A double may score this much of its original before luck is suspected.
+LUCK = 0.99
 #: Damping of the first Gauss-Newton step, of a failed one, and the one at which to give up.
 FIRST_DAMPING, FAILURE, HOPELESS = 1.0, 1e3, 1e6
 BOUNDS = Bounds()
@@ -115,15 +116,11 @@ class SuccessiveHalving(NamedTuple):
                 damping[k] = asked.damping[best] if stepped else min(damping[k], FIRST_DAMPING)
             elif tried:
                 damping[k] *= FAILURE
-        both = ranked(
-            RaceState(
-                joined(state.population, asked.population),
-                np.concatenate([state.score, score]),
-                np.concatenate([state.step, asked.step]),
-                np.concatenate([state.island, state.island]),
-                damping,
-            )
-        )
+        population = joined(state.population, asked.population)
+        scores = np.concatenate([state.score, score])
+        steps = np.concatenate([state.step, asked.step])
+        islands = np.concatenate([state.island, state.island])
+        both = ranked(RaceState(population, scores, steps, islands, damping))
         rank = np.arange(len(both.island)) - np.searchsorted(both.island, both.island)
         return taken(both, rank < np.bincount(state.island)[both.island])
 
@@ -169,9 +166,9 @@ class SuccessiveHalving(NamedTuple):
             return asked._replace(damping=changed(asked.damping, places[:1], HOPELESS))
         at = (best, linear, state.damping[k], len(places))
         steps, damping = individuals(self.task.genome, *at)
+        population = replaced(asked.population, places, steps)
         return asked._replace(
-            population=replaced(asked.population, places, steps),
-            damping=changed(asked.damping, places, damping),
+            population=population, damping=changed(asked.damping, places, damping)
         )
 
     def _with_doubles(self, state: RaceState, asked: Asked, rng: np.random.Generator) -> Asked:
@@ -182,6 +179,46 @@ class SuccessiveHalving(NamedTuple):
         best, place = doubled(state)
         double = self.task.genome.nudged(state.population.take(best), rng)
         return asked._replace(population=replaced(asked.population, place, double))
+
+
+def doubled(state: RaceState) -> tuple[Integers, Integers]:
+    """The best of each island and the last place there; islands of one or two have none."""
+    size = np.bincount(state.island)
+    best = np.searchsorted(state.island, np.arange(len(size)))
+    large = size > 2
+    return best[large], (best + size - 1)[large]
+
+
+def humbled(state: RaceState, score: Floats) -> RaceState:
+    """The best of an island is worth no more than its double."""
+    best, place = doubled(state)
+    own = state.score[best]
+    worse = score[place] < np.where(own < 0.0, own / LUCK, LUCK * own)
+    return state._replace(score=changed(state.score, best[worse], score[place][worse]))
+
+
+def shares(count: int, islands: int) -> Integers:
+    """``count`` places dealt to the islands as evenly as possible, island by island."""
+    return np.sort(np.arange(count) % islands)
+
+
+def changed(array: Floats, places: Integers, values: Floats | float) -> Floats:
+    """The array with other values at some places."""
+    found = array.copy()
+    found[places] = values
+    return found
+
+
+def taken(state: RaceState, chosen: Integers | Mask) -> RaceState:
+    """The chosen individuals; the islands stay as they are."""
+    population, score, step, island, damping = state
+    population = population.take(chosen)
+    return RaceState(population, score[chosen], step[chosen], island[chosen], damping)
+
+
+def ranked(state: RaceState) -> RaceState:
+    """Island by island, the best first."""
+    return taken(state, np.lexsort((-state.score, state.island)))
 
 
 STRATEGY = Strategy(
