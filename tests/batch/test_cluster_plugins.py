@@ -83,6 +83,7 @@ def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
     assert apart(files(tmp_path / "out"), "there") == apart(plain, "mine")
 
 
+@pytest.mark.slow
 def test_workers_elsewhere_need_the_package(tmp_path, plain, started, cluster):
     """Without its entry points they import no module, even if it is there."""
     sledges(tmp_path, "packaged")

@@ -82,6 +82,14 @@ def test_interrupted_and_resumed_equals_uninterrupted(whole, tmp_path, stop):
     assert contents(part) == contents(folder)
 
 
+@pytest.mark.parametrize(
+    "whole",
+    [
+        pytest.param(SEARCHES[0], id="race"),
+        pytest.param(SEARCHES[1], id="lin-lee", marks=pytest.mark.slow),
+    ],
+    indirect=True,
+)
 def test_killed_again_and_again_and_resumed_equals_uninterrupted(whole, tmp_path):
     """SIGKILL as soon as a checkpoint has moved on, twice, then let it finish."""
     folder, changes = whole

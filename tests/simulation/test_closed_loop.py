@@ -94,11 +94,12 @@ def test_random_controllers_move_as_scipy_says(count, wanted, random_population)
     assert smooth >= wanted
 
 
+@pytest.mark.parametrize("count", [8, pytest.param(24, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("scenario", LOADS)
-def test_loop_is_plain_rk4_to_rounding(scenario, random_population):
-    gains = random_population(24, seed=6)
+def test_loop_is_plain_rk4_to_rounding(scenario, count, random_population):
+    gains = random_population(count, seed=6)
     states, motion = simulated(scenario, HIERARCHICAL, gains)
-    for one in range(24):
+    for one in range(count):
         exact, commands = oracle.closed_loop(*plain(gains, one), 1.0, LOADS[scenario], "RK4")
         error = abs(states[..., one] - exact) / abs(exact).max(axis=0)
         assert error.max() < 1e-8

@@ -105,7 +105,9 @@ def test_machines_that_cannot_follow_are_refused(changes, words):
 
 
 def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines):
-    sizes = ["--population", "24", "--generations", "2", "--set", "simulation.duration_s=0.5"]
+    # As in test_judge.py, so that both have the same compiled programs.
+    alike = ["--set", "simulation.duration_s=3.0", "--set", "search.stick_penalty=300"]
+    sizes = ["--population", "24", "--generations", "2", *alike]
     folder = tmp_path / "run"
     result = CliRunner().invoke(
         main, ["design", "feed-drive-hierarchy", *sizes, "--out", str(folder), "--quiet"]
