@@ -1,8 +1,9 @@
 """Settings of a machine's axes, and the limits among them. Never imports JAX."""
 
+from operator import not_
 from typing import TypeVar
 
-from pydantic import JsonValue, ValidationError, model_validator
+from pydantic import Field, JsonValue, ValidationError, model_validator
 
 from hfc_design.core.records import Label, Positive, Record
 
@@ -12,7 +13,7 @@ Own = TypeVar("Own", bound="PerAxisRecord")
 class PerAxisRecord(Record):
     """Settings of every axis; ``axes`` has what differs in one of them."""
 
-    axes: dict[Label, dict[str, JsonValue]] = {}
+    axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
     def _axes_fit(self: Own) -> Own:

@@ -2,6 +2,7 @@
 
 import warnings
 from abc import abstractmethod
+from operator import not_
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -205,7 +206,7 @@ class AxisLoad(Record):
 class Load(AxisLoad):
     """Load of every axis; ``axes`` has those that have a load of their own instead."""
 
-    axes: dict[Label, AxisLoad] = {}
+    axes: dict[Label, AxisLoad] = Field({}, exclude_if=not_)
 
     def of(self, axis: str) -> AxisLoad:
         """The load of one axis."""

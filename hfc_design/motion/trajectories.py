@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from math import cos, pi, radians, sin
 from pathlib import Path as FilePath
-from typing import Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo
@@ -35,7 +35,8 @@ class PathSamples(NamedTuple):
 class Trajectory(Record):
     """A path and a limit of acceleration; each kind has its own path."""
 
-    kind: str
+    if TYPE_CHECKING:  # each one's own field, which stands where it always has in a file
+        kind: str
     #: None: full feed at once, corners included, as in the papers' simulations.
     acceleration_mm_s2: Positive | None = None
 

@@ -37,7 +37,8 @@ class ObjectiveSettings(Record):
     @model_serializer(mode="wrap")
     def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
         data: dict[str, object] = whole(self)
-        return {**data, "settled_after_s": data.pop("settled_after_s")}
+        after = data.pop("settled_after_s")
+        return {**data, "settled_after_s": after}
 
 
 class Objective(NamedTuple):

@@ -229,3 +229,13 @@ def test_a_batch_of_nothing_is_refused(text, tmp_path):
     found = batch(written(tmp_path, text))
     assert found.exit_code == 2
     assert "asks for nothing; it needs [set], [grid] or [[cells]]" in found.stderr
+
+
+def test_cells_keep_the_names_that_an_earlier_version_gave_them(tmp_path):
+    scenarios = {
+        "c-axis-ramp-cutting": "dcb49094cb168a0e",
+        "feed-drive-hierarchy": "8c43b6b160adf88f",
+    }
+    file = tmp_path / "batch.toml"
+    file.write_text(f'name = "kept"\n[grid]\nscenario = {list(scenarios)}\n')
+    assert [cell.name for cell in read_batch(file).cells] == list(scenarios.values())
