@@ -75,9 +75,9 @@ def _operations(loop: Loop, machines: Machines, samples: Any, one: Any) -> float
     It counts a loop's body once: of the drive's integration steps in a sample, only one.
     """
     gains = jax.tree.map(lambda leaf: np.repeat(leaf, simulate.CHUNK, axis=-1), one)
-    items = (machines.told, simulate._single(machines.true), samples, gains)
-    arguments = (simulate._cast(item, np.float32) for item in items)
-    compiled = simulate._scores.lower(loop, False, *arguments).compile()
+    inputs = simulate.Inputs(*machines.take(0), samples, gains)
+    single = simulate._cast(inputs, np.float32)
+    compiled = simulate._scores.lower(loop, False, single).compile()
     return compiled.cost_analysis()["flops"] * jax.device_count() / simulate.CHUNK
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
 from hfc_design.core.records import Table, UserError
+from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import (
     RESERVED,
@@ -24,6 +25,13 @@ from hfc_design.formats.writing import (
     rule_units,
     signal_units,
     write_folder,
+)
+
+LIMITED = "command = min(max(command, -largest_command), largest_command)"
+#: Clamping anti-windup, see ``controllers.controller.held``.
+NOT_WOUND_UP = (
+    "where command is beyond largest_command in either direction, a sum that this sample moves "
+    "further in that direction stays as it was at the sample before, and command is added up again"
 )
 
 
@@ -68,11 +76,20 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         "facts": facts(design),
         "sample_time_s": design.controller.sample_time_s,
         "command_unit": known.get("command", ""),
-        **rule_base(design).about(design.controller, known),
+        **_about(design, known),
     }
     files["manifest.csv"] = csv_text(rows)
     files["controller.json"] = json.dumps(record, indent=1, allow_nan=False) + "\n"
     return files
+
+
+def _about(design: Design, units: dict[str, str]) -> Json:
+    """What a command takes beside the units, a limit of the design too."""
+    about = rule_base(design).about(design.controller, units)
+    if design.limits.command is None:
+        return about
+    steps = [*about["steps"], *([NOT_WOUND_UP] if "integral_gain" in about else []), LIMITED]
+    return {**about, "steps": steps, "largest_command": design.limits.command}
 
 
 def write(design: Design, path: Path, target: str, **values: object) -> None:

@@ -1,8 +1,8 @@
 """A MAT file (version 5) with everything that a design file holds, for MATLAB, Octave and SciPy.
 
 Variables: ``design`` (name, plant, facts), ``controller`` (as in the design file; a missing edge of
-a term is infinite), and of a rule base ``units`` (name, column_input, row_input, table) in
-evaluation order with ``wiring``.
+a term is infinite), ``limits`` where the design has one, and of a rule base ``units`` (name,
+column_input, row_input, table) in evaluation order with ``wiring``.
 """
 
 import io
@@ -30,6 +30,8 @@ def write(design: Design, path: Path) -> None:
     plant = design.plant.model_dump(mode="json")
     data: dict[str, object] = {"design": {"name": design.name, "plant": plant, "facts": lines}}
     data["controller"] = design.controller.model_dump(mode="json")
+    if design.limits.command is not None:
+        data["limits"] = {"command": design.limits.command}
     if rules := design.kind.rules:
         units = rules.units(design.controller)
         data["units"] = [

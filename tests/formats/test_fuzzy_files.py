@@ -113,6 +113,21 @@ def test_the_files_alone_give_the_command_of_every_form(form, blu, tmp_path):
     assert ("the change of the command" in (folder / "rules.fml").read_text()) == (form == "PI")
 
 
+@pytest.mark.parametrize("form", ["P", "PI", "PD", "table 1"])
+def test_the_files_alone_keep_the_limit_of_a_design(form, tmp_path):
+    name = "lin-lee-1999-table-1" if form == "table 1" else "jee-koren-2004-flc"
+    data = named_design(name).model_dump(mode="json")
+    if form != "table 1":
+        data["controller"] |= {"form": form, "integral_gain": 4.0, "low_velocity": LOW_VELOCITY}
+    data["limits"] = {"command": 12.0}
+    record = Design.model_validate(data)
+    folder = written(record, "fml", tmp_path / "x")
+    assert controller_error(record, folder, partial(read, System)) <= 1e-12
+    steps = json.loads((folder / "controller.json").read_text())["steps"]
+    assert steps[-1] == "command = min(max(command, -largest_command), largest_command)"
+    assert any("stays as it was" in step for step in steps) == (form != "table 1")
+
+
 @pytest.mark.parametrize("target", LANGUAGES)
 def test_an_adaptive_controller_says_that_its_table_is_a_start(target, tmp_path):
     written(named_design("jee-koren-2004-aflc"), target, tmp_path / "x")

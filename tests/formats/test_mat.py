@@ -6,6 +6,7 @@ from scipy.io import loadmat
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import builtin_designs, named_design
+from hfc_design.files.limits import Limits
 from hfc_design.formats import mat
 
 
@@ -48,6 +49,14 @@ def test_the_wiring_counts_inputs_and_then_units_from_1(read):
     assert [unit["name"] for unit in found["units"]] == ["unit_7", "unit_3", "unit_1", "unit_0"]
     assert found["units"][0]["table"][0, 1] == 0.4644  # LL Table I, unit 7
     assert read(named_design("jee-koren-2004-flc"))["wiring"].tolist() == [1, 2]
+
+
+def test_a_limit_is_there_where_the_design_has_one(read):
+    design = named_design("lin-lee-1999-table-1")
+    assert "limits" not in read(design)
+    assert read(design.model_copy(update={"limits": Limits(command=9.0)}))["limits"] == {
+        "command": 9.0
+    }
 
 
 def test_the_same_design_gives_the_same_bytes_with_no_date(tmp_path):

@@ -198,14 +198,25 @@ def command(folder, signals, evaluate):
             row, column = line["row_input"], line["column_input"]
             points = np.stack([values[row], values[column]], axis=1)
             values[line["unit"]] = evaluate(folder / line["file"], row, column, points)
-    output = values[about["output"]]
+    output, largest = values[about["output"]], about.get("largest_command", np.inf)
     if "inputs" in about:
         proportional = about["kp"] * signals["error"] + about["kd"] * signals["error_rate"]
-        return proportional + about["output_scale"] * output
-    integral = np.cumsum(about["integral_gain"] * about["sample_time_s"] * signals["error"])
-    action = np.cumsum(output) if about["form"] == "PI" else output
+        return np.clip(proportional + about["output_scale"] * output, -largest, largest)
     low = about["low_velocity"]
-    return action + integral + (compensation(low, **signals) if low else 0.0)
+    pushed = compensation(low, **signals) if low else np.zeros(len(output))
+    steps = about["integral_gain"] * about["sample_time_s"] * signals["error"]
+    integral = action = 0.0
+    found = []
+    for inferred, step, push in zip(output, steps, pushed, strict=True):
+        sums = [inferred + (action if about["form"] == "PI" else 0.0), integral + step]
+        beyond = sum(sums) + push if abs(sum(sums) + push) > largest else 0.0
+        if about["form"] == "PI" and (sums[0] - action) * beyond > 0.0:
+            sums[0] = action
+        if step * beyond > 0.0:
+            sums[1] = integral
+        action, integral = sums
+        found.append(np.clip(action + integral + push, -largest, largest))
+    return np.array(found)
 
 
 def compensation(low, velocity, error):

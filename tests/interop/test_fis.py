@@ -10,6 +10,7 @@ import pytest
 from wiring import DESIGNS, design, not_adapting, random_signals, unit_error
 
 from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.files.limits import Limits
 from hfc_design.formats import fis
 from hfc_design.runtime import Controller
 
@@ -33,6 +34,17 @@ def test_every_unit_reads_back(name, octave, tmp_path):
 @pytest.mark.parametrize("name", [*DESIGNS, "P", "PI", "PD"])
 def test_controller_m_gives_the_commands_of_the_runtime(name, octave, tmp_path):
     record = form(name) if len(name) < 3 else not_adapting(design(name))
+    compare(record, octave, tmp_path)
+
+
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "P", "PI", "PD"])
+def test_controller_m_keeps_the_limit_of_a_design(name, octave, tmp_path):
+    """In another BLU, too."""
+    record = form(name, blu_mm=0.02) if len(name) < 3 else design(name)
+    compare(record.model_copy(update={"limits": Limits(command=9.0)}), octave, tmp_path)
+
+
+def compare(record, octave, tmp_path):
     fis.write(record, tmp_path / "out")
     signals = random_signals(record, COUNT) | {
         "velocity": 400.0 * np.random.default_rng(3).uniform(-1.0, 1.0, COUNT) ** 3
@@ -46,7 +58,7 @@ def test_controller_m_gives_the_commands_of_the_runtime(name, octave, tmp_path):
     assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max()
 
 
-def form(name):
+def form(name, **changes):
     """The flc in a form of JK95 eq. 1 with an integral and low-velocity compensation."""
     record = design("jee-koren-2004-flc")
     low = CompensationRecord(
@@ -55,6 +67,7 @@ def form(name):
         highest_velocity_mm_s=2.0,
         breakaway=(4.0, -5.0),
         smallest_error=1.5,
+        **changes,
     )
     changes = {"form": name, "integral_gain": 0.7, "low_velocity": low}
     return record.model_copy(update={"controller": record.controller.model_copy(update=changes)})
