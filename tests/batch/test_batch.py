@@ -234,6 +234,7 @@ def test_a_batch_of_nothing_is_refused(text, tmp_path):
 def test_cells_keep_the_names_that_an_earlier_version_gave_them(tmp_path):
     scenarios = {
         "c-axis-ramp-cutting": "dcb49094cb168a0e",
+        "feed-drive-circle": "b720b45dd0a54fc5",
         "feed-drive-hierarchy": "8c43b6b160adf88f",
     }
     file = tmp_path / "batch.toml"

@@ -2,12 +2,18 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    model_serializer,
+)
 
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.core.records import TERMS, NotNegative, UserError
-from hfc_design.core.shapes import Plain
+from hfc_design.core.shapes import Json, Plain
 
 
 def _controller_of(start: Plain, info: ValidationInfo) -> Plain:
@@ -30,6 +36,13 @@ class FuzzySettings(ControllerSettings):
     start: Any
     symmetric: bool = True  # both directions are treated alike
     largest_integral_gain: NotNegative = 8.0  # [units/(BLU s)]
+
+    @model_serializer(mode="wrap")
+    def _kind_last(self, whole: SerializerFunctionWrapHandler) -> Json:
+        """Where it always has been, as the cells of batches are named by the text."""
+        data: Json = whole(self)
+        kind = data.pop("kind")
+        return {**data, "kind": kind}
 
     def fault(self, target: Target) -> str | None:
         """A plant without a stable range, or a start that cannot be one."""

@@ -138,7 +138,9 @@ class LinLee(NamedTuple):
         found: list[Integers] = []
         while len(found) < count:
             pair = _bits(state.genes[rng.choice(len(state.genes), 2, replace=False)])
-            if rng.random() < self.settings.structure_crossover:
+            if (
+                rng.random() < self.settings.structure_crossover and pair.size
+            ):  # two inputs: no bits
                 one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
                 pair = two_point(pair, int(one), int(two))
             for gene in _genes(pair, self._inputs):
