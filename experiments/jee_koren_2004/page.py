@@ -17,8 +17,8 @@ from hfc_design.files.pairing import load_design
 from hfc_design.pictures.figure import save
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.stability.picture import stability_figure
-from hfc_design.stability.stable_range import stable_range, theorem_k1
+from hfc_design.stability.report import stability_figure
+from hfc_design.stability.stable_range import stable_range
 
 DESIGNS = {name: f"jee-koren-2004-{name.lower()}" for name in ("FLC", "AFLC", "PID")}
 CONTOUR = tuple(f"cycle_{k}_rms_contour_error_BLU" for k in (1, 2, 3))
@@ -37,9 +37,9 @@ def stability(out: Path) -> list[list[str]]:
         calculated("4", "K_1, eq. 21 as printed [unit/BLU]", 9.0364, found.k1_printed, equations),
         calculated("4", "K_2 at K_1 = 4.518, eq. 22 [unit/BLU]", 5.895, float(found.k2(4.518)),
                    equations),
-        calculated("4", "K_1 that this project allows [unit/BLU]", None, found.k1, linear),
+        calculated("4", "K_1 that this project allows [unit/BLU]", None, found.k1_bound, linear),
         calculated("4", "K_1, eq. 21 with the right sign [unit/BLU]", None,
-                   theorem_k1(found.drive)),
+                   found.k1_theorem),
     ]  # fmt: skip
 
 

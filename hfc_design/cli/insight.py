@@ -80,9 +80,8 @@ def stability(
     found = stable_range(**drive)
     if plot is not None:
         from hfc_design.pictures.figure import save
-        from hfc_design.stability.picture import stability_figure
 
-        save(stability_figure(found, points), plot)
+        save(report.stability_figure(found, points), plot)
     if as_json:
         click.echo(json.dumps(report.numbers(found, points)))
     else:
@@ -102,7 +101,6 @@ def _of_design(
     points = needed(design.kind.table_gains, design, "no flc, aflc or soflc")
     plant = PlantSettings(**design.plant.model_dump())
     axes = zip(plant.machine.drives, plant.values(), strict=True)
-    linear = [drive.linear(parameters) for drive, parameters in axes if drive.linear]
     told = f"design {design.name} is for the plant {design.plant.name}"
     every = design.controller.sample_time_s
-    return points(design.controller), report.drive_of(told, linear, every, given)
+    return points(design.controller), report.drive_of(told, axes, every, given)

@@ -1,37 +1,46 @@
-"""What ``hfc stability`` says: the range as plain data and as a table."""
+"""What ``hfc stability`` says: the range as plain data, a table and a picture (JK04 fig. 4)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from itertools import cycle
+from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.table import Table
 
 from hfc_design.core.console import terminal
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Json
-from hfc_design.stability.stable_range import StableRange, theorem_k1
+from hfc_design.core.shapes import Json, Parameters
+from hfc_design.stability.stable_range import StableRange
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # takes longer than all the rest
+
+    from plants import Drive  # which imports JAX
 
 #: K_2 bounds are told at these shares of the largest K_1.
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: (K_1, K_2) of rule tables [unit/BLU], by how they were found.
 Points = Mapping[str, tuple[float, float]]
+MARKERS = "os^Dv*"
+#: Height of a line of the legend [in].
+LINE = 0.19
 
 
 def drive_of(
-    told: str, linear: Sequence[tuple[float, float]], every: float, given: Mapping[str, float]
+    told: str, axes: "Iterable[tuple[Drive, Parameters]]", every: float, given: Mapping[str, float]
 ) -> dict[str, float]:
     """Arguments of ``stable_range``: what is ``given``, else the design's own.
 
-    ``told`` says what the design is for; ``linear`` has K and tau of each axis, () where there is
-    none; that with the largest gain counts. ``every`` is the sample time [s].
+    ``told`` says what the design is for. Of its ``axes`` that with the largest gain counts;
+    ``every`` is the sample time [s].
 
     Raises:
         UserError: the plant is no feed drive, and gain or time constant are not given.
     """
-    own = {"sample_time": every}
-    if linear:
-        gain, time_constant = max(linear)
-        own |= {"gain": gain, "time_constant": time_constant}
-    found = own | dict(given)
+    linear = [drive.linear(parameters) for drive, parameters in axes if drive.linear]
+    own = dict(zip(("gain", "time_constant"), max(linear), strict=True)) if linear else {}
+    found = {"sample_time": every, **own, **given}
     if not {"gain", "time_constant"} <= found.keys():
         raise UserError(f"{told}, no feed drive: give --gain and --time-constant of its drive")
     return found
@@ -39,13 +48,9 @@ def drive_of(
 
 def numbers(found: StableRange, points: Points) -> Json:
     """The range and ``points`` in it as plain data, gains in unit/BLU."""
-    k1 = found.k1 * np.array(SHARES)
+    k1 = found.k1_bound * np.array(SHARES)
     return {
-        **found.drive._asdict(),
-        "k1_bound": found.k1,
-        "k1_printed": found.k1_printed,
-        "k1_linear": found.k1_linear,
-        "k1_theorem": theorem_k1(found.drive),
+        **found._asdict(),
         "k2_bounds": [
             {"k1": float(x), "k2": float(y)} for x, y in zip(k1, found.k2(k1), strict=True)
         ],
@@ -63,13 +68,13 @@ def show(found: StableRange, points: Points) -> None:
     table.add_column("value", justify="right")
     data = numbers(found, points)
     rows = {
-        "K_0 [BLU/unit]": data["k0"],
-        "a": data["a"],
-        "b": data["b"],
-        "K_1 below, the range": data["k1_bound"],
-        "K_1 below, eq. 21 as printed": data["k1_printed"],
-        "K_1 below, linear loop": data["k1_linear"],
-        "K_1 below, eq. 21, sign corrected": data["k1_theorem"],
+        "K_0 [BLU/unit]": found.k0,
+        "a": found.a,
+        "b": found.b,
+        "K_1 below, the range": found.k1_bound,
+        "K_1 below, eq. 21 as printed": found.k1_printed,
+        "K_1 below, linear loop": found.k1_linear,
+        "K_1 below, eq. 21, sign corrected": found.k1_theorem,
         **{f"K_2 below, at K_1 = {p['k1']:.5g}": p["k2"] for p in data["k2_bounds"]},
     }
     for name, value in rows.items():
@@ -78,3 +83,27 @@ def show(found: StableRange, points: Points) -> None:
         where = "inside" if point["inside"] else "outside"
         table.add_row(f"{name}: K_1, K_2", f"{point['k1']:.4g}, {point['k2']:.4g} {where}")
     terminal().print(table)
+
+
+def stability_figure(found: StableRange, points: Points) -> "Figure":
+    """The bound of K_2 against K_1 [unit/BLU], the range shaded, ``points`` by their names."""
+    from hfc_design.pictures.figure import OTHER, OWN, framed
+
+    top = 0.15 + LINE * ceil((3 + len(points)) / 2)
+    figure = framed(3.4 + top, top)
+    axes = figure.subplots()
+    inside = np.linspace(0.0, found.k1_bound, 201)[1:]
+    beyond = np.linspace(found.k1_bound, found.k1_printed, 51)
+    bound = found.k2_printed(inside)
+    axes.fill_between(inside, bound, color=OWN, alpha=0.15, lw=0, label="stable range")
+    axes.plot(inside, bound, color=OWN, lw=1.8)
+    if found.k1_bound < found.k1_printed:
+        axes.plot(beyond, found.k2_printed(beyond), color=OWN, lw=1, ls=":", label="printed")
+    axes.axvline(found.k1_linear, color=OTHER, lw=1.2, ls="--", label="linear limit")
+    for marker, (name, (k1, k2)) in zip(cycle(MARKERS), points.items(), strict=False):
+        axes.plot([k1], [k2], color="black", mfc="none", ls="", marker=marker, ms=6, label=name)
+    axes.set(xlabel="$K_1$ [unit/BLU]", ylabel="$K_2$ [unit/BLU]", axisbelow=True)
+    axes.set(xlim=(0.0, None), ylim=(0.0, None))
+    axes.grid(color="0.9")
+    figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
+    return figure

@@ -4,7 +4,9 @@ The command is u(e, de) = u_1(e) + u_2(e, de) with u_1(e) = u(e, 0). K_1 bounds 
 u_2/de. JK read both at the centres of the terms (eq. 13, 14), which is exact only where every
 edge meets the neighbour's centre. Elsewhere the command rises in steps and its gain between the
 centres exceeds both: with table 3 the command at e = 19 BLU is already the 32 units that belong
-to 21. ``true_sectors`` takes the edges as they are.
+to 21. ``true_sectors`` takes the edges as they are, and ``bounded`` moves a table into its
+sectors. Terms (7, 3) are left edge, centre, right edge [BLU]; beside an infinite edge a term is 1
+(JK04 eq. 1). Never imports JAX.
 """
 
 import math
@@ -13,13 +15,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats
+from hfc_design.core.records import TERMS, ZR, UserError
+from hfc_design.core.scalars import Xp, clipped
+from hfc_design.core.shapes import Floats, RuleTable, Scalar, Triangles
 
-MIDDLE = 3  # the term around zero, of seven
-TERMS = 7
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive
 SMALLEST = 1e-9  # distance of two centres [BLU]
 ROUNDING = 1e-12  # a level this much smaller than the others is a 0 that was rounded
@@ -39,65 +39,23 @@ class Sectors(NamedTuple):
 
 
 def sectors_at_centres(
-    error_centres: Sequence[float], change_centres: Sequence[float], singletons: ArrayLike
+    error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> Sectors:
-    """JK04 eq. 13 and 14, for any 7 x 7 table of singletons (rows error, columns change).
-
-    Centres in BLU, ascending, the middle one 0; singletons in units.
+    """JK04 eq. 13 and 14, for any 7 x 7 table of singletons [unit] (rows error, columns change).
 
     Raises:
-        UserError: centres or singletons are not of that kind.
+        UserError: as ``true_sectors``.
     """
-    table = checked_table(singletons)
-    errors = checked_centres("error", error_centres)
-    changes = checked_centres("change of error", change_centres)
-    kept = np.arange(TERMS) != MIDDLE
-    first = table[kept, MIDDLE] / errors[kept]
-    second = (table - table[:, [MIDDLE]])[:, kept] / changes[kept]
+    table, *_ = _checked(error_terms, change_terms, singletons)
+    kept = np.arange(TERMS) != ZR
+    errors, changes = (np.array(terms)[kept, 1] for terms in (error_terms, change_terms))
+    first = table[kept, ZR] / errors
+    second = (table - table[:, [ZR]])[:, kept] / changes
     bounds = (first.min(), first.max(), second.min(), second.max())
     return Sectors(*(float(bound) for bound in bounds))
 
 
-def checked_table(singletons: ArrayLike) -> Floats:
-    """7 x 7 numbers, or UserError."""
-    try:
-        table = np.asarray(singletons, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise UserError("singletons: 7 rows of 7 numbers are needed") from None
-    if table.shape != (TERMS, TERMS):
-        raise UserError(f"singletons of shape {table.shape}: 7 rows of 7 are needed")
-    wrong = np.argwhere(~(np.abs(table) <= LARGEST))
-    if len(wrong):
-        row, column = wrong[0]
-        raise UserError(
-            f"singleton of row {row + 1}, column {column + 1} = {table[row, column]}: "
-            f"has to lie within {-LARGEST:g} and {LARGEST:g}"
-        )
-    return table
-
-
-def checked_centres(name: str, centres: Sequence[float]) -> Floats:
-    """Seven ascending centres, the middle one 0, or UserError."""
-    values = np.asarray(centres, dtype=np.float64)
-    good = values.shape == (TERMS,) and (np.abs(values) <= LARGEST).all()
-    if not (good and (np.diff(values) >= SMALLEST).all()):
-        raise UserError(f"centres of the {name} = {list(centres)}: 7 ascending numbers are needed")
-    if values[MIDDLE] != 0.0:
-        raise UserError(f"middle centre of the {name} = {values[MIDDLE]:g}: has to be 0")
-    return values
-
-
-class Triangle(NamedTuple):
-    """A linguistic term of JK04 eq. 1; an edge ``None`` is infinite, and 1 from the centre on."""
-
-    left: float | None
-    centre: float
-    right: float | None
-
-
-def true_sectors(
-    error_terms: Sequence[Triangle], change_terms: Sequence[Triangle], singletons: ArrayLike
-) -> Sectors:
+def true_sectors(error_terms: Triangles, change_terms: Triangles, singletons: RuleTable) -> Sectors:
     """Infimum and supremum of u_1/e and u_2/de over all e and de, for terms with any edges.
 
     Product, centre average, 0 where no rule fires (also where two terms only touch). The lower
@@ -108,12 +66,10 @@ def true_sectors(
     on the safe side.
 
     Raises:
-        UserError: seven terms with ascending centres and left < centre < right are not given, or
-            the singletons are not 7 x 7 finite numbers.
+        UserError: a number is too large, the centres do not ascend with the middle one at 0, or
+            not left < centre < right.
     """
-    table = checked_table(singletons)
-    error_terms = _checked_terms("error", error_terms)
-    change_terms = _checked_terms("change of error", change_terms)
+    table, error_terms, change_terms = _checked(error_terms, change_terms, singletons)
     weights = np.array([membership(term, 0.0) for term in change_terms])
     outputs = table @ weights / (weights.sum() or 1.0)
     first = _gains(error_terms, outputs, 0.0)
@@ -121,17 +77,15 @@ def true_sectors(
     return Sectors(*first, min(low for low, _ in rows), max(high for _, high in rows))
 
 
-def membership(term: Triangle, value: float) -> float:
+def membership(term: Sequence[float], value: float) -> float:
     """Degree in [0, 1] to which ``value`` belongs to ``term`` (JK04 eq. 1)."""
     left, centre, right = term
     if value < centre:
-        return 1.0 if left is None else max((value - left) / (centre - left), 0.0)
-    return 1.0 if right is None else max((right - value) / (right - centre), 0.0)
+        return 1.0 if math.isinf(left) else max((value - left) / (centre - left), 0.0)
+    return 1.0 if math.isinf(right) else max((right - value) / (right - centre), 0.0)
 
 
-def _gains(
-    terms: Sequence[Triangle], values: Iterable[float], offset: float
-) -> tuple[float, float]:
+def _gains(terms: Triangles, values: Iterable[float], offset: float) -> tuple[float, float]:
     """Infimum and supremum of (f(x) - offset)/x, f the centre average of ``values``.
 
     Between neighbouring edges and centres every membership is linear, so f - offset is a
@@ -139,7 +93,7 @@ def _gains(
     """
     levels = np.fromiter(values, dtype=np.float64) - offset
     levels[np.abs(levels) < ROUNDING * np.abs(levels).max()] = 0.0
-    finite = {x for term in terms for x in term if x is not None}
+    finite = {x for term in terms for x in term if math.isfinite(x)}
     found = [0.0]  # at infinity
     for ends in pairwise(sorted(finite | {0.0})):
         degrees = np.array([[membership(term, x) for term in terms] for x in ends])
@@ -193,18 +147,86 @@ def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
     return float(level / x)
 
 
-def _checked_terms(name: str, terms: Sequence[Triangle]) -> list[Triangle]:
-    """The terms, their edges rounded to ``DIGITS``."""
-    checked_centres(name, [term.centre for term in terms])
-    rounded = []
-    for k, term in enumerate(terms, 1):
-        left, centre, right = (x if x is None else round(x, DIGITS) for x in term)
-        low = -LARGEST if left is None else left
-        high = LARGEST if right is None else right
-        if centre is None or not -LARGEST <= low < centre < high <= LARGEST:
+def _checked(
+    error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
+) -> tuple[Floats, Triangles, Triangles]:
+    """What a record does not ask: the table, and the terms with edges rounded to ``DIGITS``."""
+    table = np.array(singletons, dtype=np.float64)
+    wrong = np.argwhere(~(np.abs(table) <= LARGEST))
+    if len(wrong):
+        row, column = wrong[0]
+        raise UserError(
+            f"singleton of row {row + 1}, column {column + 1} = {table[row, column]}: "
+            f"has to lie within {-LARGEST:g} and {LARGEST:g}"
+        )
+    inputs = {"error": error_terms, "change of error": change_terms}
+    for name, terms in inputs.items():
+        centres = np.array([term[1] for term in terms])
+        if not ((np.abs(centres) <= LARGEST).all() and (np.diff(centres) >= SMALLEST).all()):
             raise UserError(
-                f"term {k} of the {name}: left {left}, centre {centre}, right {right} have to "
-                f"ascend within {-LARGEST:g} and {LARGEST:g}"
+                f"centres of the {name} = {centres.tolist()}: 7 ascending numbers are needed"
             )
-        rounded.append(Triangle(left, centre, right))
-    return rounded
+        if centres[ZR] != 0.0:
+            raise UserError(f"middle centre of the {name} = {centres[ZR]:g}: has to be 0")
+    rounded = []
+    for name, terms in inputs.items():
+        rounded.append([[round(x, DIGITS) for x in term] for term in terms])
+        for k, (left, centre, right) in enumerate(rounded[-1], 1):
+            huge = any(LARGEST < abs(x) < math.inf for x in (left, right))
+            if huge or not left < centre < right:
+                raise UserError(
+                    f"term {k} of the {name}: left {left}, centre {centre}, right {right} have to "
+                    f"ascend within {-LARGEST:g} and {LARGEST:g}"
+                )
+    return table, rounded[0], rounded[1]
+
+
+class Rectangle(NamedTuple):
+    """The sectors in the stable range that the table may not leave (JK04 eq. 12-14)."""
+
+    k1_max: Scalar  # 0 <= u_1 / e <= k1_max [units/BLU]
+    k2_max: Scalar  # 0 <= u_2 / de <= k2_max [units/BLU]
+
+
+def reach(gain: Scalar, terms: Triangles, k: int) -> Scalar:
+    """How far the output of term ``k`` may be from 0 by its sector [0, gain].
+
+    A singleton is the whole output from the inner neighbour's edge outwards, so this is where its
+    slope is steepest.
+    """
+    return gain * (terms[k - 1][2] if k > ZR else terms[k + 1][0])
+
+
+def bounded(
+    xp: Xp,
+    sectors: Rectangle,
+    error_terms: Triangles,
+    change_terms: Triangles,
+    singletons: RuleTable,
+    signs: RuleTable,
+) -> list[list[Scalar]]:
+    """Singletons (7, 7) moved to the nearest values that keep the table in ``sectors``.
+
+    Between the points of ``reach`` the product rule stays under the chord. The column de = ZR
+    makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton takes
+    another sign than in ``signs`` (7, 7), unless its sector demands it; one that is 0 there may
+    take the sign of its row. The row e = ZR stays. ``xp`` as in ``core.scalars``.
+    """
+    table = []
+    for i, row in enumerate(singletons):
+        bound = list(row)
+        table.append(bound)
+        if i == ZR:
+            continue
+        most = reach(sectors.k1_max, error_terms, i)
+        low, high = (0.0, most) if i > ZR else (most, 0.0)
+        own = bound[ZR] = xp.once(clipped(xp, row[ZR], low, high))
+        for j, singleton in enumerate(row):
+            if j == ZR:
+                continue
+            positive = signs[i][j] >= 0.0 if i > ZR else signs[i][j] > 0.0
+            kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
+            most = reach(sectors.k2_max, change_terms, j)
+            low, high = (own, own + most) if j > ZR else (own + most, own)
+            bound[j] = clipped(xp, kept, low, high)
+    return table

@@ -5,7 +5,7 @@ and apply Jury and Lee's theorem without a multiplier. Multiplied out from G(z) 
 g_3..g_0 of eq. 22 come out as printed, but in eq. 21, h_1 and h_0 the real part of G needs
 (1 - a)(1 + b) x where (1 + a)(1 - b) x is printed. The difference is not small. The printed
 range goes beyond what a linear controller can do; by the right sign the theorem allows K_1 up
-to ``theorem_k1`` and no K_2 above 0 at all, because the integrator makes |G| grow without bound
+to ``k1_theorem`` and no K_2 above 0 at all, because the integrator makes |G| grow without bound
 towards z = 1 and condition (ii) cannot hold there.
 
 ``StableRange`` therefore is the published range, the one JK's adaptation keeps to, cut off where
@@ -35,16 +35,41 @@ TRAVEL = (1e-12, 1e12)
 Y_END = 2.0
 
 
-class Discrete(NamedTuple):
-    """G(z) = k0 (z + a)/((z - 1)(z - b)): the drive behind its zero-order hold (JK04 eq. 19)."""
+class StableRange(NamedTuple):
+    """JK04 fig. 4 for one drive, cut off at the linear limit. Gains in unit/BLU.
+
+    G(z) = k0 (z + a)/((z - 1)(z - b)) is the drive behind its zero-order hold (JK04 eq. 19).
+    """
 
     k0: float  # K_0 [BLU/unit]
     a: float  # [1]; 0 < b < a < 1
     b: float  # [1]
+    k1_bound: float  # every K_1 of the range is smaller than this
+    k1_printed: float  # below it condition (i) holds as printed (JK04 eq. 21)
+    k1_linear: float  # where the linear loop u = K_1 e becomes unstable
+    k1_theorem: float  # what the theorem allows with the real part of G as it is, at K_2 = 0
+
+    def k2_printed(self, k1: ArrayLike) -> Floats:
+        """The K_2 below which condition (ii) holds as printed (JK04 eq. 22); 0 where (i) does not.
+
+        ``k1`` is a number or an array, the result has its shape. The bound falls with K_1, so that
+        its value at the end of a stretch of K_1 is safe for all of the stretch.
+        """
+        given = np.asarray(k1, dtype=np.float64)
+        bounds = [_k2_bound(self, x) if 0.0 < x < self.k1_printed else 0.0 for x in given.flat]
+        return np.array(bounds).reshape(given.shape)
+
+    def k2(self, k1: ArrayLike) -> Floats:
+        """Every K_2 of the range at ``k1`` is smaller than this; 0 outside the range."""
+        return np.where(np.asarray(k1) < self.k1_bound, self.k2_printed(k1), 0.0)
+
+    def contains(self, k1: float, k2: float) -> bool:
+        """Whether sectors [0, k1] and [0, k2] lie in the range; false for nan and infinity."""
+        return 0.0 <= k2 < float(self.k2(k1))
 
 
-def discrete(gain: float, time_constant: float, sample_time: float) -> Discrete:
-    """K/(s (tau s + 1)) behind a zero-order hold (JK04 eq. 18-20).
+def stable_range(gain: float, time_constant: float, sample_time: float) -> StableRange:
+    """The range of a drive K/(s (tau s + 1)) (JK04 eq. 18-20). It is never empty.
 
     ``gain`` K in (BLU/s)/unit, ``time_constant`` tau and ``sample_time`` T in s. The scan prints
     K_0 as a quotient by 1/tau, that is a product with tau.
@@ -67,110 +92,40 @@ def discrete(gain: float, time_constant: float, sample_time: float) -> Discrete:
     # the cancellation (Kummer's function M).
     lag = float(hyp1f1(1.0, 3.0, -ratio))
     zero = float(hyp1f1(2.0, 3.0, -ratio))
-    return Discrete(k0=travel * ratio / 2.0 * lag, a=zero / lag, b=math.exp(-ratio))
-
-
-def k1_bound(drive: Discrete) -> float:
-    """The K_1 [unit/BLU] below which condition (i) holds as printed (JK04 eq. 21).
-
-    The point x = 1 is a pole of the printed expression; its limit there is minus infinity.
-    """
-    real, weight = _real_part(drive), _weight(drive)
+    k0, a, b = travel * ratio / 2.0 * lag, zero / lag, math.exp(-ratio)
+    # The point x = 1 is a pole of the printed expression; its limit there is minus infinity.
+    real, weight = _real_part(a, b), _weight(b)
     places = [*_stationary(-real, weight), Y_END]
-    return float(1.0 / (drive.k0 * max(-real(y) / weight(y) for y in places)))
+    printed = float(1.0 / (k0 * max(-real(y) / weight(y) for y in places)))
+    # The poles solve z^2 + (K_0 K_1 - 1 - b) z + b + a K_0 K_1 = 0 and meet the unit circle as a
+    # pair, where the last coefficient is 1. No sector [0, K_1] can reach further.
+    linear = (1.0 - b) / (a * k0)
+    # With (1 - a)(1 + b) in eq. 21 the numerator vanishes at x = 1 too, the quotient is monotone
+    # and largest there.
+    theorem = 2.0 * (1.0 - b) ** 2 / (k0 * (1.0 + 3.0 * a + b - a * b))
+    return StableRange(k0, a, b, min(printed, linear), printed, linear, theorem)
 
 
-def k2_bound(drive: Discrete, k1: ArrayLike) -> Floats:
-    """The K_2 [unit/BLU] below which condition (ii) holds as printed (JK04 eq. 22).
-
-    ``k1`` is a number or an array [unit/BLU], the result has its shape. The bound falls with K_1,
-    so that its value at the end of a stretch of K_1 is safe for all of the stretch. Where condition
-    (i) does not hold the bound is 0.
-
-    Raises:
-        UserError: a K_1 is not a finite number greater than 0.
-    """
-    given = np.asarray(k1, dtype=np.float64)
-    wrong = given[~(np.isfinite(given) & (given > 0.0))]
-    if wrong.size:
-        raise UserError(f"K_1 = {wrong.flat[0]}: has to be a finite number greater than 0")
-    largest = k1_bound(drive)
-    bounds = [_k2_bound(drive, value) if value < largest else 0.0 for value in given.flat]
-    return np.array(bounds).reshape(given.shape)
-
-
-def theorem_k1(drive: Discrete) -> float:
-    """The K_1 [unit/BLU] that the theorem allows with the real part of G as it is, at K_2 = 0.
-
-    With (1 - a)(1 + b) in eq. 21 the numerator vanishes at x = 1 too, the quotient is monotone
-    and largest there.
-    """
-    _, a, b = drive
-    return 2.0 * (1.0 - b) ** 2 / (drive.k0 * (1.0 + 3.0 * a + b - a * b))
-
-
-def linear_k1(drive: Discrete) -> float:
-    """The K_1 [unit/BLU] at which the linear loop u = K_1 e becomes unstable.
-
-    The poles solve z^2 + (K_0 K_1 - 1 - b) z + b + a K_0 K_1 = 0 and meet the unit circle as a
-    pair, where the last coefficient is 1. No sector [0, K_1] can reach further.
-    """
-    return (1.0 - drive.b) / (drive.a * drive.k0)
-
-
-class StableRange(NamedTuple):
-    """JK04 fig. 4 for one drive, cut off at the linear limit. Gains in unit/BLU."""
-
-    drive: Discrete
-    k1_printed: float  # condition (i)
-    k1_linear: float
-
-    @property
-    def k1(self) -> float:
-        """Every K_1 of the range is smaller than this."""
-        return min(self.k1_printed, self.k1_linear)
-
-    def k2(self, k1: ArrayLike) -> Floats:
-        """Every K_2 of the range at ``k1`` is smaller than this; 0 outside the range."""
-        bound = k2_bound(self.drive, k1)
-        return np.where(np.asarray(k1) < self.k1, bound, 0.0)
-
-    def contains(self, k1: float, k2: float) -> bool:
-        """Whether sectors [0, k1] and [0, k2] lie in the range; false for nan and infinity."""
-        return 0.0 < k1 < self.k1 and 0.0 <= k2 < float(self.k2(k1))
-
-
-def stable_range(gain: float, time_constant: float, sample_time: float) -> StableRange:
-    """The range of a drive, units as in ``discrete``. It is never empty.
-
-    Raises:
-        UserError: as ``discrete``.
-    """
-    drive = discrete(gain, time_constant, sample_time)
-    return StableRange(drive, k1_bound(drive), linear_k1(drive))
-
-
-def _k2_bound(drive: Discrete, k1: float) -> float:
+def _k2_bound(found: StableRange, k1: float) -> float:
     """The least h/g over those y in [0, 2] where g is positive, as it always is at y = 0."""
-    _, a, b = drive
-    kappa = drive.k0 * k1
-    h = 4.0 * (_weight(drive) + kappa * _real_part(drive))
+    k0, a, b = found[:3]
+    kappa = k0 * k1
+    h = 4.0 * (_weight(b) + kappa * _real_part(a, b))
     square = Polynomial([(1.0 + a) ** 2, -2.0 * a])  # |z + a|^2
     rest = Polynomial([0.0, (1.0 + a) * (1.0 - b), a * b - 1.0 - 4.0 * a, 2.0 * a])
-    g = drive.k0 * (kappa * square - 8.0 * rest)
+    g = k0 * (kappa * square - 8.0 * rest)
     places = [0.0, *_stationary(h, g), Y_END]
     return float(min(h(y) / g(y) for y in places if g(y) > 0.0))
 
 
-def _real_part(drive: Discrete) -> Polynomial:
+def _real_part(a: float, b: float) -> Polynomial:
     """The bracket of eq. 21 as printed, in y; a - b at its end is what the sign brings in."""
-    _, a, b = drive
     return Polynomial([2.0 * (a - b), -4.0 * a - (1.0 + a) * (1.0 - b), 2.0 * a])
 
 
-def _weight(drive: Discrete) -> Polynomial:
+def _weight(b: float) -> Polynomial:
     """|z - 1|^2 |z - b|^2 on the unit circle, in y: minus the denominator of eq. 21."""
-    return Polynomial([0.0, 2.0 * (1.0 - drive.b) ** 2, 4.0 * drive.b])
+    return Polynomial([0.0, 2.0 * (1.0 - b) ** 2, 4.0 * b])
 
 
 def _stationary(numerator: Polynomial, denominator: Polynomial) -> list[float]:

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.files.design import design_json
 from hfc_design.files.pairing import load_design
-from hfc_design.stability.picture import stability_figure
+from hfc_design.stability.report import stability_figure
 from hfc_design.stability.stable_range import stable_range
 
 

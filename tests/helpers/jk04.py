@@ -3,7 +3,7 @@
 import numpy as np
 
 from hfc_design.controllers.flc.record import CENTROIDS, LABELS
-from hfc_design.stability.sectors import TERMS, checked_centres, checked_table
+from hfc_design.core.records import TERMS
 from plants.feed_drive import FeedDriveParameters
 
 FRICTION = (
@@ -126,14 +126,10 @@ def bilinear(error_centres, change_centres, singletons, error, change):
     With s, t in [0, 1] the place between two centres of e and of de, the four rules fire at
     (1 - s)(1 - t), s(1 - t), (1 - s)t, st. Printed are the terms without s t, which alone give
     U_{i+1,j} + U_{i,j+1} - U_{i,j} instead of U_{i+1,j+1} at s = t = 1.
-
-    Raises:
-        UserError: as ``sectors_at_centres``.
     """
-    table = checked_table(singletons)
-    i, s = _place(checked_centres("error", error_centres), error)
-    j, t = _place(checked_centres("change of error", change_centres), change)
-    (low, right), (up, across) = table[i : i + 2, j : j + 2]
+    i, s = _place(error_centres, error)
+    j, t = _place(change_centres, change)
+    (low, right), (up, across) = np.asarray(singletons)[i : i + 2, j : j + 2]
     cross = (across - up - right + low) * s * t
     return float(low + (up - low) * s + (right - low) * t + cross)
 

@@ -18,7 +18,7 @@ from hfc_design.simulation import monte_carlo
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
 from hfc_design.simulation.monte_carlo import drawn, is_stable, limits, robustness
-from hfc_design.stability.stable_range import discrete, linear_k1
+from hfc_design.stability.stable_range import stable_range
 from plants import PLANTS
 from plants.c_axis import coefficients
 
@@ -179,7 +179,7 @@ def test_a_step_that_is_too_long_does_not_make_a_loop_unstable():
 
 def test_stable_share_is_that_of_the_poles():
     period, gain, lag, count = 0.01, 28.3, 0.055, 120
-    k_p = 0.97 * linear_k1(discrete(gain, lag, period))
+    k_p = 0.97 * stable_range(gain, lag, period).k1_linear
     design = load_design("jee-koren-2004-pid")
     pid = design.controller.pid.model_copy(update={"k_p": k_p, "k_i": 0.0, "k_d": 0.0})
     controller = design.controller.model_copy(update={"pid": pid})

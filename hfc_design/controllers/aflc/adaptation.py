@@ -6,7 +6,7 @@ JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars
 
 from collections.abc import Sequence
 
-from hfc_design.controllers.flc.sectors import ZR
+from hfc_design.core.records import ZR
 from hfc_design.core.scalars import Xp, clipped
 from hfc_design.core.shapes import Degrees, Scalar, Triangles, Truth
 

@@ -4,37 +4,28 @@ from functools import partial
 
 import numpy as np
 
-from hfc_design.controllers.aflc.law import AdaptiveGains, Rates, aflc
-from hfc_design.controllers.aflc.record import AflcSettings
-from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.flc import genome as flc
-from hfc_design.controllers.flc.genome import FuzzyGenome, FuzzyTables, alike
-from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.core.shapes import Floats, Json
 
 
-class AflcGenome(FuzzyGenome):
+class AflcGenome(flc.FuzzyGenome):
     """What a search can do with ``FuzzyTables`` that adapt."""
 
-    @property
-    def controller(self) -> Controller:
-        """The adaptive controller."""
-        return per_axis(self.start.kind, partial(aflc, self.start.sample_time_s), self.target)
-
-    def gains(self, population: FuzzyTables) -> AdaptiveGains:
+    def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
         """The population as the simulator wants it."""
-        steps = alike(tuple(self.start.gains().rates[:3]), len(population.tree))
+        steps = (np.full(len(population.tree), step) for step in self.start.gains().rates[:3])
         rates = Rates(*steps, *_overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 
-    def record(self, individual: FuzzyTables) -> Json:
+    def record(self, individual: flc.FuzzyTables) -> Json:
         """Kind ``aflc``: as the start but for what was searched."""
         record = super().record(individual)
         sectors = self.sectors(individual.share)
-        limits = {"k1_max": float(sectors.k1_max[0]), "k2_max": float(sectors.k2_max[0])}
+        limits = {key: float(limit[0]) for key, limit in sectors._asdict().items()}
         error, change = _overlaps(individual)[0].tolist()
-        record["adaptation"]["stable_range"] = limits
-        record["adaptation"]["smallest_overlap"] = {"error": error, "error_change": change}
+        least = {"error": error, "error_change": change}
+        record["adaptation"] |= {"stable_range": limits, "smallest_overlap": least}
         return record
 
     def smallest_gap(self) -> Floats:
@@ -43,12 +34,11 @@ class AflcGenome(FuzzyGenome):
         return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
 
 
-def genome_of(settings: AflcSettings, target: Target) -> FuzzyGenome:
-    """The genome of the scenario's adaptive controller."""
-    return flc.genome_of(settings, target, AflcGenome)
+#: The genome of the scenario's adaptive controller, of (settings, target).
+genome_of = partial(flc.genome_of, genome=AflcGenome)
 
 
-def _overlaps(population: FuzzyTables) -> Floats:
+def _overlaps(population: flc.FuzzyTables) -> Floats:
     """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
     distance, left, right = np.moveaxis(population.joints, -1, 0)
     return np.asarray(((right - left) * distance).min(axis=-1))

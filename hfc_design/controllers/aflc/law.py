@@ -7,21 +7,19 @@ axis in scalars; ``xp`` as in ``core.scalars``.
 """
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from operator import add, sub
 from typing import NamedTuple, TypeAlias
 
 from hfc_design.controllers.aflc.adaptation import ALIKE, blamed_aflc, joined, performance
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.flc import law as flc
-from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, memberships
-from hfc_design.controllers.flc.sectors import Sectors, bounded
-from hfc_design.core.scalars import Xp, total
+from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, joints, memberships
+from hfc_design.core.scalars import Xp, each, total
 from hfc_design.core.shapes import Scalar, Triangles, Truth
+from hfc_design.stability.sectors import Rectangle, bounded
 
 #: Rows of numbers: terms (7, 3), singletons (7, 7), or how far they have moved.
 Table: TypeAlias = Sequence[Sequence[Scalar]]
-#: Error terms, change terms and singletons.
-Adapted: TypeAlias = tuple[Triangles, Triangles, list[list[Scalar]]]
 
 
 class Rates(NamedTuple):
@@ -39,7 +37,7 @@ class AdaptiveGains(NamedTuple):
 
     flc: FlcGains
     rates: Rates
-    sectors: Sectors | None  # None: no bound, as in JK95
+    sectors: Rectangle | None  # None: no bound, as in JK95
 
 
 class AdaptiveMemory(NamedTuple):
@@ -69,18 +67,15 @@ def aflc(sample_time: float, limit: float | None = None, blamed: Blame = blamed_
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
     """Memory before the first sample: the axis stood on its reference, nothing has moved."""
-    joints = ((zero,) * 2,) * 6
-    return AdaptiveMemory(zero, zero, zero, zero, joints, joints, ((zero,) * 7,) * 7)
+    still = [[zero] * 2] * 6
+    return AdaptiveMemory(zero, zero, zero, zero, still, still, [[zero] * 7] * 7)
 
 
 def parts(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> tuple[Parts, AdaptiveMemory]:
     """What one sample commands, in its parts, and what to remember; signals as in ``flc.parts``."""
-    table = gains.flc
-    terms = adapted(xp, law.structure, gains, memory, signals["error"])
-    error_terms, change_terms, singletons = terms
-    moved = FlcGains(*terms, table.k_i, table.compensation)
+    start, moved = gains.flc, adapted(xp, law.structure, gains, memory, signals["error"])
     before = FlcMemory(memory.error, memory.action, memory.integral)
     found, after = flc.parts(xp, law._replace(structure="PD"), moved, before, signals)
     return found, AdaptiveMemory(
@@ -88,66 +83,58 @@ def parts(
         found.change,
         found.inferred,
         after.integral,
-        _difference(_joints(error_terms), _joints(table.error_terms)),
-        _difference(_joints(change_terms), _joints(table.change_terms)),
-        _difference(singletons, table.singletons),
+        each(sub, joints(moved.error_terms), joints(start.error_terms)),
+        each(sub, joints(moved.change_terms), joints(start.change_terms)),
+        each(sub, moved.singletons, start.singletons),
     )
 
 
-def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> Adapted:
-    """Error terms (7, 3), change terms (7, 3) and singletons (7, 7) as last adapted."""
+def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> FlcGains:
+    """The table as last adapted."""
     table = gains.flc
-    singletons = [
-        [u + move for u, move in zip(row, moves, strict=True)]
-        for row, moves in zip(table.singletons, memory.singleton_moves, strict=True)
-    ]
-    return (
-        _moved(table.error_terms, memory.error_moves),
-        _moved(table.change_terms, memory.change_moves),
-        singletons,
+    return table._replace(
+        singletons=each(add, table.singletons, memory.singleton_moves),
+        error_terms=_moved(table.error_terms, memory.error_moves),
+        change_terms=_moved(table.change_terms, memory.change_moves),
     )
 
 
 def adapted(
     xp: Xp, blamed: Blame, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
-) -> Adapted:
-    """Terms and singletons after the sample k - 1 is judged by the ``error`` of sample k.
+) -> FlcGains:
+    """The table after the sample k - 1 is judged by the ``error`` of sample k.
 
     Of a rule that is to blame both terms are narrowed and the singleton moves, of another both
     terms are widened, |p| steps each. Several rules that move the same term add up, so their
     order does not matter; only then the edges are held between the neighbours' centres.
     """
-    error_terms, change_terms, singletons = current(gains, memory)
-    in_error = memberships(xp, error_terms, memory.error)
-    in_change = memberships(xp, change_terms, memory.change)
-    indices = [xp.once(p) for p in performance(xp, memberships(xp, error_terms, error))]
-    narrowed = []  # by each rule, in steps
-    for i, row in enumerate(singletons):
+    table, rates = current(gains, memory), gains.rates
+    in_error = memberships(xp, table.error_terms, memory.error)
+    in_change = memberships(xp, table.change_terms, memory.change)
+    indices = [xp.once(p) for p in performance(xp, memberships(xp, table.error_terms, error))]
+    narrowed, singletons = [], []  # by each rule, in steps; what it moves to
+    for i, row in enumerate(table.singletons):
         judged = (in_error[i] > ALIKE) & (memory.error != 0.0)
         size = xp.once(xp.where(judged, abs(indices[i]), 0.0))
-        shift = gains.rates.k_c * size
+        shift = rates.k_c * size
         # Down where a positive error fell too far or a negative one too slowly.
         shift = xp.once(xp.where(memory.error * indices[i] > 0.0, -shift, shift))
-        steps = []
+        steps, shifted = [], []
         for j, singleton in enumerate(row):
             guilty = blamed(xp, memory.error, indices[i], singleton - memory.action)
             fired = in_change[j] > ALIKE
             steps.append(xp.where(fired, xp.where(guilty, size, -size), 0.0))
-            row[j] = singleton + xp.where(fired & guilty, shift, 0.0)
+            shifted.append(singleton + xp.where(fired & guilty, shift, 0.0))
         narrowed.append(steps)
+        singletons.append(shifted)
     by_row = [xp.once(total(steps)) for steps in narrowed]
     by_column = [xp.once(total(steps)) for steps in zip(*narrowed, strict=True)]
-    error_terms = joined(xp, error_terms, by_row, gains.rates.k_a, gains.rates.a_overlap)
-    change_terms = joined(xp, change_terms, by_column, gains.rates.k_b, gains.rates.b_overlap)
+    error_terms = joined(xp, table.error_terms, by_row, rates.k_a, rates.a_overlap)
+    change_terms = joined(xp, table.change_terms, by_column, rates.k_b, rates.b_overlap)
     if gains.sectors is not None:
         signs = gains.flc.singletons
         singletons = bounded(xp, gains.sectors, error_terms, change_terms, singletons, signs)
-    return error_terms, change_terms, singletons
-
-
-def _joints(terms: Triangles) -> Table:
-    """(right edge of the lower term, left edge of the upper one) of each pair of neighbours."""
-    return tuple((lower[2], upper[0]) for lower, upper in pairwise(terms))
+    return table._replace(error_terms=error_terms, change_terms=change_terms, singletons=singletons)
 
 
 def _moved(terms: Triangles, moves: Table) -> Triangles:
@@ -155,11 +142,3 @@ def _moved(terms: Triangles, moves: Table) -> Triangles:
     lefts = [terms[0][0], *(t[0] + move[1] for t, move in zip(terms[1:], moves, strict=True))]
     rights = [*(t[2] + move[0] for t, move in zip(terms, moves, strict=False)), terms[-1][2]]
     return [(left, t[1], right) for left, t, right in zip(lefts, terms, rights, strict=True)]
-
-
-def _difference(table: Table, start: Table) -> Table:
-    """How far the numbers of a table of rows are from those it started from."""
-    return tuple(
-        tuple(now - then for now, then in zip(row, first, strict=True))
-        for row, first in zip(table, start, strict=True)
-    )

@@ -1,17 +1,14 @@
 """Fuzzy controllers that adapt in a design file. Never imports JAX."""
 
-from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Rates, current
-from hfc_design.controllers.flc.record import FuzzyRecord, Triangles
-from hfc_design.controllers.flc.sectors import Sectors
-from hfc_design.controllers.flc.settings import FuzzySettings, Start
+from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, terms_of
 from hfc_design.core.records import NotNegative, Positive, Record
-from hfc_design.core.shapes import Scalar
+from hfc_design.stability.sectors import Rectangle
 
 
 class OverlapRecord(Record):
@@ -21,8 +18,8 @@ class OverlapRecord(Record):
     error_change: Positive  # [BLU]
 
 
-class SectorsRecord(Record):
-    """The rectangle that the table may not leave, see ``adaptation.Sectors``."""
+class RectangleRecord(Record):
+    """The sectors that the table may not leave."""
 
     k1_max: Positive  # [units/BLU]
     k2_max: Positive  # [units/BLU]
@@ -35,19 +32,13 @@ class RatesRecord(Record):
     k_b: NotNegative  # [BLU]
     k_c: NotNegative  # units of the command
     smallest_overlap: OverlapRecord | None = None  # None: one step
-    stable_range: SectorsRecord | None = None  # None: the table has no bounds, as in JK95
-
-    def rates(self) -> Rates:
-        """The same for the law."""
-        least = self.smallest_overlap
-        overlaps = (self.k_a, self.k_b) if least is None else (least.error, least.error_change)
-        return Rates(self.k_a, self.k_b, self.k_c, *overlaps)
+    stable_range: RectangleRecord | None = None  # None: the table has no bounds, as in JK95
 
 
 class BoundedRatesRecord(RatesRecord):
     """Steps of the adaptation; JK04 has it stay inside a stable range."""
 
-    stable_range: SectorsRecord
+    stable_range: RectangleRecord
 
 
 class AdaptiveDesign(FuzzyRecord):
@@ -80,18 +71,20 @@ class AdaptiveDesign(FuzzyRecord):
 
     def gains(self) -> AdaptiveGains:
         """The gains of one individual."""
-        limits = self.adaptation.stable_range
-        sectors = None if limits is None else Sectors(limits.k1_max, limits.k2_max)
-        return AdaptiveGains(self.table(), self.adaptation.rates(), sectors)
+        steps, limits = self.adaptation, self.adaptation.stable_range
+        least = steps.smallest_overlap
+        overlaps = (steps.k_a, steps.k_b) if least is None else (least.error, least.error_change)
+        rates = Rates(steps.k_a, steps.k_b, steps.k_c, *overlaps)
+        return AdaptiveGains(self.table(), rates, Rectangle(**dict(limits)) if limits else None)
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
         """The controller with its terms and its rule table as ``memory`` has them."""
-        error_terms, change_terms, table = current(self.gains(), memory)
-        rules = self.rules.model_copy(update={"centroids": tuple(map(tuple, table))})
+        table = current(self.gains(), memory)
+        rows = tuple(map(tuple, table.singletons))
         changes = {
-            "error_terms": _with_edges(self.error_terms, error_terms),
-            "error_change_terms": _with_edges(self.error_change_terms, change_terms),
-            "rules": rules,
+            "error_terms": terms_of(table.error_terms),
+            "error_change_terms": terms_of(table.change_terms),
+            "rules": self.rules.model_copy(update={"centroids": rows}),
         }
         return self.model_copy(update=changes)
 
@@ -102,27 +95,14 @@ class AflcDesign(AdaptiveDesign):
     kind: Literal["aflc"] = "aflc"
     adaptation: BoundedRatesRecord
 
-    def adaptation_limit(self) -> dict[str, tuple[float, float]]:
-        """Of its stable range."""
+    def table_gains(self) -> dict[str, tuple[float, float]]:
+        """With those that the adaptation may not pass."""
         stable = self.adaptation.stable_range
-        return {"limit of the adaptation": (stable.k1_max, stable.k2_max)}
+        return {**super().table_gains(), "limit of the adaptation": (stable.k1_max, stable.k2_max)}
 
 
 class AflcSettings(FuzzySettings):
     """What a search for an ``aflc`` starts from."""
 
     kind: Literal["aflc"]
-    start: Annotated[AflcDesign, Start] = Field("jee-koren-2004-aflc", validate_default=True)
-
-
-def _with_edges(terms: Triangles, moved: Sequence[Sequence[Scalar]]) -> Triangles:
-    """Terms with other edges; those at infinity stay there."""
-    return tuple(
-        term.model_copy(
-            update={
-                "left": None if term.left is None else left,
-                "right": None if term.right is None else right,
-            }
-        )
-        for term, (left, _, right) in zip(terms, moved, strict=True)
-    )
+    start: AflcDesign = Field("jee-koren-2004-aflc", validate_default=True)

@@ -1,9 +1,9 @@
 """What the page shows of a fuzzy controller that adapts."""
 
+from hfc_design.controllers.aflc.law import aflc
 from hfc_design.controllers.aflc.record import AflcDesign
-from hfc_design.controllers.flc import pictures as fuzzy_plots
+from hfc_design.controllers.flc import section as flc
 from hfc_design.controllers.flc.record import FuzzyRecord
-from hfc_design.controllers.flc.section import ORIGINAL, Parameters, controller, stable_gains
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.scalars import SCALARS
 from hfc_design.pictures.section import Drawing, Section
@@ -14,7 +14,7 @@ JUDGES = "It judges the rules that fired a sample ago by what became of the erro
 def sections(record: AflcDesign, shown: Shown) -> list[Section]:
     """The table, the terms, what the adaptation made of them, the gains in the stable range."""
     steps = record.adaptation
-    parameters: Parameters = [
+    parameters: flc.Parameters = [
         ("step of an edge of an error term, k_a", steps.k_a, "BLU"),
         ("step of an edge of a term of the change, k_b", steps.k_b, "BLU"),
         ("step of a command in the rule table, k_c", steps.k_c, "unit"),
@@ -23,9 +23,9 @@ def sections(record: AflcDesign, shown: Shown) -> list[Section]:
     ]
     adapted = at_the_end(record, shown)
     return [
-        controller(record, JUDGES, [], parameters),
+        flc.controller(record, JUDGES, behind=parameters),
         *([_adaptation(record, adapted)] if adapted else []),
-        stable_gains(record, shown, adapted),
+        flc.stable_gains(record, shown, adapted),
     ]
 
 
@@ -34,12 +34,9 @@ def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
 
     Stepped over what the axis measured, some 0.1 ms a sample.
     """
-    from hfc_design.controllers.aflc import KIND  # which holds this module
-
     found: dict[str, FuzzyRecord] = {}
-    assert KIND.law is not None
+    law, gains = aflc(record.sample_time_s), record.gains()
     for axis, signals in (shown.signals or {}).items():
-        law, gains = KIND.law(record, None), record.gains()
         memory = law.initial_memory(0.0)
         read = {name: signals[name].tolist() for name in record.reads()}
         for values in zip(*read.values(), strict=True):
@@ -54,15 +51,15 @@ def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section
     for axis, after in adapted.items():
         drawings += [
             Drawing(
-                fuzzy_plots.rule_table(after, f"rule table of {axis}, adapted", record),
+                flc.rule_table(after, f"rule table of {axis}, adapted", record),
                 f"Heat map of the adapted rule table of {axis}",
                 f"Rule table of {axis} at the end of the motion: the numbers are the commands "
                 "[unit] by then, the colours what they have moved by.",
             ),
             Drawing(
-                fuzzy_plots.terms(after, f"terms of {axis}, adapted", record),
+                flc.terms(after, f"terms of {axis}, adapted", record),
                 f"Adapted membership functions of {axis}",
-                f"Terms of {axis} at the end of the motion; grey: {ORIGINAL}.",
+                f"Terms of {axis} at the end of the motion; grey: {flc.ORIGINAL}.",
             ),
         ]
     text = "Each axis begins with the table and the terms above and adapts its own while it moves."

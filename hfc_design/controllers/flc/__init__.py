@@ -1,10 +1,8 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
 
-from hfc_design.controllers.flc.code import ST, C
+from hfc_design.controllers.flc.export import EXPLAIN, RULES, ST, C
 from hfc_design.controllers.flc.law import flc
-from hfc_design.controllers.flc.record import FlcDesign, points
-from hfc_design.controllers.flc.rules import EXPLAIN, RULES
-from hfc_design.controllers.flc.settings import FlcSettings
+from hfc_design.controllers.flc.record import FlcDesign, FlcSettings
 from hfc_design.controllers.kind import Kind, later
 
 KIND = Kind(
@@ -20,6 +18,6 @@ KIND = Kind(
     explain=EXPLAIN,
     c=C,
     st=ST,
-    table_gains=points,
+    table_gains=FlcDesign.table_gains,
     sections=later("hfc_design.controllers.flc.section", "sections"),
 )

@@ -1,21 +1,21 @@
 """Genome of a feed drive's fuzzy controller: singletons, terms, integral gain, its sectors."""
 
-from functools import cache, partial
-from itertools import pairwise
+from functools import cache
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.flc.law import FlcGains, flc
-from hfc_design.controllers.flc.record import LABELS, FuzzyRecord, nearest_labels
-from hfc_design.controllers.flc.sectors import ZR, Sectors, bounded
-from hfc_design.controllers.flc.settings import FuzzySettings
+from hfc_design.controllers.flc.law import FlcGains
+from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, nearest_labels, terms_of
 from hfc_design.controllers.genome import some, taken
-from hfc_design.controllers.kind import Target, per_axis
-from hfc_design.core.records import TERMS
+from hfc_design.controllers.kind import Target
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.records import TERMS, ZR
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own, Triangles
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own
+from hfc_design.stability.sectors import Rectangle, bounded, reach
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -66,8 +66,7 @@ class FuzzyGenome(NamedTuple):
     @property
     def controller(self) -> Controller:
         """The start's form of the controller."""
-        law = partial(flc, self.start.control_form(), self.start.sample_time_s)
-        return per_axis(self.start.kind, law, self.target)
+        return KINDS.get(self.start.kind).controller_of(self.start, self.target.limits)
 
     @property
     def structures(self) -> int:
@@ -77,11 +76,14 @@ class FuzzyGenome(NamedTuple):
     def empty(self) -> FuzzyTables:
         """One individual, the start."""
         table = self.start.table()
-        joints = [_joints(terms) for terms in (table.error_terms, table.change_terms)]
+        terms = np.array([table.error_terms, table.change_terms])
+        lower, upper = terms[:, :-1], terms[:, 1:]
+        gap = upper[..., 1] - lower[..., 1]
+        left, right = upper[..., 0] - lower[..., 1], lower[..., 2] - lower[..., 1]
         found = FuzzyTables(
             np.zeros(1, int),
-            np.array(joints)[None],
-            np.array(table.singletons)[None],
+            np.stack([gap, left / gap, right / gap], axis=-1)[None],
+            np.array([table.singletons]),
             np.array([table.k_i]),
             np.array([0.6]),
         )
@@ -149,14 +151,12 @@ class FuzzyGenome(NamedTuple):
 
     def gains(self, population: FuzzyTables) -> Gains:
         """The population as the simulator wants it."""
-        error_terms, change_terms = (_lanes(_terms(joints)) for joints in by_input(population))
-        return FlcGains(
-            error_terms,
-            change_terms,
-            _lanes(population.singletons),
-            population.k_i,
-            alike(self.start.table().compensation, len(population.tree)),
+        compensation = jax.tree.map(
+            lambda number: np.full(len(population.tree), number), self.start.table().compensation
         )
+        singletons: Any = np.moveaxis(population.singletons, 0, -1)
+        error_terms, change_terms = _terms(population.joints)
+        return FlcGains(error_terms, change_terms, singletons, population.k_i, compensation)
 
     def notation(self, structure: int) -> str:
         """There is one."""
@@ -166,13 +166,8 @@ class FuzzyGenome(NamedTuple):
         """The kind's record: as the start but for what was searched."""
         record: Json = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
-        for key, joints in zip(keys, by_input(individual), strict=True):
-            edges = _terms(joints)[0].tolist()
-            record[key] = [
-                {"label": label, "left": left, "centre": centre, "right": right}
-                for label, (left, centre, right) in zip(LABELS, edges, strict=True)
-            ]
-            record[key][0]["left"] = record[key][-1]["right"] = None
+        for key, terms in zip(keys, _terms(individual.joints), strict=True):
+            record[key] = [term.model_dump() for term in terms_of(terms[..., 0].tolist())]
         table = individual.singletons[0]
         record["rules"] = {"labels": nearest_labels(table.tolist()), "centroids": table.tolist()}
         record["integral_gain"] = float(individual.k_i[0])
@@ -189,19 +184,16 @@ class FuzzyGenome(NamedTuple):
             singletons = 0.5 * (singletons - singletons[:, ::-1, ::-1])
         gap = np.maximum(joints[..., 0], self.smallest_gap()[:, None])
         half = 0.5 * np.maximum(SMALLEST_OVERLAP, self.smallest_gap()[:, None] / (2.0 * gap))
-        left, right = np.clip(joints[..., 1], 0.0, 1.0), np.clip(joints[..., 2], 0.0, 1.0)
+        left, right = np.moveaxis(np.clip(joints[..., 1:], 0.0, 1.0), -1, 0)
         middle = np.clip(0.5 * (left + right), half, 1.0 - half)
         tight = right - left < 2.0 * half
-        joints[..., 0] = gap
-        joints[..., 1] = np.where(tight, middle - half, left)
-        joints[..., 2] = np.where(tight, middle + half, right)
-        limit = self.largest_command
+        left, right = np.where(tight, [middle - half, middle + half], [left, right])
+        joints = np.stack([gap, left, right], axis=-1)
         share = np.clip(population.share, *SHARES)
-        error_terms, change_terms = (_lanes(_terms(joints[:, k])) for k in range(2))
-        singletons = np.clip(singletons, -limit, limit)
+        singletons = np.clip(singletons, -self.largest_command, self.largest_command)
         return population._replace(
             joints=joints,
-            singletons=_in_sectors(self.sectors(share), error_terms, change_terms, singletons),
+            singletons=_in_sectors(self.sectors(share), _terms(joints), singletons),
             k_i=np.clip(population.k_i, 0.0, self.largest_integral_gain),
             share=share,
         )
@@ -210,12 +202,10 @@ class FuzzyGenome(NamedTuple):
         """(2,) that neighbouring centres are apart [BLU]."""
         return np.array(SMALLEST_GAP)
 
-    def sectors(self, share: Floats) -> Sectors:
+    def sectors(self, share: Floats) -> Rectangle:
         """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's."""
-        k1 = share * self.stable.k1
-        places = np.linspace(SHARES[0], SHARES[1], POINTS) * self.stable.k1
-        bound = np.interp(k1, places, _bounds(self.stable))
-        return Sectors(k1, INSIDE * bound)
+        k1 = share * self.stable.k1_bound
+        return Rectangle(k1, INSIDE * np.interp(k1, *_bounds(self.stable)))
 
 
 def genome_of(
@@ -230,7 +220,7 @@ def genome_of(
     limits = (limit for limit in target.limits.values() if limit is not None)
     return genome(
         start.on(*drives[0]),
-        min(ranges, key=lambda found: found.k1),
+        min(ranges, key=lambda found: found.k1_bound),
         min(*commands, *limits),
         settings.largest_integral_gain,
         settings.symmetric,
@@ -239,65 +229,36 @@ def genome_of(
 
 
 @cache
-def _bounds(stable: StableRange) -> Floats:
-    """(POINTS,) K_2 that the range allows at evenly spaced K_1."""
-    return stable.k2(np.linspace(SHARES[0], SHARES[1], POINTS) * stable.k1)
-
-
-def by_input(population: FuzzyTables) -> tuple[Floats, Floats]:
-    """Joints (n, 6, 3) of the error and of its change."""
-    return population.joints[:, 0], population.joints[:, 1]
-
-
-def alike(value: Any, count: int) -> Any:
-    """A record of numbers for ``count`` individuals that all have it."""
-    if isinstance(value, tuple):
-        parts = (alike(part, count) for part in value)
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return None if value is None else np.full(count, value)
-
-
-def _lanes(values: Floats) -> Any:
-    """The individuals in the trailing axis."""
-    return np.moveaxis(values, 0, -1)
-
-
-def _joints(terms: Triangles) -> list[tuple[float, float, float]]:
-    """Joints (6, 3) of terms (7, 3)."""
-    found = []
-    for lower, upper in pairwise(terms):
-        gap = upper[1] - lower[1]
-        found.append((gap, (upper[0] - lower[1]) / gap, (lower[2] - lower[1]) / gap))
-    return found
+def _bounds(stable: StableRange) -> tuple[Floats, Floats]:
+    """(POINTS,) evenly spaced K_1, and the K_2 that the range allows at them."""
+    k1 = np.linspace(*SHARES, POINTS) * stable.k1_bound
+    return k1, stable.k2(k1)
 
 
 def _terms(joints: Floats) -> Floats:
-    """Terms (n, 7, 3) of joints (n, 6, 3); ZR is centred on 0, the outermost edges are infinite."""
+    """Terms (2, 7, 3, n) of the error and its change, of joints (n, 2, 6, 3).
+
+    ZR is centred on 0, the outermost edges are infinite.
+    """
     gap = joints[..., 0]
-    centres = np.concatenate([np.zeros((len(gap), 1)), np.cumsum(gap, axis=1)], axis=1)
-    centres = centres - centres[:, ZR : ZR + 1]
-    lower, upper = centres[:, :-1], centres[:, 1:]
-    left, right = (
-        np.clip(lower + joints[..., k] * gap, lower, upper)  # rounding passes no centre
-        for k in (1, 2)
-    )
-    infinite = np.full((len(gap), 1), np.inf)
-    left = np.concatenate([-infinite, left], axis=1)
-    right = np.concatenate([right, infinite], axis=1)
-    return np.stack([left, centres, right], axis=-1)
+    centres = np.cumsum(np.insert(gap, 0, 0.0, axis=-1), axis=-1)
+    centres = centres - centres[..., ZR : ZR + 1]
+    lower, upper = centres[..., :-1], centres[..., 1:]
+    left, right = np.full_like(centres, -np.inf), np.full_like(centres, np.inf)
+    # Rounding passes no centre.
+    left[..., 1:] = np.clip(lower + joints[..., 1] * gap, lower, upper)
+    right[..., :-1] = np.clip(lower + joints[..., 2] * gap, lower, upper)
+    return np.moveaxis(np.stack([left, centres, right], axis=-1), 0, -1)
 
 
-def _in_sectors(
-    sectors: Sectors, error_terms: Triangles, change_terms: Triangles, singletons: Floats
-) -> Floats:
+def _in_sectors(sectors: Rectangle, terms: Floats, singletons: Floats) -> Floats:
     """Singletons (n, 7, 7) moved to the nearest that keep the table in ``sectors`` of (n,)."""
-    table = _lanes(singletons)
+    table: Any = np.moveaxis(singletons, 0, -1)
+    error_terms, change_terms = terms
     rows = bounded(ARRAYS, sectors, error_terms, change_terms, table, table)
     # The adaptation never touches the row of no error; here it has to obey the sector of u_2 too.
     for j in range(TERMS):
-        reach = sectors.k2_max * (
-            change_terms[j - 1][2] if j > ZR else change_terms[min(j + 1, TERMS - 1)][0]
-        )
-        low, high = (0.0, reach) if j > ZR else (reach, 0.0)
-        rows[ZR][j] = 0.0 * reach if j == ZR else np.clip(rows[ZR][j], low, high)
+        most = reach(sectors.k2_max, change_terms, j)
+        low, high = (0.0, most) if j > ZR else (most, 0.0)
+        rows[ZR][j] = 0.0 * most if j == ZR else np.clip(rows[ZR][j], low, high)
     return np.moveaxis(np.array(rows), -1, 0)

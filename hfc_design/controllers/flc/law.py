@@ -5,6 +5,7 @@ Written for one axis in scalars and without branches on their values; ``xp`` as 
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
@@ -20,10 +21,10 @@ class Compensation(NamedTuple):
 
     forward: Sequence[Scalar]  # (3,) coefficients of V^2, V, 1 for V >= 0 in mm/s
     backward: Sequence[Scalar]  # (3,) the same for V < 0
-    highest_velocity: Scalar  # [mm/s] at and above it there is no compensation
+    highest_velocity_mm_s: Scalar  # at and above it there is no compensation
     breakaway: Sequence[Scalar]  # (2,) command at rest towards + and towards -
     smallest_error: Scalar  # [BLU] below it an axis at rest is left alone
-    blu: Scalar  # [mm] of a BLU
+    blu_mm: Scalar  # length of a BLU
 
 
 class FlcGains(NamedTuple):
@@ -122,6 +123,11 @@ def memberships(xp: Xp, terms: Triangles, u: Scalar) -> list[Scalar]:
     return degrees
 
 
+def joints(terms: Triangles) -> list[tuple[Scalar, Scalar]]:
+    """Where two neighbours overlap: right edge of the lower term, left edge of the upper one."""
+    return [(lower[2], upper[0]) for lower, upper in pairwise(terms)]
+
+
 def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) -> Scalar:
     """Overall action u_0: product of the degrees, average of the singletons' centres.
 
@@ -146,10 +152,10 @@ def compensate(xp: Xp, law: Compensation, velocity: Scalar, error: Scalar) -> Sc
     Added to every singleton (eq. 29) it adds to the overall action. An axis at rest is pushed
     towards its reference, and only when the error is a command and not the encoder's noise.
     """
-    v = law.blu * velocity
+    v = law.blu_mm * velocity
     (a, b, c), (d, e, f) = law.forward, law.backward
     sliding = xp.where(v >= 0.0, (a * v + b) * v + c, (d * v + e) * v + f)
-    sliding = xp.where(abs(v) < law.highest_velocity, sliding, 0.0)
+    sliding = xp.where(abs(v) < law.highest_velocity_mm_s, sliding, 0.0)
     ahead, back = law.breakaway
     resting = xp.where(error >= law.smallest_error, ahead, 0.0)
     resting = xp.where(error <= -law.smallest_error, back, resting)

@@ -1,29 +1,36 @@
-"""The two-input fuzzy controller in a design file. Never imports JAX."""
+"""The two-input fuzzy controller in a design file and in a scenario. Never imports JAX."""
 
 import sys
-from collections.abc import Sequence
 from itertools import pairwise
-from math import inf
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+from math import inf, isinf
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+import numpy as np
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
-from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.core.records import TERMS, Finite, Positive, Record, Table
-from hfc_design.core.shapes import Json, Parameters
-from hfc_design.stability.sectors import Triangle, sectors_at_centres, true_sectors
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table, UserError
+from hfc_design.core.shapes import Floats, Json, Parameters, Plain, RuleTable, Triangles
+from hfc_design.stability.sectors import sectors_at_centres, true_sectors
 
 if TYPE_CHECKING:
     from plants import Drive  # which imports JAX
 
 #: Linguistic labels, negative large to positive large.
-LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
+TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
+LABELS: tuple[TermLabel, ...] = get_args(TermLabel)
 #: JK04 Table 3: centroid of each label in units of the command.
 CENTROIDS = (-32.0, -16.0, -8.0, 0.0, 8.0, 16.0, 32.0)
 #: Length of a BLU [mm] where a design says none.
 BLU_MM = 0.01
-TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
 LabelRow = Annotated[tuple[TermLabel, ...], Field(min_length=TERMS, max_length=TERMS)]
 LabelTable = Annotated[tuple[LabelRow, ...], Field(min_length=TERMS, max_length=TERMS)]
 
@@ -39,8 +46,26 @@ class TriangleRecord(Record):
     centre: Finite  # [BLU]
     right: Finite | None = None  # [BLU]
 
+    def edges(self) -> tuple[float, float, float]:
+        """Left, centre, right."""
+        left = -inf if self.left is None else self.left
+        return left, self.centre, inf if self.right is None else self.right
 
-Triangles = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+
+Terms = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+
+
+def terms_of(triangles: Triangles) -> Terms:
+    """Terms NL to PL of (left, centre, right), unchecked."""
+    return tuple(
+        TriangleRecord.model_construct(
+            label=label,
+            left=None if isinf(left) else left,
+            centre=centre,
+            right=None if isinf(right) else right,
+        )
+        for label, (left, centre, right) in zip(LABELS, triangles, strict=True)
+    )
 
 
 class RulesRecord(Record):
@@ -58,32 +83,14 @@ class CompensationRecord(Record):
     highest_velocity_mm_s: Positive
     breakaway: tuple[Finite, Finite]  # command at rest towards + and towards -
     smallest_error: Positive  # [BLU]
-    blu_mm: Positive = BLU_MM  # length of a BLU
-
-    @model_serializer(mode="wrap")
-    def _without_what_is_usual(self, whole: SerializerFunctionWrapHandler) -> Json:
-        data: Json = whole(self)
-        if data["blu_mm"] == BLU_MM:
-            del data["blu_mm"]
-        return data
-
-    def law(self) -> Compensation:
-        """The same as numbers."""
-        return Compensation(
-            self.forward,
-            self.backward,
-            self.highest_velocity_mm_s,
-            self.breakaway,
-            self.smallest_error,
-            self.blu_mm,
-        )
+    blu_mm: Positive = Field(BLU_MM, exclude_if=BLU_MM.__eq__)  # length of a BLU
 
 
 class FuzzyRecord(ControllerRecord):
     """What the three fuzzy kinds have in common."""
 
-    error_terms: Triangles
-    error_change_terms: Triangles
+    error_terms: Terms
+    error_change_terms: Terms
     rules: RulesRecord
     integral_gain: Finite  # [units/(BLU s)]
     low_velocity: CompensationRecord | None = None
@@ -100,14 +107,6 @@ class FuzzyRecord(ControllerRecord):
         """Of JK95 eq. 1; only an flc can choose."""
         return "PD"
 
-    def adaptation_limit(self) -> dict[str, tuple[float, float]]:
-        """(K_1, K_2) that an adaptation may not pass, if there is one."""
-        return {}
-
-    def held(self) -> Self:
-        """The same without adaptation."""
-        return self
-
     def reads(self) -> list[str]:
         """Signals of a sample."""
         return ["error", "velocity"] if self.low_velocity else ["error"]
@@ -121,14 +120,22 @@ class FuzzyRecord(ControllerRecord):
 
     def table(self) -> FlcGains:
         """The fuzzy controller of one individual."""
-        low = self.low_velocity
         return FlcGains(
-            _edges(self.error_terms),
-            _edges(self.error_change_terms),
+            tuple(term.edges() for term in self.error_terms),
+            tuple(term.edges() for term in self.error_change_terms),
             self.rules.centroids,
             self.integral_gain,
-            low.law() if low else None,
+            Compensation(**dict(self.low_velocity)) if self.low_velocity else None,
         )
+
+    def table_gains(self) -> dict[str, tuple[float, float]]:
+        """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
+        table = self.table()[:3]
+        found = {
+            "table, eq. 13 and 14": sectors_at_centres(*table),
+            "table, with its edges": true_sectors(*table),
+        }
+        return {name: (sectors.k1, sectors.k2) for name, sectors in found.items()}
 
 
 class FlcDesign(FuzzyRecord):
@@ -137,71 +144,93 @@ class FlcDesign(FuzzyRecord):
     kind: Literal["flc"] = "flc"
     form: Literal["P", "PI", "PD"] = "PD"
 
-    def control_form(self) -> str:
-        """The one that it has."""
-        return self.form
-
     def gains(self) -> FlcGains:
         """The gains of one individual."""
         return self.table()
 
-
-def _edges(terms: tuple[TriangleRecord, ...]) -> tuple[tuple[float, float, float], ...]:
-    return tuple(
-        (
-            -inf if term.left is None else term.left,
-            term.centre,
-            inf if term.right is None else term.right,
-        )
-        for term in terms
-    )
+    def control_form(self) -> str:
+        """The one that it has."""
+        return self.form
 
 
-def terms_fault(terms: tuple[TriangleRecord, ...]) -> str | None:
+def terms_fault(terms: Terms) -> str | None:
     """What is wrong with a row of terms, in one line; None if nothing is."""
     if [term.label for term in terms] != list(LABELS):
         return f"has to hold the labels {', '.join(LABELS)} in this order"
     for k, term in enumerate(terms):
         if (term.left is None) != (k == 0) or (term.right is None) != (k == TERMS - 1):
             return f"{term.label}: null has to stand left of NL and right of PL and nowhere else"
-    edges = _edges(terms)
-    for term, (left, centre, right) in zip(terms, edges, strict=True):
+    for term in terms:
+        left, centre, right = term.edges()
         if not left < centre < right:
             return f"{term.label}: left, centre, right = {left}, {centre}, {right} have to rise"
-    for (low, high), (a, b) in zip(pairwise(terms), pairwise(edges), strict=True):
-        if a[2] <= b[0]:
-            return (
-                f"there is a gap between {low.label}, right {a[2]}, and {high.label}, left {b[0]}"
-            )
-        if not (a[1] <= b[0] and a[2] <= b[1]):
+    for low, high in pairwise(terms):
+        (_, lower, right), (left, upper, _) = low.edges(), high.edges()
+        if right <= left:
+            ends = f"{low.label}, right {right}, and {high.label}, left {left}"
+            return f"there is a gap between {ends}"
+        if not (lower <= left and right <= upper):
             return f"an edge between {low.label} and {high.label} passes the other's centre"
     return None
 
 
-def points(record: FuzzyRecord) -> dict[str, tuple[float, float]]:
-    """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
-    error, change = (
-        [Triangle(term.left, term.centre, term.right) for term in terms]
-        for terms in (record.error_terms, record.error_change_terms)
-    )
-    table = record.rules.centroids
-    at_centres = sectors_at_centres(
-        [term.centre for term in error], [term.centre for term in change], table
-    )
-    with_edges = true_sectors(error, change, table)
-    found = {
-        "table, eq. 13 and 14": (at_centres.k1, at_centres.k2),
-        "table, with its edges": (with_edges.k1, with_edges.k2),
-    }
-    return found | record.adaptation_limit()
-
-
-def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
+def nearest_labels(table: RuleTable) -> list[list[str]]:
     """The label of each singleton whose usual height, in shares of the largest, is nearest."""
-    largest = max(*(abs(u) for row in table for u in row), sys.float_info.min)
+    heights: Floats = np.array(table)
+    shares = heights / max(np.abs(heights).max(), sys.float_info.min)
+    off = np.abs(shares[..., None] - np.array(CENTROIDS) / CENTROIDS[-1])
+    return [[LABELS[k] for k in row] for row in off.argmin(axis=-1)]
 
-    def label(singleton: float) -> str:
-        share = singleton / largest
-        return min(LABELS, key=lambda x: abs(share - CENTROIDS[LABELS.index(x)] / CENTROIDS[-1]))
 
-    return [[label(u) for u in row] for row in table]
+class FuzzySettings(ControllerSettings):
+    """Bounds of a search that begins with a fuzzy controller, or with a design's."""
+
+    start: Any
+    symmetric: bool = True  # both directions are treated alike
+    largest_integral_gain: NotNegative = 8.0  # [units/(BLU s)]
+
+    @field_validator("start", mode="before")
+    @classmethod
+    def _controller_of(cls, start: Plain, info: ValidationInfo) -> Plain:
+        """The controller of the design that ``start`` names; a record stays one."""
+        if not isinstance(start, str):
+            return start
+        try:
+            design = (info.context or {})["named_design"](start)
+        except UserError as error:
+            raise ValueError(str(error)) from None
+        return design.controller.model_dump()
+
+    @model_serializer(mode="wrap")
+    def _kind_last(self, whole: SerializerFunctionWrapHandler) -> Json:
+        """Where it always has been, as the cells of batches are named by the text."""
+        data: Json = whole(self)
+        kind = data.pop("kind")
+        return {**data, "kind": kind}
+
+    def fault(self, target: Target) -> str | None:
+        """A plant without a stable range, or a start that cannot be one."""
+        for drive in target.machine.drives:
+            if drive.linear is None:
+                unfit = f"is for a feed drive, not for the {drive.name}"
+                return f"controller.kind = {self.kind!r}: {unfit}"
+        if self.start.sample_time_s != target.sample_time:
+            return (
+                f"controller.start: runs every {self.start.sample_time_s} s, "
+                f"simulation.sample_time_s is {target.sample_time}"
+            )
+        for key in ("error_terms", "error_change_terms"):
+            middle = getattr(self.start, key)[TERMS // 2]
+            if middle.centre != 0.0:
+                return (
+                    f"controller.start: {middle.label} of its {key} is centred on "
+                    f"{middle.centre}; a search keeps it on 0"
+                )
+        return None
+
+
+class FlcSettings(FuzzySettings):
+    """A fuzzy controller of a feed drive."""
+
+    kind: Literal["flc"]
+    start: FlcDesign = Field("jee-koren-2004-flc", validate_default=True)

@@ -1,11 +1,22 @@
-"""What the page shows of a feed drive's fuzzy controller."""
+"""What the page shows of a feed drive's fuzzy controller: table, terms, surface, stability."""
 
-from hfc_design.controllers.flc import pictures as fuzzy_plots
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, points
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from hfc_design.controllers.flc.law import infer, memberships
+from hfc_design.controllers.flc.record import LABELS, FlcDesign, FuzzyRecord, Terms
 from hfc_design.controllers.kind import Shown
-from hfc_design.pictures.section import Drawing, Listing, Rows, Section
+from hfc_design.core.scalars import ARRAYS
+from hfc_design.core.shapes import Floats
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, round_above
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.stability import report as stability
-from hfc_design.stability.picture import stability_figure
 from hfc_design.stability.stable_range import stable_range
 
 ORIGINAL = "as designed"
@@ -15,57 +26,37 @@ FORMS = {
     "PI": "In the form PI the rules say by how much what they command is to change. ",
     "PD": "",
 }
-Parameters = list[tuple[str, float | str, str]]
+#: Name, value, unit.
+Parameters = Sequence[tuple[str, float | str, str]]
+ERROR, CHANGE = "error e [BLU]", "change of error [BLU per sample]"
+#: The terms are drawn up to this share of the outermost centre.
+BEYOND = 1.25
+#: Points a side that the surface is computed at.
+POINTS = 81
+#: About so many colours stand for a command of one sign.
+BANDS = 12
 
 
 def sections(record: FlcDesign, shown: Shown) -> list[Section]:
     """The table, the terms, the gains in the stable range."""
-    form: Parameters = [("form of the controller (JK95 eq. 1)", record.form, "\u2013")]
-    return [
-        controller(record, FORMS[record.form], form, []),
-        stable_gains(record, shown, {}),
-    ]
+    form = ("form of the controller (JK95 eq. 1)", record.form, "\u2013")
+    return [controller(record, FORMS[record.form], before=[form]), stable_gains(record, shown)]
 
 
 def table_sections(record: FuzzyRecord, shown: Shown) -> list[Section]:
     """The same of another kind, as far as it is the same."""
-    return [controller(record, "", [], []), stable_gains(record, shown, {})]
+    return [controller(record), stable_gains(record, shown)]
 
 
-def controller(record: FuzzyRecord, kind: str, before: Parameters, behind: Parameters) -> Section:
+def controller(
+    record: FuzzyRecord, kind: str = "", before: Parameters = (), behind: Parameters = ()
+) -> Section:
     """The table and the terms; ``kind`` says more, with parameters before and behind the gain."""
     text = (
         f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
         f"change since the last sample. {kind}To what the rules command it adds the integral of "
         "the error. One BLU is a step of the encoder, one unit a step of the converter."
     )
-    rows = _parameters(record, before, behind)
-    return Section(
-        "The controller",
-        text,
-        Listing("Gains, steps and limits.", ["parameter", "value", "unit"], rows),
-        [
-            Drawing(
-                fuzzy_plots.rule_table(record, f"rule table {ORIGINAL}"),
-                "Heat map of the rule table",
-                "Rule table: the command for each pair of terms, from negative large (NL) to "
-                "positive large (PL).",
-            ),
-            Drawing(
-                fuzzy_plots.terms(record, f"terms {ORIGINAL}"),
-                "Membership functions of the error and of its change",
-                "What the terms mean: the degree to which an error and its change belong to each.",
-            ),
-            Drawing(
-                fuzzy_plots.surface(record, f"control surface {ORIGINAL}"),
-                "Command of the rules against error and change of error",
-                "Control surface: what the rules command between the centres of the terms.",
-            ),
-        ],
-    )
-
-
-def _parameters(record: FuzzyRecord, before: Parameters, behind: Parameters) -> Rows:
     rows = [*before, ("integral gain", record.integral_gain, "unit/(BLU s)"), *behind]
     low = record.low_velocity
     if low is not None:
@@ -79,29 +70,52 @@ def _parameters(record: FuzzyRecord, before: Parameters, behind: Parameters) -> 
             ("command at rest, backward", low.breakaway[1], "unit"),
             ("command at rest from an error of", low.smallest_error, "BLU"),
         ]
-    return [[name, v if isinstance(v, str) else f"{v:.5g}", unit] for name, v, unit in rows]
+    cells = [[name, v if isinstance(v, str) else f"{v:.5g}", unit] for name, v, unit in rows]
+    return Section(
+        "The controller",
+        text,
+        Listing("Gains, steps and limits.", ["parameter", "value", "unit"], cells),
+        [
+            Drawing(
+                rule_table(record, f"rule table {ORIGINAL}"),
+                "Heat map of the rule table",
+                "Rule table: the command for each pair of terms, from negative large (NL) to "
+                "positive large (PL).",
+            ),
+            Drawing(
+                terms(record, f"terms {ORIGINAL}"),
+                "Membership functions of the error and of its change",
+                "What the terms mean: the degree to which an error and its change belong to each.",
+            ),
+            Drawing(
+                surface(record, f"control surface {ORIGINAL}"),
+                "Command of the rules against error and change of error",
+                "Control surface: what the rules command between the centres of the terms.",
+            ),
+        ],
+    )
 
 
-def stable_gains(record: FuzzyRecord, shown: Shown, adapted: dict[str, FuzzyRecord]) -> Section:
+def stable_gains(
+    record: FuzzyRecord, shown: Shown, adapted: Mapping[str, FuzzyRecord] = {}
+) -> Section:
     """Sectors of the table in the stable range of the axis with the largest gain."""
-    own = points(record)
+    own = record.table_gains()
     for axis, after in adapted.items():
-        own[f"{axis}, adapted"] = points(after)["table, with its edges"]
+        own[f"{axis}, adapted"] = after.table_gains()["table, with its edges"]
     axes = zip(shown.machine.drives, shown.parameters, strict=True)
-    linear = [drive.linear(parameters) for drive, parameters in axes if drive.linear]
-    drive = stability.drive_of("this plant is", linear, record.sample_time_s, {})
+    drive = stability.drive_of("this plant is", axes, record.sample_time_s, {})
     found = stable_range(**drive)
-    told = stability.numbers(found, own)["points"]
     rows = [
-        [name, f"{p['k1']:.4g}", f"{p['k2']:.4g}", "yes" if p["inside"] else "no"]
-        for name, p in told.items()
+        [name, f"{k1:.4g}", f"{k2:.4g}", "yes" if found.contains(k1, k2) else "no"]
+        for name, (k1, k2) in own.items()
     ]
     return Section(
         "Stability",
         "K₁ is the largest slope of the command over the error, K₂ over its change (Jee & Koren "
         "2004, section 3). The range is that of a drive without friction, of "
         f"{drive['gain']:g} (BLU/s)/unit and {1e3 * drive['time_constant']:g} ms; "
-        f"it ends at K₁ = {found.k1:.4g} unit/BLU.",
+        f"it ends at K₁ = {found.k1_bound:.4g} unit/BLU.",
         Listing(
             "Gains of the rules [unit/BLU]; eq. 13 and 14 look at the centres of the terms alone.",
             ["gains of", "K₁", "K₂", "inside"],
@@ -109,9 +123,96 @@ def stable_gains(record: FuzzyRecord, shown: Shown, adapted: dict[str, FuzzyReco
         ),
         [
             Drawing(
-                stability_figure(found, own),
+                stability.stability_figure(found, own),
                 "Stable range of the gains K₁ and K₂ with the design in it",
                 "Stable range and the gains of the design.",
             )
         ],
     )
+
+
+def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
+    """Degrees of membership in the terms of the error and of its change.
+
+    ``before`` is drawn in grey below.
+    """
+    figure = framed(4.6, top=0.75)
+    panels = figure.subplots(2, 1, gridspec_kw={"hspace": 0.75})
+    keys = {"error_terms": ERROR, "error_change_terms": CHANGE}
+    for axes, (key, label) in zip(panels, keys.items(), strict=True):
+        found: Terms = getattr(record, key)
+        reach = BEYOND * max(abs(term.centre) for term in found)
+        if before is not None:
+            _triangles(axes, getattr(before, key), reach, ["0.65"], lw=1.0, ls="--")
+        _triangles(axes, found, reach, [OWN, OTHER], lw=1.4)
+        for k, term in enumerate(found):  # in two rows: centres may stand close together
+            axes.annotate(
+                term.label,
+                (term.centre, 1.08),
+                xytext=(0, 3 + 11 * (k % 2)),
+                textcoords="offset points",
+                ha="center",
+                fontsize=9,
+                color=(OWN, OTHER)[k % 2],
+            )
+        axes.set(xlim=(-reach, reach), ylim=(0.0, 1.08), yticks=(0.0, 0.5, 1.0))
+        axes.set(xlabel=label, ylabel="degree [1]", axisbelow=True)
+        axes.grid(color="0.93")
+    panels[0].set_title(title, fontsize=11, pad=32)
+    return figure
+
+
+def _triangles(
+    axes: Axes, found: Terms, reach: float, colors: list[str], lw: float, ls: str = "-"
+) -> None:
+    for term, color in zip(found, cycle(colors), strict=False):
+        x = np.clip(term.edges(), -reach, reach)
+        y = [float(term.left is None), 1.0, float(term.right is None)]
+        axes.plot(x, y, color=color, lw=lw, ls=ls)
+
+
+def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
+    """The singletons [unit], rows by error and columns by its change.
+
+    With ``before`` the colours are what each has moved by.
+    """
+    values = np.array(record.rules.centroids)
+    moved = None if before is None else values - np.array(before.rules.centroids)
+    meaning = "command [unit]" if before is None else "moved by [unit]"
+    return heat_map(values, LABELS, "row: error", "column: change of error", title, meaning, moved)
+
+
+def surface(record: FuzzyRecord, title: str) -> Figure:
+    """What the rules command [unit] between and beyond the centres of their terms."""
+    figure = framed(4.0, top=0.35)
+    figure.subplots_adjust(right=1 - 0.95 / WIDTH)
+    axes = figure.subplots()
+    error, change = (
+        np.linspace(-1.0, 1.0, POINTS) * BEYOND * max(abs(term.centre) for term in found)
+        for found in (record.error_terms, record.error_change_terms)
+    )
+    values = commanded(record, error[:, None], change)
+    limit = float(np.abs(values).max()) or 1.0
+    division = round_above(limit / BANDS)
+    count = int(np.ceil(limit / division + 0.5))
+    levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
+    filled = axes.contourf(change, error, values, levels, cmap="RdBu_r")
+    filled.set_edgecolor("face")  # else white hairlines show between the bands
+    axes.axhline(0.0, color="0.3", lw=0.6)
+    axes.axvline(0.0, color="0.3", lw=0.6)
+    axes.set(xlabel=CHANGE, ylabel=ERROR)
+    axes.set_title(title, fontsize=11)
+    place = axes.get_position()
+    strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
+    bar = figure.colorbar(filled, cax=strip, ticks=MaxNLocator(7, symmetric=True))
+    bar.set_label("command [unit]")
+    return figure
+
+
+def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:
+    """Output of the rules [unit] at errors and changes [BLU] that broadcast."""
+    table = record.table()
+    in_error = memberships(ARRAYS, table.error_terms, error)
+    in_change = memberships(ARRAYS, table.change_terms, change)
+    found: Floats = infer(ARRAYS, in_error, in_change, table.singletons)
+    return found

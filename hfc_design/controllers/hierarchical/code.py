@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from hfc_design.controllers.aflc import ADAPTATION
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
-from hfc_design.controllers.aflc.code import ADAPTATION
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.root import FIRED

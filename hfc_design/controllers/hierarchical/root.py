@@ -11,7 +11,7 @@ move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
 from typing import NamedTuple
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
-from hfc_design.controllers.flc.sectors import ZR
+from hfc_design.core.records import ZR
 from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Truth
 

@@ -11,7 +11,7 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.record import LABELS, TriangleRecord, terms_fault
+from hfc_design.controllers.flc.record import TriangleRecord, terms_fault, terms_of
 from hfc_design.controllers.rules import FlatGaussian, Term, Triangle
 from hfc_design.core.records import TERMS
 
@@ -123,16 +123,7 @@ def input_of(line: int, name: str, low: float, high: float, shapes: Sequence[Sha
 
 def triangle_records(terms: Sequence[Term]) -> tuple[TriangleRecord, ...]:
     """Triangles as a design holds them, NL to PL in the order of their centres."""
-    return tuple(
-        TriangleRecord(
-            label=label,
-            left=term.left if isfinite(term.left) else None,
-            centre=term.centre,
-            right=term.right if isfinite(term.right) else None,
-        )
-        for label, term in zip(LABELS, sorted(terms, key=centre_of), strict=True)
-        if isinstance(term, Triangle)
-    )
+    return terms_of([term[1:] for term in sorted(terms, key=centre_of)])
 
 
 def centre_of(term: Term) -> float:

@@ -10,7 +10,7 @@ from feed_oracle import verdict_jk04
 from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 from hfc_design.controllers.aflc.section import at_the_end
-from hfc_design.controllers.flc import pictures as fuzzy_plots
+from hfc_design.controllers.flc import section as fuzzy_plots
 from hfc_design.controllers.flc.record import LABELS, FlcDesign
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design

@@ -227,6 +227,8 @@ def broken(*keys, value):
         (broken("rules", "labels", 2, 1, value="BIG"), ["rules.labels.2.1 = 'BIG'", "'PM'"]),
         (broken("rules", "labels", value=[["ZR"] * 7] * 6), ["rules.labels", "at least 7"]),
         (broken("rules", "centroids", 3, value=[0.0] * 8), ["rules.centroids.3", "at most 7"]),
+        (broken("rules", "centroids", 6, value=[0.0] * 5), ["rules.centroids.6", "at least 7"]),
+        (broken("rules", "centroids", value=[[0.0] * 7] * 6), ["rules.centroids", "at least 7"]),
         (broken("rules", "centroids", 3, 3, value=float("inf")), ["Infinity"]),
         (broken("integral_gain", value="much"), ["controller.integral_gain = 'much'"]),
         (broken("adaptation", "k_a", value=-0.5), ["adaptation.k_a = -0.5"]),

@@ -1,26 +1,26 @@
-"""A fuzzy controller's rule table for other programs, and what it does at a sample."""
+"""A fuzzy controller for other programs: its rule table, C, Structured Text; its samples in words.
 
-import math
+Rules and terms of a kind that adapts are those that it starts from.
+"""
 
-from hfc_design.controllers.flc.law import Parts
-from hfc_design.controllers.flc.record import FuzzyRecord, TriangleRecord
-from hfc_design.controllers.kind import Explain
+from pathlib import Path
+
+from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
+from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.controllers.kind import Explain, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.shapes import Json, Memory
+
+HERE = Path(__file__).parent / "templates"
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
     """The one table."""
     error, change = (
-        tuple(map(_triangle, part)) for part in (record.error_terms, record.error_change_terms)
+        tuple(Triangle(term.label, *term.edges()) for term in terms)
+        for terms in (record.error_terms, record.error_change_terms)
     )
     return [RuleUnit("rules", "error_change", "error", change, error, record.rules.centroids)]
-
-
-def _triangle(term: TriangleRecord) -> Triangle:
-    left = -math.inf if term.left is None else term.left
-    right = math.inf if term.right is None else term.right
-    return Triangle(term.label, left, term.centre, right)
 
 
 def inputs(record: FuzzyRecord) -> list[str]:
@@ -109,7 +109,60 @@ def shown(record: FuzzyRecord, parts: Parts) -> Json:
     return {"units": [unit], "parts": shares}
 
 
+def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
+    """What the template needs of a controller, which may start from another ``table``."""
+    table = table or record.table()
+    error_terms, change_terms = table.error_terms, table.change_terms
+    return {
+        "adaptive": False,
+        "start": "",
+        "current": "",
+        "integrates": bool(table.k_i) or record.control_form() == "PI",
+        "form": record.control_form(),
+        "error_centres": [term[1] for term in error_terms],
+        "change_centres": [term[1] for term in change_terms],
+        "error_joints": joints(error_terms),
+        "change_joints": joints(change_terms),
+        "table": table.singletons,
+        "integral": table.k_i * record.sample_time_s,
+        "compensation": table.compensation,
+        "standstill": STANDSTILL,
+    }
+
+
+def _st(record: FuzzyRecord) -> Json:
+    """An adaptation is left out: the block holds the table that it starts from and says so."""
+    constants: Json = {"integral_gain": record.integral_gain, "sample_time": record.sample_time_s}
+    table = record.table()
+    for name, terms in (("error", table.error_terms), ("error_change", table.change_terms)):
+        left, centre, right = zip(*terms, strict=True)
+        # The outermost edges are infinite and not read.
+        constants[f"{name}_left"] = [0.0, *left[1:]]
+        constants[f"{name}_centre"] = list(centre)
+        constants[f"{name}_right"] = [*right[:-1], 0.0]
+    within = ["degree", "error_change", "new_action", "new_integral"]
+    low = record.low_velocity
+    if low:
+        within += ["v", "compensation"]
+        constants |= {
+            "forward": low.forward,
+            "backward": low.backward,
+            "breakaway": low.breakaway,
+            "highest_velocity": low.highest_velocity_mm_s,
+            "smallest_error": low.smallest_error,
+            "blu": low.blu_mm,
+        }
+    return {
+        "constants": constants,
+        "remembered": ["previous_error", "control_action", "integral"],
+        "within": within,
+        "units": units(record),
+        "form": record.control_form(),
+        "leaves_out": record.adapts,
+    }
+
+
 RULES = RuleBase(units, inputs, about, notes, tables)
-EXPLAIN = Explain(
-    signals, remember, shown, lambda record: record.held(), {"error_change": "previous_error"}
-)
+EXPLAIN = Explain(signals, remember, shown, changes={"error_change": "previous_error"})
+C = Template((HERE,), c_values)
+ST = Template((HERE,), _st)
