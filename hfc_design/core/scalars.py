@@ -7,7 +7,7 @@ all three. Never imports JAX.
 
 import math
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,3 +48,11 @@ def total(values: Iterable[Scalar]) -> Scalar:
     for value in others:
         first = first + value
     return first
+
+
+def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list[list[Any]]:
+    """Rows of ``function`` of what stands at the same place in tables of rows."""
+    return [
+        [function(*values) for values in zip(*rows, strict=True)]
+        for rows in zip(*tables, strict=True)
+    ]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from lifted import controller_of
 
-from hfc_design.controllers.hierarchical.record import AdaptationRecord
+from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
@@ -39,7 +39,7 @@ def design_of(kp, kd, names, units):
                 "pd": {"kp": kp, "kd": kd},
                 "inputs": [{"name": name, "scale": SIX_INPUTS[name]} for name in names],
                 "output_scale": 10.0,
-                "terms": [term._asdict() for term in LIN_LEE_TERMS],
+                "terms": [term.model_dump() for term in LIN_LEE_TERMS],
                 "units": [
                     {"id": k, "column_input": column, "row_input": row, "consequents": table}
                     for k, (column, row, table) in enumerate(units)
@@ -106,7 +106,7 @@ def test_equals_the_loop_on_random_designs(inputs, random_population):
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
 def test_equals_the_loop_where_the_root_adapts(name, scale):
     design = load_design(name)
-    record = AdaptationRecord(k_c=1e-3, largest_move=0.5, error_scale=scale)
+    record = Adaptation(k_c=1e-3, largest_move=0.5, error_scale=scale)
     controller = design.controller.model_copy(update={"adaptation": record})
     adapting = design.model_copy(update={"controller": controller})
     compiled, found, *_ = replayed(adapting, "c-axis-ramp-cutting")

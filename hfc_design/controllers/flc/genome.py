@@ -15,7 +15,7 @@ from hfc_design.controllers.genome import some, taken
 from hfc_design.controllers.kind import Target, per_axis
 from hfc_design.core.records import TERMS
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own, Triangles
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Own, Triangles
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -43,10 +43,6 @@ class FuzzyTables(NamedTuple):
     singletons: Floats  # (n, 7, 7), units of the command
     k_i: Floats  # (n,) [units/(BLU s)]
     share: Floats  # (n,) K_1 limit of the table, in shares of the stable range's K_1
-
-    def take(self, chosen: Integers | Mask | slice) -> "FuzzyTables":
-        """The individuals that an index array, a mask or a slice chooses."""
-        return taken(self, chosen)
 
 
 class FuzzyGenome(NamedTuple):
@@ -90,7 +86,7 @@ class FuzzyGenome(NamedTuple):
     def fresh(self, tree: Integers, rng: np.random.Generator) -> FuzzyTables:
         """The start, and the start with other widths, heights, gains and noise."""
         count = len(tree)
-        found = self.empty().take(np.zeros(count, int))
+        found = taken(self.empty(), np.zeros(count, int))
         near = rng.random(count)  # 0: as the start
         near[0] = 0.0
         factor = np.exp(near[:, None] * rng.standard_normal((count, 3)))

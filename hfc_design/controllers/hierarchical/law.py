@@ -17,8 +17,8 @@ from hfc_design.controllers.hierarchical.unit import (
 from hfc_design.core.scalars import Xp, clipped
 from hfc_design.core.shapes import Degrees, Floats, RuleTable, Scalar
 
-#: (table, degrees of the column, of the row) -> the root's table as it is by now.
-Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], RuleTable]
+#: (root's table at first, degrees of the column, of the row) -> it as it is by now, its memory.
+Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
@@ -118,8 +118,8 @@ def parts(
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
     degrees = partial(memberships, xp, layout.terms)
-    kept, learnt = _learning(xp, layout, gains, memory, signals["error"])
-    units = outputs(xp, degrees, gains, values, learnt)
+    learnt = _learning(xp, layout, gains, memory, signals["error"])
+    units, root = outputs(xp, degrees, gains, values, learnt)
     found = HierarchyParts(
         readings,
         scaled,
@@ -129,28 +129,21 @@ def parts(
         layout.output_scale * units[-1].output,
     )
     remembered = {name: signals[name] for name in layout.remembered}
-    return found, HierarchicalMemory(remembered, kept[-1])
+    return found, HierarchicalMemory(remembered, root)
 
 
 def _learning(
     xp: Xp, layout: Layout, gains: HierarchicalGains, memory: HierarchicalMemory, error: Scalar
-) -> tuple[list[root_unit.RootMemory | None], Learnt | None]:
-    """What makes the root's table what it is by now; the root's new memory comes last in a list."""
-    adaptation, before = layout.adaptation, memory.root
-    kept = [before]
-    if adaptation is None or before is None:
-        return kept, None
+) -> Learnt | None:
+    """What makes the root's table what it is by now; None where the root does not adapt."""
+    adaptation = layout.adaptation
+    if adaptation is None or memory.root is None:
+        return None
     scale = adaptation.error_scale
     if scale is None:
         scale = gains.scales[layout.inputs.index("error")]
     graded = memberships(xp, layout.terms, clipped(xp, scale * error, -1.0, 1.0))
-
-    def learnt(table: RuleTable, in_column: Degrees, in_row: Degrees) -> RuleTable:
-        now, root = root_unit.step(xp, adaptation, table, before, graded, in_column, in_row)
-        kept.append(root)
-        return now
-
-    return kept, learnt
+    return partial(root_unit.step, xp, adaptation, memory.root, graded)
 
 
 def outputs(
@@ -159,17 +152,15 @@ def outputs(
     gains: HierarchicalGains,
     inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
-) -> list[Firing]:
-    """What every unit makes of the clamped ``inputs``, the root last.
-
-    ``learnt(table, in_column, in_row)`` gives the root's table as it is by now.
-    """
-    values, units = list(inputs), []
+) -> tuple[list[Firing], root_unit.RootMemory | None]:
+    """What every unit makes of the clamped ``inputs``, the root last, and what it remembers."""
+    values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
     for k, ((column, row), start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
         seen = picked(xp, values, column), picked(xp, values, row)
         in_column, in_row = (degrees(u) for u in seen)
-        table = learnt(start, in_column, in_row) if learnt and k == last else start
+        own = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
+        table, remembered = own
         values.append(averaged(xp, table, in_column, in_row))
         units.append(Firing(*seen, in_column, in_row, table, values[-1]))
-    return units
+    return units, remembered

@@ -5,34 +5,35 @@ a factor of five. ``xp`` as in ``core.scalars``. Never imports JAX.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
+from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.scalars import Xp, total
 from hfc_design.core.shapes import Degrees, RuleTable, Scalar
 
 
-class Term(NamedTuple):
+class Term(Record):
     """A linguistic term on the normalised universe: a Gaussian with a flat top.
 
     Lin & Lee 1999, eq. 3. It is MATLAB's ``gauss2mf`` and fuzzylite's ``GaussianProduct`` with
     shoulders at ``centre -/+ half_width`` and sigma = 1/sqrt(2 rate).
     """
 
-    label: str
-    centre: float
-    half_width: float
-    rate: float
+    label: Label
+    centre: Finite
+    half_width: NotNegative
+    rate: Positive
 
 
 #: The seven terms of every input in Lin & Lee 1999 (eq. 3a-3g).
 LIN_LEE_TERMS: tuple[Term, ...] = (
-    Term("f1", -1.0, 0.1, 4.0),
-    Term("f2", -0.6, 0.05, 8.0),
-    Term("f3", -0.2, 0.0, 32.0),
-    Term("f4", 0.0, 0.0, 32.0),
-    Term("f5", 0.2, 0.0, 32.0),
-    Term("f6", 0.6, 0.05, 8.0),
-    Term("f7", 1.0, 0.1, 4.0),
+    Term(label="f1", centre=-1.0, half_width=0.1, rate=4.0),
+    Term(label="f2", centre=-0.6, half_width=0.05, rate=8.0),
+    Term(label="f3", centre=-0.2, half_width=0.0, rate=32.0),
+    Term(label="f4", centre=0.0, half_width=0.0, rate=32.0),
+    Term(label="f5", centre=0.2, half_width=0.0, rate=32.0),
+    Term(label="f6", centre=0.6, half_width=0.05, rate=8.0),
+    Term(label="f7", centre=1.0, half_width=0.1, rate=4.0),
 )
 
 #: What gives the degrees of a scalar in the terms.

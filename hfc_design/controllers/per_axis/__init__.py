@@ -3,8 +3,8 @@
 from typing import Any
 
 from hfc_design.controllers.controller import PerAxis
-from hfc_design.controllers.kind import Kind, Limits, Shown, later
-from hfc_design.controllers.per_axis.record import PerAxisDesign, PerAxisSettings, kinds
+from hfc_design.controllers.kind import Kind, Limits, Shown, kinds, later
+from hfc_design.controllers.per_axis.record import PerAxisDesign, PerAxisSettings
 from hfc_design.core.records import UserError
 
 
@@ -19,11 +19,9 @@ def _controller(record: PerAxisDesign, limits: Limits) -> PerAxis:
 
 def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
     """Those of each axis, with its name before their titles."""
-    from hfc_design.controllers.gains.section import sections
-
     found = []
     for axis, own in record.axes.items():
-        told = (kinds().get(own.kind).sections or sections)(own, shown.of(axis))
+        told = kinds().get(own.kind).sections(own, shown.of(axis))
         found += [section._replace(title=f"{axis.upper()}: {section.title}") for section in told]
     return found
 
@@ -35,7 +33,7 @@ KIND = Kind(
     settings=PerAxisSettings,
     gains=PerAxisDesign.gains,
     controller=_controller,
-    genome=later("hfc_design.controllers.per_axis.genome", "genome_of"),
+    genome=later("hfc_design.controllers.per_axis.genome", "PerAxisGenome"),
     axes=lambda record: record.axes,
     sections=_sections,
 )

@@ -1,21 +1,13 @@
 """A controller of its own for every axis, in a design file and in a scenario. Never imports JAX."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, SerializeAsAny, model_validator
 
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
-from hfc_design.core.plugins import Group, chosen
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, kinds
+from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label
 from hfc_design.core.shapes import Gains, Plain
-
-
-def kinds() -> Group[Any]:
-    """Every kind, this one too."""
-    from hfc_design.controllers.kinds import KINDS  # which finds this folder
-
-    return KINDS
-
 
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
