@@ -91,14 +91,12 @@ def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float
 
 def taken(population: AnyPopulation, chosen: Integers | Mask | slice) -> AnyPopulation:
     """The individuals that an index array, a mask or a slice chooses."""
-    found: AnyPopulation = _mapped(lambda array: array[chosen], population)
-    return found
+    return _mapped(lambda array: array[chosen], population)
 
 
 def joined(*populations: AnyPopulation) -> AnyPopulation:
     """Populations one after the other."""
-    found: AnyPopulation = _mapped(lambda *parts: np.concatenate(parts), *populations)
-    return found
+    return _mapped(lambda *parts: np.concatenate(parts), *populations)
 
 
 def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
@@ -109,8 +107,7 @@ def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> 
         array[places] = values
         return array
 
-    found: AnyPopulation = _mapped(changed, population, by)
-    return found
+    return _mapped(changed, population, by)
 
 
 def _mapped(function: Callable[..., Any], *trees: Any) -> Any:

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy.stats
-from hierarchies import searched_of
+from hierarchies import searched_of, valid
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import LIN_LEE_INPUTS
@@ -30,7 +30,7 @@ def started(seed=0, **settings):
 def counts(trees):
     """How often each tree was drawn, and how often if valid genes are equally likely."""
     everything = np.array(list(itertools.product(range(8), repeat=5)))
-    genes = everything[hierarchy.valid(everything)].tolist()
+    genes = everything[valid(everything)].tolist()
     index = {tree: k for k, tree in enumerate(hierarchy.trees(5))}
     share = np.bincount([index[hierarchy.decode(gene)] for gene in genes]) / len(genes)
     common = share * len(trees) > 5  # a chi-square test wants more than five in each class

@@ -11,7 +11,7 @@ import numpy as np
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
 from hfc_design.controllers.aflc.code import ADAPTATION
 from hfc_design.controllers.hierarchical.law import PREVIOUS, outputs
-from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
 from hfc_design.controllers.hierarchical.unit import Graded, memberships
@@ -24,21 +24,18 @@ HERE = Path(__file__).parent / "templates"
 
 
 def _c(record: HierarchicalDesign) -> Json:
-    inputs, previous = [], []
-    for item in record.inputs:
-        read = "inputs->" + identifier(item.name)
-        if item.name.startswith(PREVIOUS):
-            previous.append(identifier(item.name.removeprefix(PREVIOUS)))
-            read = "state->previous_" + previous[-1]
-        inputs.append({"scale": item.scale, "read": read})
     adaptation = record.adaptation
     scales = {item.name: item.scale for item in record.inputs}
+    places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
     return {
         "exponential": True,
         "lookup": None,
         "pd": record.pd,
-        "inputs": inputs,
-        "previous": previous,
+        "inputs": [
+            {"scale": scale, "read": place + identifier(name)}
+            for place, (name, scale) in zip(places, scales.items(), strict=True)
+        ],
+        "previous": list(map(identifier, layout_of(record).remembered)),
         "terms": record.terms,
         "units": [
             unit._asdict() | {"sources": sources}
@@ -46,11 +43,7 @@ def _c(record: HierarchicalDesign) -> Json:
         ],
         "output_scale": record.output_scale,
         "adaptation": adaptation
-        and {
-            "k_c": adaptation.k_c,
-            "largest_move": adaptation.largest_move,
-            "error_scale": adaptation.error_scale or scales["error"],
-        },
+        and {"error_scale": scales.get("error")} | adaptation.model_dump(exclude_none=True),
         "fired": FIRED,
         "alike": ALIKE,
         "performance": PERFORMANCE,
