@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 
 from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
-from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
 from hfc_design.controllers.genome import Genome, taken
 from hfc_design.controllers.kind import (
     ControllerRecord,

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.gains.law import Range
+from hfc_design.controllers.gains import GainsSettings, Range
 from hfc_design.controllers.genome import Genome, some
 from hfc_design.controllers.kind import Target, kinds
 from hfc_design.core.shapes import Floats, Gains, Integers, Json

@@ -7,7 +7,7 @@ import numpy as np
 
 from hfc_design.controllers.genome import Genome, Members, taken
 from hfc_design.controllers.kind import Target, kinds
-from hfc_design.controllers.per_axis.record import PerAxisSettings
+from hfc_design.controllers.per_axis import PerAxisSettings
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats, Gains, Integers, Json
 
@@ -46,13 +46,10 @@ class PerAxisGenome(Genome):
         """The structure of each axis, (n,)."""
         return np.unravel_index(tree, self.counts)
 
-    def _each(self, what: str, *arguments: Any) -> tuple[Any, ...]:
-        """What the method ``what`` of every axis' genome makes of its share of the arguments."""
-        parts = zip(self.axes, *arguments, strict=True)
-        return tuple(getattr(genome, what)(*own) for genome, *own in parts)
-
-    def _all(self, value: Any) -> tuple[Any, ...]:
-        return (value,) * len(self.axes)
+    def _each(self, what: str, *parts: Any, shared: tuple[Any, ...] = ()) -> tuple[Any, ...]:
+        """What the method ``what`` of every axis' genome makes of its parts and what all share."""
+        each = zip(self.axes, *parts, strict=True)
+        return tuple(getattr(genome, what)(*own, *shared) for genome, *own in each)
 
     def empty(self) -> SideBySide:
         """One individual of each combination."""
@@ -61,20 +58,20 @@ class PerAxisGenome(Genome):
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> SideBySide:
         """First individuals with the given structures."""
-        return SideBySide(tree, self._each("fresh", self._trees(tree), self._all(rng)))
+        return SideBySide(tree, self._each("fresh", self._trees(tree), shared=(rng,)))
 
     def mutated(self, population: SideBySide, step: Floats, rng: np.random.Generator) -> SideBySide:
         """The individuals changed by relative steps (n,)."""
-        shared = self._all(step), self._all(rng)
-        return SideBySide(population.tree, self._each("mutated", population.axes, *shared))
+        found = self._each("mutated", population.axes, shared=(step, rng))
+        return population._replace(axes=found)
 
     def blended(self, one: SideBySide, other: SideBySide, share: Floats) -> SideBySide:
         """``one`` moved by ``share`` (n,) of the way to ``other``."""
-        return SideBySide(one.tree, self._each("blended", one.axes, other.axes, self._all(share)))
+        return one._replace(axes=self._each("blended", one.axes, other.axes, shared=(share,)))
 
     def nudged(self, population: SideBySide, rng: np.random.Generator) -> SideBySide:
         """Every axis with a number a millionth off."""
-        return SideBySide(population.tree, self._each("nudged", population.axes, self._all(rng)))
+        return population._replace(axes=self._each("nudged", population.axes, shared=(rng,)))
 
     def gains(self, population: SideBySide) -> tuple[Gains, ...]:
         """The gains of each axis."""
