@@ -47,7 +47,7 @@ def make(individuals: int, samples: int, seed: int = 0) -> Work:
     (axis,) = happens.axes
     (machine,) = scenario.plant.values()
     layout = layout_of(scenario.controller)
-    terms = np.array([(term.centre, term.half_width, term.rate) for term in layout.terms]).T
+    terms = np.array([term[1:] for term in layout.terms]).T
     constants = Constants(
         happens.sample_time, layout.output_scale, fitness.error, fitness.error_rate
     )

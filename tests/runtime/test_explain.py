@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, builtin_designs
 from hfc_design.files.machine import PlantSettings
@@ -92,7 +92,7 @@ def test_a_unit_of_a_hierarchy_by_hand():
                     {"name": "previous_spindle_velocity", "scale": 10.0},
                 ],
                 "output_scale": 10.0,
-                "terms": [term.model_dump() for term in LIN_LEE_TERMS],
+                "terms": [term._asdict() for term in LIN_LEE_TERMS],
                 "units": [
                     {
                         "id": 0,

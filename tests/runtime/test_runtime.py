@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from lifted import controller_of
 
+from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
@@ -39,7 +39,7 @@ def design_of(kp, kd, names, units):
                 "pd": {"kp": kp, "kd": kd},
                 "inputs": [{"name": name, "scale": SIX_INPUTS[name]} for name in names],
                 "output_scale": 10.0,
-                "terms": [term.model_dump() for term in LIN_LEE_TERMS],
+                "terms": [term._asdict() for term in LIN_LEE_TERMS],
                 "units": [
                     {"id": k, "column_input": column, "row_input": row, "consequents": table}
                     for k, (column, row, table) in enumerate(units)

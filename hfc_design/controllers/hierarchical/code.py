@@ -10,11 +10,10 @@ import numpy as np
 
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
 from hfc_design.controllers.aflc.code import ADAPTATION
-from hfc_design.controllers.hierarchical.law import PREVIOUS, outputs
+from hfc_design.controllers.hierarchical.law import PREVIOUS, Graded, memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
-from hfc_design.controllers.hierarchical.unit import Graded, memberships
 from hfc_design.controllers.kind import Template
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.scalars import ARRAYS
@@ -96,7 +95,7 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
     """The table over all values that an input or an earlier unit of ``design`` can take."""
     read = [0.0, *np.ravel([unit.consequents for unit in design.units[:-1]])]
     low, high = float(min(-1.0, *read)), float(max(1.0, *read))
-    terms = design.terms
+    terms = layout_of(design).terms
 
     def exact(u: Floats) -> list[Floats]:
         return memberships(ARRAYS, terms, u)

@@ -164,7 +164,7 @@ def vectors(population: Hierarchies) -> Floats:
 def from_vectors(parameters: Floats, like: Hierarchies) -> Hierarchies:
     """The individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
     count = len(parameters)
-    shapes = [array.shape[1:] for array in like[1:]]
-    parts = np.split(parameters, np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1], axis=1)
-    arrays = (part.reshape(count, *shape) for part, shape in zip(parts, shapes, strict=True))
+    ends = np.cumsum([array[0].size for array in like[1:]])
+    parts = zip(np.split(parameters, ends[:-1], axis=1), like[1:], strict=True)
+    arrays = (part.reshape(count, *array.shape[1:]) for part, array in parts)
     return Hierarchies(np.repeat(like.tree[:1], count), *arrays)

@@ -1,4 +1,9 @@
-"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2). Never imports JAX."""
+"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2).
+
+One unit has linguistic terms, a singleton rule table and centre-average defuzzification. Written
+for scalars and unrolled: inside the closed loop an array of seven memberships would cost a factor
+of five. ``xp`` as in ``core.scalars``. Never imports JAX.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -7,16 +12,11 @@ from typing import NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Sources, picked
-from hfc_design.controllers.hierarchical.unit import (
-    LIN_LEE_TERMS,
-    Graded,
-    Term,
-    averaged,
-    memberships,
-)
-from hfc_design.core.scalars import Xp, clipped
+from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.core.shapes import Degrees, Floats, RuleTable, Scalar
 
+#: What gives the degrees of a scalar in the terms.
+Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
 #: (root's table at first, degrees of the column, of the row) -> it as it is by now, its memory.
 Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
@@ -29,6 +29,31 @@ LIN_LEE_INPUTS = {
     "spindle_velocity": 20.0,
     "previous_spindle_velocity": 10.0,
 }
+
+
+class Term(NamedTuple):
+    """A linguistic term on the normalised universe: a Gaussian with a flat top.
+
+    Lin & Lee 1999, eq. 3. It is MATLAB's ``gauss2mf`` and fuzzylite's ``GaussianProduct`` with
+    shoulders at ``centre -/+ half_width`` and sigma = 1/sqrt(2 rate).
+    """
+
+    label: str
+    centre: float
+    half_width: float
+    rate: float
+
+
+#: The seven terms of every input in Lin & Lee 1999 (eq. 3a-3g).
+LIN_LEE_TERMS: tuple[Term, ...] = (
+    Term("f1", -1.0, 0.1, 4.0),
+    Term("f2", -0.6, 0.05, 8.0),
+    Term("f3", -0.2, 0.0, 32.0),
+    Term("f4", 0.0, 0.0, 32.0),
+    Term("f5", 0.2, 0.0, 32.0),
+    Term("f6", 0.6, 0.05, 8.0),
+    Term("f7", 1.0, 0.1, 4.0),
+)
 
 
 class Layout(NamedTuple):
@@ -90,6 +115,37 @@ class HierarchyParts(NamedTuple):
     def command(self) -> Scalar:
         """The sum (LL eq. 6)."""
         return self.proportional + self.derivative + self.fuzzy
+
+
+def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
+    """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
+    distance = u - term.centre
+    if term.half_width:
+        outside = abs(distance) - term.half_width
+        distance = xp.where(outside > 0.0, outside, 0.0)
+    return xp.decay((-term.rate * distance) * distance)
+
+
+def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
+    """Degrees of scalar ``u`` in every term."""
+    return [membership(xp, term, u) for term in terms]
+
+
+def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees) -> Scalar:
+    """Output of one unit from the degrees of its two inputs (LL eq. 4).
+
+    ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
+    Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
+    the universe that every membership underflows) the output is 0.
+    """
+    weighted = 0.0
+    for degree, singletons in zip(in_row, consequents, strict=True):
+        inner = total(d * s for d, s in zip(in_column, singletons, strict=True))
+        weighted = weighted + degree * inner
+    firing = total(in_column) * total(in_row)
+    # The division comes last: what ends in a division the compiler computes once, what ends in
+    # a selection it would repeat in everything that uses it.
+    return xp.ratio(weighted, xp.where(firing > 0.0, firing, 1.0))
 
 
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:

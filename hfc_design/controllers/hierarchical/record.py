@@ -9,18 +9,17 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_INPUTS,
+    LIN_LEE_TERMS,
     PREVIOUS,
     HierarchicalGains,
     Layout,
+    Term,
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, Term
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
-from hfc_design.core.records import TERMS, Finite, Label, Positive, Record, Table
+from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 from hfc_design.core.shapes import Json
-
-Terms = Annotated[tuple[Term, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 class PdRecord(Record):
@@ -38,6 +37,18 @@ class InputRecord(Record):
 
 
 Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_INPUTS)]
+
+
+class TermRecord(Record):
+    """One linguistic term: a Gaussian with a flat top (LL eq. 3)."""
+
+    label: Label
+    centre: Finite
+    half_width: NotNegative
+    rate: Positive
+
+
+Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 class UnitRecord(Record):
@@ -124,7 +135,7 @@ class HierarchicalSettings(ControllerSettings):
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     inputs: Inputs = tuple(InputRecord(name=k, scale=x) for k, x in LIN_LEE_INPUTS.items())
     output_scale: Positive = 10.0
-    terms: Terms = LIN_LEE_TERMS
+    terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
     adaptation: Adaptation | None = None  # of the root; None: its table stays
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
@@ -148,7 +159,8 @@ class HierarchicalSettings(ControllerSettings):
 def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     """What is no number of a design, and what a search for one leaves alone."""
     names = tuple(item.name for item in described.inputs)
-    return Layout(names, described.output_scale, described.terms, described.adaptation)
+    terms = tuple(Term(**term.model_dump()) for term in described.terms)
+    return Layout(names, described.output_scale, terms, described.adaptation)
 
 
 class Bounds(NamedTuple):
@@ -163,8 +175,7 @@ class Bounds(NamedTuple):
 
 def bounds_of(search: Any) -> Bounds:
     """The bounds that the settings of a search have, else the defaults."""
-    found = {key: getattr(search, key) for key in Bounds._fields if hasattr(search, key)}
-    return Bounds()._replace(**found)
+    return Bounds(**{key: getattr(search, key) for key in Bounds._fields if hasattr(search, key)})
 
 
 def input_names(signals: list[str]) -> list[str]:

@@ -63,13 +63,12 @@ def step(
         index = xp.where(memory.term == k - ZR, value, index)
     table = each(add, consequents, memory.moves)
     guilty = _guilty(xp, memory, table, xp.once(index))
-    size = law.k_c * abs(index)
+    size, largest = law.k_c * abs(index), law.largest_move
     # Down where a positive error fell too far or a negative one too slowly.
     shift = xp.once(xp.where(memory.term * index > 0.0, -size, size))
 
     def moved(move: Scalar, blamed: Truth) -> Scalar:
-        move = move + xp.where(blamed, shift, 0.0)
-        return clipped(xp, move, -law.largest_move, law.largest_move)
+        return clipped(xp, move + xp.where(blamed, shift, 0.0), -largest, largest)
 
     moves = tuple(map(tuple, each(moved, memory.moves, guilty)))
     return each(add, consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
@@ -84,7 +83,7 @@ def _guilty(xp: Xp, memory: RootMemory, table: RuleTable, index: Scalar) -> list
     """
     least = xp.once(FIRED * total(memory.in_row) * total(memory.in_column))
     firing = [[r * c for c in memory.in_column] for r in memory.in_row]
-    fired = each(lambda f: f > least, firing)
+    fired = [[f > least for f in row] for row in firing]
     weights = each(lambda active, f: xp.where(active, f, 0.0), fired, firing)
     weighted = total(
         total(w * u for w, u in zip(*rows, strict=True))

@@ -3,8 +3,7 @@
 import math
 
 from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
-from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord
-from hfc_design.controllers.hierarchical.unit import Term
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.rules import (
     FlatGaussian,
@@ -35,7 +34,7 @@ def units(record: HierarchicalDesign) -> list[RuleUnit]:
     ]
 
 
-def _flat(term: Term) -> FlatGaussian:
+def _flat(term: TermRecord) -> FlatGaussian:
     low, high = term.centre - term.half_width, term.centre + term.half_width
     return FlatGaussian(term.label, low, high, 1.0 / math.sqrt(2.0 * term.rate))
 

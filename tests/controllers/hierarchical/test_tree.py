@@ -8,6 +8,7 @@ import oracle
 import pytest
 from hierarchies import encode, valid
 
+from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS, averaged, memberships
 from hfc_design.controllers.hierarchical.tree import (
     Unit,
     decode,
@@ -16,7 +17,6 @@ from hfc_design.controllers.hierarchical.tree import (
     trees,
     unit_count,
 )
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, averaged, memberships
 from hfc_design.core.lanes import LANES
 from hfc_design.files.pairing import load_design
 

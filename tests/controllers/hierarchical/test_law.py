@@ -7,7 +7,7 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design.controllers.hierarchical.unit import (
+from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_TERMS,
     Term,
     averaged,
@@ -78,10 +78,7 @@ def test_inference_is_the_sum_over_49_rules():
 
 
 def test_other_terms_than_the_papers():
-    terms = [
-        Term(label=f"t{k}", centre=0.3 * k - 1.0, half_width=0.02 * k, rate=5.0 + k)
-        for k in range(7)
-    ]
+    terms = [Term(f"t{k}", 0.3 * k - 1.0, 0.02 * k, 5.0 + k) for k in range(7)]
     column, row = 0.17, -0.43
     degrees = [
         [exp(-t.rate * max(abs(u - t.centre) - t.half_width, 0.0) ** 2) for t in terms]
