@@ -94,12 +94,9 @@ def _flatten(root: Node, inputs: int) -> Tree:
     place(root, 0)
     placed.sort(key=lambda item: -item[0])
     order = {heap_id: inputs + k for k, (heap_id, _) in enumerate(placed)}
-
-    def source(child: Node, heap_id: int) -> int:
-        return child if isinstance(child, int) else order[heap_id]
-
     return tuple(
-        Unit(n, source(node[0], 2 * n + 1), source(node[1], 2 * n + 2)) for n, node in placed
+        Unit(n, order.get(2 * n + 1, node[0]), order.get(2 * n + 2, node[1]))  # a unit, or a leaf
+        for n, node in placed
     )
 
 
