@@ -9,6 +9,7 @@ from work import Constants, Machine, Work
 from hfc_design.controllers.controller import PerAxis
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, hierarchical
+from hfc_design.controllers.hierarchical.record import layout_of
 from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.simulation import population as simulate
@@ -21,7 +22,7 @@ SPREAD = 0.1  # of the consequents inside every published rule table
 def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     """A function that scores all individuals, (individuals,), as a search calls it."""
     scenario = _scenario(work.reference.size)
-    law = hierarchical(scenario.controller.layout(), scenario.simulation.sample_time_s)
+    law = hierarchical(layout_of(scenario.controller), scenario.simulation.sample_time_s)
     loop = closed_loop(scenario, PerAxis(scenario.controller.kind, (law,)))
     machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
@@ -45,7 +46,7 @@ def make(individuals: int, samples: int, seed: int = 0) -> Work:
     happens, fitness = scenario.samples(), scenario.fitness
     (axis,) = happens.axes
     (machine,) = scenario.plant.values()
-    layout = scenario.controller.layout()
+    layout = layout_of(scenario.controller)
     terms = np.array([term[1:] for term in layout.terms]).T
     constants = Constants(
         happens.sample_time, layout.output_scale, fitness.error, fitness.error_rate

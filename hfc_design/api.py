@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 
 from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
-from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
+from hfc_design.controllers.genome import Genome, taken
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
@@ -192,7 +192,8 @@ __all__ += [
     "View",
 ]
 __all__ += ["Xp", "clipped", "coupled", "genome_of_gains", "held", "only_positive", "per_axis"]
-__all__ += ["register", "rk4", "settings_of", "side_by_side", "strategies", "total"]
+__all__ += ["Genome", "register", "rk4", "settings_of", "side_by_side", "strategies", "taken"]
+__all__ += ["total"]
 # What is loaded, searched, evaluated and written.
 __all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]
 __all__ += ["Scenario", "Search", "UserError", "design", "evaluate", "evaluate_many", "export"]

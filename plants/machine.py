@@ -32,6 +32,10 @@ class Machine:
     #: None: no axis feels another one.
     forces: Forces | None = None
 
+    def only(self, k: int) -> "Machine":
+        """Axis ``k`` alone."""
+        return Machine(self.name, (self.axes[k],), (self.drives[k],))
+
     def coefficients(self, parameters: Each) -> Each:
         """What a step needs of the parameters of each axis."""
         pairs = zip(self.drives, parameters, strict=True)

@@ -1,12 +1,15 @@
 """What a search strategy needs to know of what it varies."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol, Self, TypeAlias, TypeVar
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
+from hfc_design.controllers.kind import Target, kinds
+from hfc_design.core.records import checked
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own
 
 
 class Population(Protocol):
@@ -16,13 +19,8 @@ class Population(Protocol):
     def tree(self) -> Integers:
         """(n,) structure of each individual, from 0 on."""
 
-    def take(self, chosen: Integers | Mask | slice) -> Self:
-        """The individuals that an index array, a mask or a slice chooses."""
-
 
 AnyPopulation = TypeVar("AnyPopulation", bound=Population)
-
-
 #: The individuals of a genome's own kind, a ``Population``.
 Members: TypeAlias = Any
 
@@ -40,16 +38,25 @@ class Space(NamedTuple):
 class Genome(Protocol):
     """Individuals of one kind of controller: how they begin, vary and become a controller.
 
-    One whose individuals are points too says so by a method ``space() -> Space``.
+    The base of every kind's genome. One whose individuals are points too says so by a method
+    ``space() -> Space``.
     """
+
+    settings: Own  # the ``ControllerSettings`` of the kind
+    target: Target
+    structures: int = 1  # how many there are
+
+    def __init__(self, settings: Own, target: Target):
+        self.settings, self.target = settings, target
 
     @property
     def controller(self) -> Controller:
-        """The controller whose gains are searched."""
-
-    @property
-    def structures(self) -> int:
-        """How many structures there are."""
+        """The controller whose gains are searched: that of any individual."""
+        kind = kinds().get(self.settings.kind)
+        one = self.record(taken(self.empty(), slice(1)))
+        whole = {"sample_time_s": self.target.sample_time, **one}
+        record = checked(kind.record, whole, "controller", Path())
+        return kind.controller_of(record, self.target.limits)
 
     def empty(self) -> Members:
         """One individual of each structure that nobody has tried."""
@@ -70,7 +77,8 @@ class Genome(Protocol):
         """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
 
     def notation(self, structure: int) -> str:
-        """A structure as people read it."""
+        """A structure as people read it; of a single one the name of the kind."""
+        return str(self.settings.kind)
 
     def record(self, individual: Members) -> Json:
         """A population of one as the controller of a design file."""
@@ -82,15 +90,13 @@ def some(rng: np.random.Generator, shape: tuple[int, ...], share: Floats | float
 
 
 def taken(population: AnyPopulation, chosen: Integers | Mask | slice) -> AnyPopulation:
-    """The chosen individuals of a NamedTuple of arrays, or of such."""
-    found: AnyPopulation = _mapped(lambda array: array[chosen], population)
-    return found
+    """The individuals that an index array, a mask or a slice chooses."""
+    return _mapped(lambda array: array[chosen], population)
 
 
 def joined(*populations: AnyPopulation) -> AnyPopulation:
     """Populations one after the other."""
-    found: AnyPopulation = _mapped(lambda *parts: np.concatenate(parts), *populations)
-    return found
+    return _mapped(lambda *parts: np.concatenate(parts), *populations)
 
 
 def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> AnyPopulation:
@@ -101,8 +107,7 @@ def replaced(population: AnyPopulation, places: Integers, by: AnyPopulation) -> 
         array[places] = values
         return array
 
-    found: AnyPopulation = _mapped(changed, population, by)
-    return found
+    return _mapped(changed, population, by)
 
 
 def _mapped(function: Callable[..., Any], *trees: Any) -> Any:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
+from hfc_design.core.dotted import flat
+from hfc_design.core.plugins import Group
 from hfc_design.core.records import Positive, Record, UserError
 from hfc_design.core.shapes import Floats, Gains, Json, Memory, Own, Parameters
 
@@ -50,10 +52,9 @@ class Target(NamedTuple):
 
     def of(self, k: int) -> "Target":
         """The same for axis ``k`` alone."""
-        name, drive = self.machine.axes[k], self.machine.drives[k]
-        only = type(self.machine)(self.machine.name, (name,), (drive,))
+        name, own = self.machine.axes[k], (self.parameters[k],)
         limits = {name: self.limits[name]}
-        return self._replace(machine=only, parameters=(self.parameters[k],), limits=limits)
+        return self._replace(machine=self.machine.only(k), parameters=own, limits=limits)
 
 
 class Template(NamedTuple):
@@ -78,14 +79,24 @@ class Shown(NamedTuple):
     def of(self, axis: str) -> "Shown":
         """The same of one axis."""
         k = self.machine.axes.index(axis)
-        machine = type(self.machine)(axis, (axis,), (self.machine.drives[k],))
         own = None if self.signals is None else {axis: self.signals[axis]}
-        return Shown(machine, (self.parameters[k],), own)
+        return Shown(self.machine.only(k), (self.parameters[k],), own)
 
     @property
     def units(self) -> dict[str, str]:
         """Unit of each signal of the first axis."""
         return self.machine.drives[0].units
+
+
+def numbers(record: ControllerRecord, shown: Shown) -> list[Any]:
+    """The section of a report on a controller that says nothing else of itself."""
+    from hfc_design.pictures.section import Listing, Section  # which draw
+
+    own: Json = record.model_dump(exclude={"kind", "sample_time_s"})
+    found = {key.rpartition(".")[2]: value for key, value in flat(own).items()}
+    rows = [[k, f"{x:.6g}"] for k, x in found.items() if isinstance(x, int | float)]
+    listing = Listing(f"Gains of the kind {record.kind}.", ["gain", "value"], rows)
+    return [Section("The controller", "", listing, [])]
 
 
 class Explain(NamedTuple):
@@ -135,8 +146,8 @@ class Kind:
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
     table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
-    #: What a report shows: (record, Shown) -> sections; None: the record's numbers.
-    sections: Callable[[Own, Shown], list[Any]] | None = None
+    #: What a report shows: (record, Shown) -> sections.
+    sections: Callable[[Own, Shown], list[Any]] = numbers
 
     def controller_of(self, record: Own, limits: Limits) -> Controller:
         """The controller of a machine whose axes have these limits of their commands."""
@@ -144,6 +155,13 @@ class Kind:
             return self.controller(record, limits)
         assert self.law is not None  # see fault
         return PerAxis(self.name, tuple(self.law(record, limit) for limit in limits.values()))
+
+
+def kinds() -> Group[Any]:
+    """Every kind by its name."""
+    from hfc_design.controllers.kinds import KINDS  # which finds all that import this
+
+    return KINDS
 
 
 def per_axis(kind: str, law: Callable[[float | None], AxisLaw], target: Target) -> PerAxis:

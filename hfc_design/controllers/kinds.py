@@ -3,8 +3,7 @@
 from typing import Any
 
 from hfc_design import controllers
-from hfc_design.controllers.gains import kind_of
-from hfc_design.controllers.gains.law import Law
+from hfc_design.controllers.gains import Law, kind_of
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind
 from hfc_design.core.plugins import Group, found_in
 

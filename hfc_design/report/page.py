@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hfc_design.controllers.gains import section as gains
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
@@ -141,11 +140,12 @@ def _structures(archive: Archive, scenario: Scenario) -> Listing | None:
 
 def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
     """What there is to say about a controller of this kind."""
-    sections, plant = design.kind.sections or gains.sections, scenario.plant
+    plant = scenario.plant
     # With sensors of the scenario's own nobody knows what the control has measured.
     known = scenario.sensors == SensorSettings() and not own.diverged
     signals = {axis.name: axis.told() for axis in own.axes} if known else None
-    return sections(design.controller, Shown(plant.machine, plant.values(), signals))
+    shown = Shown(plant.machine, plant.values(), signals)
+    return design.kind.sections(design.controller, shown)
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hfc_design import __version__
-from hfc_design.controllers.genome import Genome, Population
+from hfc_design.controllers.genome import Genome, Population, taken
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import sources
 from hfc_design.core.records import checked
@@ -84,8 +84,8 @@ def _finalists(search: Search) -> list[Population]:
     for source in sources:
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
         ranked = order[np.isfinite(source.score[order])]
-        found += [source.population.take(np.array([k])) for k in ranked]
-    return found or [sources[-1].population.take(np.array([0]))]
+        found += [taken(source.population, np.array([k])) for k in ranked]
+    return found or [taken(sources[-1].population, np.array([0]))]
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:

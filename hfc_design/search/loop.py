@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Genome, Population, joined
+from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.core.shapes import Floats, Integers
 from hfc_design.search.strategy import Searcher, State
 
@@ -85,4 +85,4 @@ def _archived(archive: Archive, population: Population, score: Floats) -> Archiv
     scores = np.concatenate([archive.score, score])
     order = np.lexsort((-scores, both.tree))  # stable: on a tie the older one stays
     best = order[np.unique(both.tree[order], return_index=True)[1]]
-    return Archive(both.take(best), scores[best])
+    return Archive(taken(both, best), scores[best])

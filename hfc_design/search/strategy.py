@@ -27,7 +27,7 @@ class StrategySettings(Record):
     """The ``[search]`` of a scenario; each strategy adds keys of its own.
 
     ``stick_penalty`` is what the judge divides by, 0 where a strategy has no such key. The keys
-    of ``controllers.hierarchical.settings.Bounds`` bound what is varied of a hierarchy.
+    of ``controllers.hierarchical.record.Bounds`` bound what is varied of a hierarchy.
     """
 
     preset: str

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main
-from hfc_design.controllers.hierarchical.lookup import lookup
+from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design

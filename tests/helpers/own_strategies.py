@@ -51,14 +51,14 @@ class Climb(NamedTuple):
 
     def ask(self, state, generation, rng):
         count = self.settings.population
-        copies = state.population.take(np.zeros(count, int))
+        copies = hfc.taken(state.population, np.zeros(count, int))
         return state, Asked(self.task.genome.mutated(copies, np.full(count, state.step), rng))
 
     def tell(self, state, asked, score):
         best = np.array([score.argmax()])
         if state is not None and state.score[0] >= score[best[0]]:
             return state._replace(step=0.8 * state.step)
-        return Best(asked.population.take(best), score[best], self.settings.step)
+        return Best(hfc.taken(asked.population, best), score[best], self.settings.step)
 
 RANDOM = hfc.Strategy("random", hfc.StrategySettings, Drawn, Random)
 CLIMB = hfc.Strategy("climb", ClimbSettings, Best, Climb, "a hill climber")

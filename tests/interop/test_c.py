@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from c_program import MAIN, WARNINGS, built, commands
 
-from hfc_design.controllers.hierarchical.lookup import lookup
+from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario

@@ -9,8 +9,8 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
-from hfc_design.controllers.hierarchical.record import AdaptationRecord
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
+from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
+from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, builtin_designs
 from hfc_design.files.machine import PlantSettings
@@ -134,7 +134,7 @@ def test_a_unit_of_a_hierarchy_by_hand():
 def test_the_command_is_the_runtimes_bit_for_bit(name):
     design = load_design(name)
     if design.controller.kind == "pd+hierarchical-fuzzy":
-        design = changed(name, adaptation=AdaptationRecord(largest_move=0.5, k_c=0.1))
+        design = changed(name, adaptation=Adaptation(largest_move=0.5, k_c=0.1))
     now, _ = read_signals(design)
     size = 20.0 if design.plant.name == "feed-drive" else 0.02
     random = np.random.default_rng(3)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from lifted import controller_of
 
-from hfc_design.controllers.hierarchical.record import AdaptationRecord
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS
+from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
+from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
@@ -106,7 +106,7 @@ def test_equals_the_loop_on_random_designs(inputs, random_population):
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
 def test_equals_the_loop_where_the_root_adapts(name, scale):
     design = load_design(name)
-    record = AdaptationRecord(k_c=1e-3, largest_move=0.5, error_scale=scale)
+    record = Adaptation(k_c=1e-3, largest_move=0.5, error_scale=scale)
     controller = design.controller.model_copy(update={"adaptation": record})
     adapting = design.model_copy(update={"controller": controller})
     compiled, found, *_ = replayed(adapting, "c-axis-ramp-cutting")

@@ -5,15 +5,14 @@ import itertools
 import numpy as np
 import pytest
 import scipy.stats
+from hierarchies import searched_of, valid
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
-from hfc_design.controllers.hierarchical.law import Layout
-from hfc_design.controllers.hierarchical.settings import Bounds
+from hfc_design.controllers.hierarchical.law import LIN_LEE_INPUTS
 from hfc_design.search.strategies.lin_lee import LinLee, LinLeeSettings, two_point
 from hfc_design.search.strategy import Task
 
-GENOME = HierarchicalGenome(Bounds(), Layout(), (10.0,) * 5, None)
+GENOME = searched_of(LIN_LEE_INPUTS)
 
 
 def bits(text):
@@ -31,7 +30,7 @@ def started(seed=0, **settings):
 def counts(trees):
     """How often each tree was drawn, and how often if valid genes are equally likely."""
     everything = np.array(list(itertools.product(range(8), repeat=5)))
-    genes = everything[hierarchy.valid(everything)].tolist()
+    genes = everything[valid(everything)].tolist()
     index = {tree: k for k, tree in enumerate(hierarchy.trees(5))}
     share = np.bincount([index[hierarchy.decode(gene)] for gene in genes]) / len(genes)
     common = share * len(trees) > 5  # a chi-square test wants more than five in each class
@@ -139,7 +138,7 @@ def test_half_of_the_bits_flip():
 
 
 def test_two_inputs_have_one_structure_and_no_bits_to_cross():
-    genome = HierarchicalGenome(Bounds(), Layout(("error", "velocity")), (10.0,) * 2, None)
+    genome = searched_of(("error", "velocity"))
     search = LinLee(LinLeeSettings(structure_crossover=1.0), Task(genome))
     rng = np.random.default_rng(0)
     state, asked = search.start(rng)

@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
+from hierarchies import searched_of
 
-from hfc_design.controllers.genome import joined
+from hfc_design.controllers.genome import joined, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import (
-    HierarchicalGenome,
     Hierarchies,
     from_vectors,
     vectors,
 )
-from hfc_design.controllers.hierarchical.law import Layout
-from hfc_design.controllers.hierarchical.settings import bounds_of
 from hfc_design.search.loop import Search, generations
 from hfc_design.search.newton import Linear
 from hfc_design.search.registry import searcher
@@ -31,7 +29,7 @@ BEST_TREE = 42
 
 def genome(settings, inputs=5):
     names = ("error", "deflection", "deflection_rate", "spindle_velocity", "current", "error_rate")
-    return HierarchicalGenome(bounds_of(settings), Layout(names[:inputs]), (10.0,) * inputs, None)
+    return searched_of(names[:inputs], settings)
 
 
 def hill(population):
@@ -187,7 +185,7 @@ def test_culling_keeps_the_islands_with_the_best_individuals():
 def test_vectors_and_back():
     race = SuccessiveHalving(RACE, Task(genome(RACE)))
     _, asked = race.start(np.random.default_rng(3))
-    some = asked.population.take(np.array([5, 5, 5]))
+    some = taken(asked.population, np.array([5, 5, 5]))
     points = vectors(some)
     assert points.shape == (3, 2 + 5 + 4 * 49)
     assert points[0, 1] == some.gains[0, 1]

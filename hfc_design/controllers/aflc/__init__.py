@@ -53,7 +53,7 @@ KIND = replace(
     settings=AflcSettings,
     gains=AflcDesign.gains,
     law=lambda record, limit: law.aflc(record.sample_time_s, limit),
-    genome=later("hfc_design.controllers.aflc.genome", "genome_of"),
+    genome=later("hfc_design.controllers.aflc.genome", "AflcGenome"),
     explain=EXPLAIN._replace(held=AflcDesign.held),
     adapted=AflcDesign.adapted,
     c=c_template(blamed_aflc),

@@ -1,7 +1,5 @@
 """Genome of a fuzzy controller that adapts: that of the flc, and the rectangle it may not leave."""
 
-from functools import partial
-
 import numpy as np
 
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
@@ -32,10 +30,6 @@ class AflcGenome(flc.FuzzyGenome):
         """(2,) with room for the steps of the adaptation."""
         rates = self.start.adaptation
         return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
-
-
-#: The genome of the scenario's adaptive controller, of (settings, target).
-genome_of = partial(flc.genome_of, genome=AflcGenome)
 
 
 def _overlaps(population: flc.FuzzyTables) -> Floats:

@@ -6,15 +6,13 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.flc.law import FlcGains
-from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, nearest_labels, terms_of
-from hfc_design.controllers.genome import some, taken
+from hfc_design.controllers.flc.record import FuzzySettings, nearest_labels, terms_of
+from hfc_design.controllers.genome import Genome, some, taken
 from hfc_design.controllers.kind import Target
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.records import TERMS, ZR
 from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own
+from hfc_design.core.shapes import Floats, Gains, Integers, Json, Own
 from hfc_design.stability.sectors import Rectangle, bounded, reach
 from hfc_design.stability.stable_range import StableRange, stable_range
 
@@ -44,34 +42,25 @@ class FuzzyTables(NamedTuple):
     k_i: Floats  # (n,) [units/(BLU s)]
     share: Floats  # (n,) K_1 limit of the table, in shares of the stable range's K_1
 
-    def take(self, chosen: Integers | Mask | slice) -> "FuzzyTables":
-        """The individuals that an index array, a mask or a slice chooses."""
-        return taken(self, chosen)
 
-
-class FuzzyGenome(NamedTuple):
+class FuzzyGenome(Genome):
     """What a search can do with ``FuzzyTables``.
 
-    Every individual keeps its table in a rectangle [0, K_1] x [0, K_2] of the stable range. Where
-    it adapts it stays in this rectangle, and its terms overlap no less than they do at first.
+    Every individual keeps its table in a rectangle [0, K_1] x [0, K_2] of the narrowest stable
+    range of the axes. Where it adapts it stays in this rectangle, and its terms overlap no less
+    than they do at first.
     """
 
-    start: Own  # a FuzzyRecord of the kind
-    stable: StableRange
-    largest_command: float  # [unit]
-    largest_integral_gain: float  # [units/(BLU s)]
-    symmetric: bool
-    target: Target
-
-    @property
-    def controller(self) -> Controller:
-        """The start's form of the controller."""
-        return KINDS.get(self.start.kind).controller_of(self.start, self.target.limits)
-
-    @property
-    def structures(self) -> int:
-        """One."""
-        return 1
+    def __init__(self, settings: FuzzySettings, target: Target):
+        super().__init__(settings, target)
+        drives = list(zip(target.machine.drives, target.parameters, strict=True))
+        linear = (drive.linear(own) for drive, own in drives if drive.linear)
+        ranges = (stable_range(k, tau, target.sample_time) for k, tau in linear)
+        commands = (abs(end) for drive, own in drives for end in drive.largest_commands(own))
+        limits = (limit for limit in target.limits.values() if limit is not None)
+        self.start: Own = settings.start.on(*drives[0])  # a FuzzyRecord of the kind
+        self.stable = min(ranges, key=lambda found: found.k1_bound)
+        self.largest_command = min(*commands, *limits)  # [unit]
 
     def empty(self) -> FuzzyTables:
         """One individual, the start."""
@@ -92,7 +81,7 @@ class FuzzyGenome(NamedTuple):
     def fresh(self, tree: Integers, rng: np.random.Generator) -> FuzzyTables:
         """The start, and the start with other widths, heights, gains and noise."""
         count = len(tree)
-        found = self.empty().take(np.zeros(count, int))
+        found = taken(self.empty(), np.zeros(count, int))
         near = rng.random(count)  # 0: as the start
         near[0] = 0.0
         factor = np.exp(near[:, None] * rng.standard_normal((count, 3)))
@@ -106,7 +95,7 @@ class FuzzyGenome(NamedTuple):
                 tree=tree,
                 joints=joints,
                 singletons=found.singletons * factor[:, 2, None, None] + 4.0 * noise,
-                k_i=self.largest_integral_gain * near * rng.random(count) ** 3 + found.k_i,
+                k_i=self.settings.largest_integral_gain * near * rng.random(count) ** 3 + found.k_i,
                 share=rng.uniform(*SHARES, count),
             )
         )
@@ -126,7 +115,7 @@ class FuzzyGenome(NamedTuple):
         widths = some(rng, (count, 2, 1), 0.3) + some(rng, (count, 2, TERMS - 1), 0.2)
         joints[..., 0] = population.joints[..., 0] * np.exp(size * widths)
         k_i = population.k_i * np.exp(step * some(rng, (count,), 0.3))
-        fresh = self.largest_integral_gain * rng.random(count) ** 3
+        fresh = self.settings.largest_integral_gain * rng.random(count) ** 3
         return self._allowed(
             population._replace(
                 joints=joints,
@@ -158,10 +147,6 @@ class FuzzyGenome(NamedTuple):
         error_terms, change_terms = _terms(population.joints)
         return FlcGains(error_terms, change_terms, singletons, population.k_i, compensation)
 
-    def notation(self, structure: int) -> str:
-        """There is one."""
-        return str(self.start.kind)
-
     def record(self, individual: FuzzyTables) -> Json:
         """The kind's record: as the start but for what was searched."""
         record: Json = self.start.model_dump()
@@ -176,7 +161,7 @@ class FuzzyGenome(NamedTuple):
     def _allowed(self, population: FuzzyTables) -> FuzzyTables:
         """The nearest individuals whose terms leave no gap and whose tables are in range."""
         joints, singletons = population.joints.copy(), population.singletons
-        if self.symmetric:
+        if self.settings.symmetric:
             mirrored = joints[:, :, ::-1]
             joints[..., 0] = 0.5 * (joints[..., 0] + mirrored[..., 0])
             left = 0.5 * (joints[..., 1] + 1.0 - mirrored[..., 2])
@@ -194,7 +179,7 @@ class FuzzyGenome(NamedTuple):
         return population._replace(
             joints=joints,
             singletons=_in_sectors(self.sectors(share), _terms(joints), singletons),
-            k_i=np.clip(population.k_i, 0.0, self.largest_integral_gain),
+            k_i=np.clip(population.k_i, 0.0, self.settings.largest_integral_gain),
             share=share,
         )
 
@@ -206,26 +191,6 @@ class FuzzyGenome(NamedTuple):
         """Limits of tables whose K_1 stays below ``share`` (n,) of the stable range's."""
         k1 = share * self.stable.k1_bound
         return Rectangle(k1, INSIDE * np.interp(k1, *_bounds(self.stable)))
-
-
-def genome_of(
-    settings: FuzzySettings, target: Target, genome: type[FuzzyGenome] = FuzzyGenome
-) -> FuzzyGenome:
-    """The genome of a feed drive's fuzzy controller, inside the narrowest range of the axes."""
-    start: FuzzyRecord = settings.start
-    drives = list(zip(target.machine.drives, target.parameters, strict=True))
-    linear = (drive.linear(own) for drive, own in drives if drive.linear)
-    ranges = (stable_range(k, tau, target.sample_time) for k, tau in linear)
-    commands = (abs(end) for drive, own in drives for end in drive.largest_commands(own))
-    limits = (limit for limit in target.limits.values() if limit is not None)
-    return genome(
-        start.on(*drives[0]),
-        min(ranges, key=lambda found: found.k1_bound),
-        min(*commands, *limits),
-        settings.largest_integral_gain,
-        settings.symmetric,
-        target,
-    )
 
 
 @cache

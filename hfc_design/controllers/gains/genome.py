@@ -4,13 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.gains.law import Range, Ranges
-from hfc_design.controllers.gains.settings import GainsSettings
-from hfc_design.controllers.genome import some, taken
-from hfc_design.controllers.kind import Kind, Target
-from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask
+from hfc_design.controllers.gains import GainsSettings, Range
+from hfc_design.controllers.genome import Genome, some
+from hfc_design.controllers.kind import Target, kinds
+from hfc_design.core.shapes import Floats, Gains, Integers, Json
 
 
 class GainVectors(NamedTuple):
@@ -19,28 +16,13 @@ class GainVectors(NamedTuple):
     tree: Integers  # (n,) 0: there is one structure
     places: Floats  # (n, gains) of each gain in its range, 0 to 1
 
-    def take(self, chosen: Integers | Mask | slice) -> "GainVectors":
-        """The individuals that an index array, a mask or a slice chooses."""
-        return taken(self, chosen)
 
-
-class GainsGenome(NamedTuple):
+class GainsGenome(Genome):
     """What a search can do with ``GainVectors``."""
 
-    kind: Kind
-    ranges: Ranges
-    target: Target
-
-    @property
-    def controller(self) -> Controller:
-        """The law of the kind."""
-        middle = self.record(self.empty()) | {"sample_time_s": self.target.sample_time}
-        return self.kind.controller_of(self.kind.record(**middle), self.target.limits)
-
-    @property
-    def structures(self) -> int:
-        """One."""
-        return 1
+    def __init__(self, settings: GainsSettings, target: Target):
+        super().__init__(settings, target)
+        self.ranges = settings.searched()
 
     def empty(self) -> GainVectors:
         """One individual in the middle of all ranges."""
@@ -71,21 +53,13 @@ class GainsGenome(NamedTuple):
         pairs = zip(self.ranges, population.places.T, strict=True)
         return type(self.ranges)(*(_between(pair, place) for pair, place in pairs))
 
-    def notation(self, structure: int) -> str:
-        """There is one."""
-        return self.kind.name
-
     def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
         found = self.gains(individual)._asdict()
-        assert self.kind.of_gains is not None
-        own = self.kind.of_gains({name: float(x[0]) for name, x in found.items()})
-        return {"kind": self.kind.name, **own}
-
-
-def genome_of(settings: GainsSettings, target: Target) -> GainsGenome:
-    """The genome of a kind whose gains are a few numbers."""
-    return GainsGenome(KINDS.get(settings.kind), settings.searched(), target)
+        of_gains = kinds().get(self.settings.kind).of_gains
+        assert of_gains is not None
+        own = of_gains({name: float(x[0]) for name, x in found.items()})
+        return {"kind": self.settings.kind, **own}
 
 
 def _allowed(population: GainVectors, places: Floats) -> GainVectors:

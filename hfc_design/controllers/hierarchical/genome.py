@@ -1,17 +1,15 @@
 """Genome of PD plus a fuzzy hierarchy: structure, consequents, input scales, PD gains."""
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.genome import Space, some, taken
+from hfc_design.controllers.genome import Genome, Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
-from hfc_design.controllers.hierarchical.settings import Bounds, HierarchicalSettings, bounds_of
-from hfc_design.controllers.kind import Target, per_axis
-from hfc_design.core.shapes import Floats, Integers, Json, Mask
+from hfc_design.controllers.hierarchical.law import HierarchicalGains
+from hfc_design.controllers.hierarchical.record import HierarchicalSettings, bounds_of
+from hfc_design.controllers.kind import Target
+from hfc_design.core.shapes import Floats, Integers, Json
 
 
 class Hierarchies(NamedTuple):
@@ -22,33 +20,26 @@ class Hierarchies(NamedTuple):
     scales: Floats  # (n, inputs): k_1, k_2, ..., per unit of the input
     consequents: Floats  # (n, units, 7, 7), [unit][row term][column term]
 
-    def take(self, chosen: Integers | Mask | slice) -> "Hierarchies":
-        """The individuals that an index array, a mask or a slice chooses."""
-        return taken(self, chosen)
 
-
-class HierarchicalGenome(NamedTuple):
+class HierarchicalGenome(Genome):
     """What a search can do with ``Hierarchies``."""
 
-    bounds: Bounds
-    layout: Layout
-    scales: tuple[float, ...]  # of the inputs, to begin around
-    target: Target
-
-    @property
-    def controller(self) -> Controller:
-        """PD plus the hierarchy."""
-        law = partial(hierarchical, self.layout, self.target.sample_time)
-        return per_axis("pd+hierarchical-fuzzy", law, self.target)
-
-    @property
-    def structures(self) -> int:
-        """Trees of the layout's inputs."""
-        return len(hierarchy.trees(len(self.layout.inputs)))
+    def __init__(self, settings: HierarchicalSettings, target: Target):
+        super().__init__(settings, target)
+        self.bounds = bounds_of(target.bounds)
+        self.names = [item.name for item in settings.inputs]
+        #: Of the inputs, to begin around.
+        self.scales = [item.scale for item in settings.inputs]
+        self.trees = hierarchy.trees(len(self.names))
+        self.structures = len(self.trees)
+        self.centres = np.array([term.centre for term in settings.terms])
+        #: (units, 1, 1) largest absolute consequent of each unit; the root comes last.
+        self.limit = np.full((len(self.names) - 1, 1, 1), self.bounds.inner_limit)
+        self.limit[-1] = self.bounds.root_limit
 
     def empty(self) -> Hierarchies:
         """Row t has tree t."""
-        inputs, trees = len(self.layout.inputs), self.structures
+        inputs, trees = len(self.names), self.structures
         return Hierarchies(
             np.arange(trees),
             np.zeros((trees, 2)),
@@ -59,9 +50,8 @@ class HierarchicalGenome(NamedTuple):
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Hierarchies:
         """Individuals whose tables are tilted planes: nearly linear, so rarely unstable."""
         s = self.bounds
-        count, inputs = len(tree), len(self.layout.inputs)
-        limit = self._limit()
-        centres = self._centres()
+        count, inputs = len(tree), len(self.names)
+        limit, centres = self.limit, self.centres
         level, column, row = rng.uniform(-1, 1, (3, count, inputs - 1, 1, 1))
         plane = 0.5 * level + 0.7 * column * centres + 0.7 * row * centres[:, None]
         noise = 0.05 * rng.standard_normal((count, inputs - 1, *(2 * centres.shape)))
@@ -79,7 +69,7 @@ class HierarchicalGenome(NamedTuple):
     ) -> Hierarchies:
         """Move single consequents, tilt and shift whole tables, scale gains and inputs."""
         count, units = population.consequents.shape[:2]
-        limit, centres = self._limit(), self._centres()
+        limit, centres = self.limit, self.centres
         cells = population.consequents.shape[1:]
         each = np.exp(rng.uniform(-np.log(np.prod(cells)), 0.0, (count, 1, 1, 1)))
         moved = some(rng, (count, *cells), each)
@@ -126,35 +116,26 @@ class HierarchicalGenome(NamedTuple):
 
     def space(self) -> Space:
         """Individuals as points, whose parameters stand as in ``gains``."""
-        one, limit = self.empty().take(slice(1)), self._limit()
-        frozen = np.full(one.scales.shape, self.bounds.scale_range == 1.0)
-        low = one._replace(
-            gains=np.ones_like(one.gains),
-            scales=np.full_like(one.scales, 1e-6),
-            consequents=one.consequents - limit,
-        )
-        most = np.full_like(one.gains, np.inf), np.full_like(one.scales, np.inf)
-        high = Hierarchies(one.tree, *most, one.consequents + limit)
-        stay = one._replace(scales=frozen)
-        return Space(vectors, from_vectors, vectors(stay)[0] > 0, vectors(low)[0], vectors(high)[0])
+        _, *arrays = taken(self.empty(), slice(1))
+
+        def point(*values: Floats | float) -> Floats:
+            """(parameters,) with these gains, scales and consequents."""
+            pairs = zip(arrays, values, strict=True)
+            return np.concatenate([np.broadcast_to(x, a.shape).ravel() for a, x in pairs])
+
+        fixed = point(0.0, self.bounds.scale_range == 1.0, 0.0) > 0.0
+        low, high = point(1.0, 1e-6, -self.limit), point(np.inf, np.inf, self.limit)
+        return Space(vectors, from_vectors, fixed, low, high)
 
     def record(self, individual: Hierarchies) -> Json:
         """Kind ``pd+hierarchical-fuzzy``, without its sample time."""
-        names = list(self.layout.inputs)
-        tree = hierarchy.trees(len(names))[int(individual.tree[0])]
-        sources = names + [f"unit-{unit.heap_id}" for unit in tree]
+        tree = self.trees[int(individual.tree[0])]
+        sources = self.names + [f"unit-{unit.heap_id}" for unit in tree]
         kp, kd = individual.gains[0].tolist()
-        scales = individual.scales[0].tolist()
-        adaptation = self.layout.adaptation
-        return {
-            "kind": "pd+hierarchical-fuzzy",
+        scales = zip(self.names, individual.scales[0].tolist(), strict=True)
+        return self.settings.model_dump() | {
             "pd": {"kp": kp, "kd": kd},
-            "inputs": [
-                {"name": name, "scale": scale} for name, scale in zip(names, scales, strict=True)
-            ],
-            "output_scale": self.layout.output_scale,
-            "adaptation": adaptation._asdict() if adaptation else None,
-            "terms": [term._asdict() for term in self.layout.terms],
+            "inputs": [{"name": name, "scale": scale} for name, scale in scales],
             "units": [
                 {
                     "id": unit.heap_id,
@@ -168,25 +149,10 @@ class HierarchicalGenome(NamedTuple):
 
     def notation(self, structure: int) -> str:
         """A tree as nested pairs (column input, row input)."""
-        values = [name.replace("_", " ") for name in self.layout.inputs]
-        for unit in hierarchy.trees(len(values))[structure]:
+        values = [name.replace("_", " ") for name in self.names]
+        for unit in self.trees[structure]:
             values.append(f"({values[unit.column]}, {values[unit.row]})")
         return values[-1]
-
-    def _centres(self) -> Floats:
-        return np.array([term.centre for term in self.layout.terms])
-
-    def _limit(self) -> Floats:
-        """(units, 1, 1) largest absolute consequent of each unit; the root comes last."""
-        limit = np.full((len(self.layout.inputs) - 1, 1, 1), self.bounds.inner_limit)
-        limit[-1] = self.bounds.root_limit
-        return limit
-
-
-def genome_of(settings: HierarchicalSettings, target: Target) -> HierarchicalGenome:
-    """The genome of the scenario's hierarchy."""
-    bounds = bounds_of(target.bounds)
-    return HierarchicalGenome(bounds, settings.layout(), settings.scales(), target)
 
 
 def vectors(population: Hierarchies) -> Floats:
@@ -198,7 +164,7 @@ def vectors(population: Hierarchies) -> Floats:
 def from_vectors(parameters: Floats, like: Hierarchies) -> Hierarchies:
     """The individuals of ``parameters`` (n, parameters), all with the tree of ``like``."""
     count = len(parameters)
-    shapes = [array.shape[1:] for array in like[1:]]
-    parts = np.split(parameters, np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1], axis=1)
-    arrays = (part.reshape(count, *shape) for part, shape in zip(parts, shapes, strict=True))
+    ends = np.cumsum([array[0].size for array in like[1:]])
+    parts = zip(np.split(parameters, ends[:-1], axis=1), like[1:], strict=True)
+    arrays = (part.reshape(count, *array.shape[1:]) for part, array in parts)
     return Hierarchies(np.repeat(like.tree[:1], count), *arrays)

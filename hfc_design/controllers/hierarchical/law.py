@@ -1,4 +1,9 @@
-"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2). Never imports JAX."""
+"""PD plus a hierarchy of two-input fuzzy units (Lin & Lee 1999, section 3.2).
+
+One unit has linguistic terms, a singleton rule table and centre-average defuzzification. Written
+for scalars and unrolled: inside the closed loop an array of seven memberships would cost a factor
+of five. ``xp`` as in ``core.scalars``. Never imports JAX.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -7,18 +12,13 @@ from typing import NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Sources, picked
-from hfc_design.controllers.hierarchical.unit import (
-    LIN_LEE_TERMS,
-    Graded,
-    Term,
-    averaged,
-    memberships,
-)
-from hfc_design.core.scalars import Xp, clipped
+from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.core.shapes import Degrees, Floats, RuleTable, Scalar
 
-#: (table, degrees of the column, of the row) -> the root's table as it is by now.
-Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], RuleTable]
+#: What gives the degrees of a scalar in the terms.
+Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
+#: (root's table at first, degrees of the column, of the row) -> it as it is by now, its memory.
+Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
@@ -29,6 +29,31 @@ LIN_LEE_INPUTS = {
     "spindle_velocity": 20.0,
     "previous_spindle_velocity": 10.0,
 }
+
+
+class Term(NamedTuple):
+    """A linguistic term on the normalised universe: a Gaussian with a flat top.
+
+    Lin & Lee 1999, eq. 3. It is MATLAB's ``gauss2mf`` and fuzzylite's ``GaussianProduct`` with
+    shoulders at ``centre -/+ half_width`` and sigma = 1/sqrt(2 rate).
+    """
+
+    label: str
+    centre: float
+    half_width: float
+    rate: float
+
+
+#: The seven terms of every input in Lin & Lee 1999 (eq. 3a-3g).
+LIN_LEE_TERMS: tuple[Term, ...] = (
+    Term("f1", -1.0, 0.1, 4.0),
+    Term("f2", -0.6, 0.05, 8.0),
+    Term("f3", -0.2, 0.0, 32.0),
+    Term("f4", 0.0, 0.0, 32.0),
+    Term("f5", 0.2, 0.0, 32.0),
+    Term("f6", 0.6, 0.05, 8.0),
+    Term("f7", 1.0, 0.1, 4.0),
+)
 
 
 class Layout(NamedTuple):
@@ -92,6 +117,37 @@ class HierarchyParts(NamedTuple):
         return self.proportional + self.derivative + self.fuzzy
 
 
+def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
+    """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
+    distance = u - term.centre
+    if term.half_width:
+        outside = abs(distance) - term.half_width
+        distance = xp.where(outside > 0.0, outside, 0.0)
+    return xp.decay((-term.rate * distance) * distance)
+
+
+def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
+    """Degrees of scalar ``u`` in every term."""
+    return [membership(xp, term, u) for term in terms]
+
+
+def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees) -> Scalar:
+    """Output of one unit from the degrees of its two inputs (LL eq. 4).
+
+    ``consequents[i][j]`` is the singleton of the rule "row is term i and column is term j".
+    Singleton fuzzifier, product, centre average. Where no rule fires (an input so far outside
+    the universe that every membership underflows) the output is 0.
+    """
+    weighted = 0.0
+    for degree, singletons in zip(in_row, consequents, strict=True):
+        inner = total(d * s for d, s in zip(in_column, singletons, strict=True))
+        weighted = weighted + degree * inner
+    firing = total(in_column) * total(in_row)
+    # The division comes last: what ends in a division the compiler computes once, what ends in
+    # a selection it would repeat in everything that uses it.
+    return xp.ratio(weighted, xp.where(firing > 0.0, firing, 1.0))
+
+
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd+hierarchical-fuzzy``."""
     return AxisLaw(parts, initial_memory, sample_time, limit, layout)
@@ -118,8 +174,8 @@ def parts(
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
     degrees = partial(memberships, xp, layout.terms)
-    kept, learnt = _learning(xp, layout, gains, memory, signals["error"])
-    units = outputs(xp, degrees, gains, values, learnt)
+    learnt = _learning(xp, layout, gains, memory, signals["error"])
+    units, root = outputs(xp, degrees, gains, values, learnt)
     found = HierarchyParts(
         readings,
         scaled,
@@ -129,28 +185,21 @@ def parts(
         layout.output_scale * units[-1].output,
     )
     remembered = {name: signals[name] for name in layout.remembered}
-    return found, HierarchicalMemory(remembered, kept[-1])
+    return found, HierarchicalMemory(remembered, root)
 
 
 def _learning(
     xp: Xp, layout: Layout, gains: HierarchicalGains, memory: HierarchicalMemory, error: Scalar
-) -> tuple[list[root_unit.RootMemory | None], Learnt | None]:
-    """What makes the root's table what it is by now; the root's new memory comes last in a list."""
-    adaptation, before = layout.adaptation, memory.root
-    kept = [before]
-    if adaptation is None or before is None:
-        return kept, None
+) -> Learnt | None:
+    """What makes the root's table what it is by now; None where the root does not adapt."""
+    adaptation = layout.adaptation
+    if adaptation is None or memory.root is None:
+        return None
     scale = adaptation.error_scale
     if scale is None:
         scale = gains.scales[layout.inputs.index("error")]
     graded = memberships(xp, layout.terms, clipped(xp, scale * error, -1.0, 1.0))
-
-    def learnt(table: RuleTable, in_column: Degrees, in_row: Degrees) -> RuleTable:
-        now, root = root_unit.step(xp, adaptation, table, before, graded, in_column, in_row)
-        kept.append(root)
-        return now
-
-    return kept, learnt
+    return partial(root_unit.step, xp, adaptation, memory.root, graded)
 
 
 def outputs(
@@ -159,17 +208,15 @@ def outputs(
     gains: HierarchicalGains,
     inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
-) -> list[Firing]:
-    """What every unit makes of the clamped ``inputs``, the root last.
-
-    ``learnt(table, in_column, in_row)`` gives the root's table as it is by now.
-    """
-    values, units = list(inputs), []
+) -> tuple[list[Firing], root_unit.RootMemory | None]:
+    """What every unit makes of the clamped ``inputs``, the root last, and what it remembers."""
+    values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
     for k, ((column, row), start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
         seen = picked(xp, values, column), picked(xp, values, row)
         in_column, in_row = (degrees(u) for u in seen)
-        table = learnt(start, in_column, in_row) if learnt and k == last else start
+        own = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
+        table, remembered = own
         values.append(averaged(xp, table, in_column, in_row))
         units.append(Firing(*seen, in_column, in_row, table, values[-1]))
-    return units
+    return units, remembered

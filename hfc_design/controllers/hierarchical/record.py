@@ -1,17 +1,32 @@
-"""PD plus a fuzzy hierarchy in a design file. Never imports JAX."""
+"""PD plus a fuzzy hierarchy in a design file, and what a search for one starts from.
 
-from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+Never imports JAX.
+"""
+
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout
+from hfc_design.controllers.hierarchical.law import (
+    LIN_LEE_INPUTS,
+    LIN_LEE_TERMS,
+    PREVIOUS,
+    HierarchicalGains,
+    Layout,
+    Term,
+)
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.controllers.hierarchical.unit import Term
-from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.controllers.pd import PdRecord
+from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 from hfc_design.core.shapes import Json
+
+
+class PdRecord(Record):
+    """Gains of the PD part (LL eq. 6)."""
+
+    kp: Finite  # [V/rad]
+    kd: Finite  # [V s/rad]
 
 
 class InputRecord(Record):
@@ -19,6 +34,9 @@ class InputRecord(Record):
 
     name: Label
     scale: Positive
+
+
+Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_INPUTS)]
 
 
 class TermRecord(Record):
@@ -30,6 +48,9 @@ class TermRecord(Record):
     rate: Positive
 
 
+Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+
+
 class UnitRecord(Record):
     """One unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
 
@@ -39,31 +60,15 @@ class UnitRecord(Record):
     consequents: Table
 
 
-class AdaptationRecord(Record):
-    """How the root's consequents adapt on line, see ``root``."""
-
-    k_c: NotNegative = 3e-4  # step of a consequent in a sample
-    largest_move: Positive  # of a consequent from where it started
-    error_scale: Positive | None = None  # [1/unit of error]; None: that of the input error
-
-    def law(self) -> Adaptation:
-        """The same as numbers."""
-        return Adaptation(self.k_c, self.largest_move, self.error_scale)
-
-
-def check_adaptation(adaptation: AdaptationRecord | None, inputs: Iterable[InputRecord]) -> None:
-    """Whether the error that judges the root's rules has a scale.
-
-    Raises:
-        ValueError: it has none.
-    """
-    if adaptation is None or adaptation.error_scale is not None:
-        return
-    if "error" not in [item.name for item in inputs]:
+def _with_error_scale(described: Any) -> Any:
+    """Refuses an adaptation that has no scale of the error which judges the root's rules."""
+    adaptation, names = described.adaptation, [item.name for item in described.inputs]
+    if adaptation and adaptation.error_scale is None and "error" not in names:
         raise ValueError(
             "adaptation.error_scale: is missing, and no input is named error whose scale could "
             "stand for it"
         )
+    return described
 
 
 class HierarchicalDesign(ControllerRecord):
@@ -71,11 +76,11 @@ class HierarchicalDesign(ControllerRecord):
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     pd: PdRecord
-    inputs: Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=6)]
+    inputs: Inputs
     output_scale: Positive
-    terms: Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+    terms: Terms
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
-    adaptation: AdaptationRecord | None = None  # of the root; None: its table stays
+    adaptation: Adaptation | None = None  # of the root; None: its table stays
 
     @model_serializer(mode="wrap")
     def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> Json:
@@ -102,8 +107,9 @@ class HierarchicalDesign(ControllerRecord):
             waiting.append(f"unit-{unit.id}")
         if waiting != [f"unit-{self.units[-1].id}"]:
             raise ValueError(f"units: nothing reads {', '.join(waiting[:-1])}")
-        check_adaptation(self.adaptation, self.inputs)
         return self
+
+    _can_adapt = model_validator(mode="after")(_with_error_scale)
 
     def sources(self) -> list[tuple[int, int]]:
         """Column and row source of each unit, as ``tree.Unit`` numbers them."""
@@ -111,10 +117,6 @@ class HierarchicalDesign(ControllerRecord):
         return [
             (names.index(unit.column_input), names.index(unit.row_input)) for unit in self.units
         ]
-
-    def layout(self) -> Layout:
-        """What is no number of it."""
-        return layout_of(self)
 
     def gains(self) -> HierarchicalGains:
         """The gains of one individual."""
@@ -127,11 +129,55 @@ class HierarchicalDesign(ControllerRecord):
         )
 
 
-def layout_of(described: Any) -> Layout:
-    """The layout of a design, or of the settings of a search for one, which have the same keys."""
-    return Layout(
-        tuple(item.name for item in described.inputs),
-        described.output_scale,
-        tuple(Term(**term.model_dump()) for term in described.terms),
-        described.adaptation.law() if described.adaptation else None,
-    )
+class HierarchicalSettings(ControllerSettings):
+    """Inputs, scales and terms of the hierarchical fuzzy controller."""
+
+    kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
+    inputs: Inputs = tuple(InputRecord(name=k, scale=x) for k, x in LIN_LEE_INPUTS.items())
+    output_scale: Positive = 10.0
+    terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
+    adaptation: Adaptation | None = None  # of the root; None: its table stays
+
+    _can_adapt = model_validator(mode="after")(_with_error_scale)
+
+    def fault(self, target: Target) -> str | None:
+        """An input that is no signal of every axis, or one that stands there twice."""
+        names = [item.name for item in self.inputs]
+        for drive in target.machine.drives:
+            known = input_names(drive.inputs)
+            for name in names:
+                if name not in known:
+                    return (
+                        f"controller.inputs: {name!r} is no signal of the {drive.name}; "
+                        f"there is {', '.join(known)}"
+                    )
+                if names.count(name) > 1:
+                    return f"controller.inputs: {name!r} stands there twice"
+        return None
+
+
+def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
+    """What is no number of a design, and what a search for one leaves alone."""
+    names = tuple(item.name for item in described.inputs)
+    terms = tuple(Term(**term.model_dump()) for term in described.terms)
+    return Layout(names, described.output_scale, terms, described.adaptation)
+
+
+class Bounds(NamedTuple):
+    """On the C-axis; the ``[search]`` of a scenario may have other values under these keys."""
+
+    kp_range: tuple[float, float] = (100.0, 10_000.0)  # of the first individuals [V/rad]
+    kd_range: tuple[float, float] = (30.0, 3_000.0)  # [V s/rad]
+    scale_range: float = 10.0  # factor around the layout's scales; 1: they stay
+    inner_limit: float = 4.0  # |consequent| of an inner unit
+    root_limit: float = 20.0  # |consequent| of the root
+
+
+def bounds_of(search: Any) -> Bounds:
+    """The bounds that the settings of a search have, else the defaults."""
+    return Bounds(**{key: getattr(search, key) for key in Bounds._fields if hasattr(search, key)})
+
+
+def input_names(signals: list[str]) -> list[str]:
+    """Every input that a hierarchy can have of an axis with these signals."""
+    return signals + [f"{PREVIOUS}{name}" for name in signals]

@@ -8,23 +8,24 @@ move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
 ``core.scalars``. Never imports JAX.
 """
 
+from operator import add
 from typing import NamedTuple
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
-from hfc_design.core.records import ZR
-from hfc_design.core.scalars import Xp, clipped, total
+from hfc_design.core.records import ZR, NotNegative, Positive, Record
+from hfc_design.core.scalars import Xp, clipped, each, total
 from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Truth
 
 #: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
 FIRED = 1.0 / 49.0
 
 
-class Adaptation(NamedTuple):
+class Adaptation(Record):
     """How the consequents of the root move."""
 
-    k_c: float  # step of a sample for a performance index of 1 or -1, in units of a consequent
-    largest_move: float  # of a consequent from where it started
-    error_scale: float | None = None  # [1/unit of error]; None: that of the input ``error``
+    k_c: NotNegative = 3e-4  # step of a sample for an index of 1 or -1, in units of a consequent
+    largest_move: Positive  # of a consequent from where it started
+    error_scale: Positive | None = None  # [1/unit of error]; None: that of the input ``error``
 
 
 class RootMemory(NamedTuple):
@@ -44,9 +45,9 @@ def initial_memory(zero: Scalar) -> RootMemory:
 def step(
     xp: Xp,
     law: Adaptation,
-    consequents: RuleTable,
     memory: RootMemory,
     in_error: Degrees,
+    consequents: RuleTable,
     in_column: Degrees,
     in_row: Degrees,
 ) -> tuple[RuleTable, RootMemory]:
@@ -59,19 +60,17 @@ def step(
     index = 0.0 * term
     for k, value in enumerate(performance_indices(xp, term)):
         index = xp.where(memory.term == k - ZR, value, index)
-    table = _table(consequents, memory.moves)
+    table = each(add, consequents, memory.moves)
     guilty = _guilty(xp, memory, table, xp.once(index))
-    size = law.k_c * abs(index)
+    size, largest = law.k_c * abs(index), law.largest_move
     # Down where a positive error fell too far or a negative one too slowly.
     shift = xp.once(xp.where(memory.term * index > 0.0, -size, size))
-    moves = tuple(
-        tuple(
-            clipped(xp, move + xp.where(g, shift, 0.0), -law.largest_move, law.largest_move)
-            for move, g in zip(row, blamed, strict=True)
-        )
-        for row, blamed in zip(memory.moves, guilty, strict=True)
-    )
-    return _table(consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
+
+    def moved(move: Scalar, blamed: Truth) -> Scalar:
+        return clipped(xp, move + xp.where(blamed, shift, 0.0), -largest, largest)
+
+    moves = tuple(map(tuple, each(moved, memory.moves, guilty)))
+    return each(add, consequents, moves), RootMemory(term, tuple(in_column), tuple(in_row), moves)
 
 
 def _guilty(xp: Xp, memory: RootMemory, table: RuleTable, index: Scalar) -> list[list[Truth]]:
@@ -84,27 +83,15 @@ def _guilty(xp: Xp, memory: RootMemory, table: RuleTable, index: Scalar) -> list
     least = xp.once(FIRED * total(memory.in_row) * total(memory.in_column))
     firing = [[r * c for c in memory.in_column] for r in memory.in_row]
     fired = [[f > least for f in row] for row in firing]
-    weights = [
-        [xp.where(active, f, 0.0) for active, f in zip(*rows, strict=True)]
-        for rows in zip(fired, firing, strict=True)
-    ]
+    weights = each(lambda active, f: xp.where(active, f, 0.0), fired, firing)
     weighted = total(
         total(w * u for w, u in zip(*rows, strict=True))
         for rows in zip(weights, table, strict=True)
     )
-    weight = total(total(row) for row in weights)
+    weight = total(map(total, weights))
     action = xp.once(weighted / xp.where(weight > 0.0, weight, 1.0))
-    return [
-        [
-            active & blamed_aflc(xp, memory.term, index, u - action)
-            for active, u in zip(*rows, strict=True)
-        ]
-        for rows in zip(fired, table, strict=True)
-    ]
 
+    def blamed(active: Truth, singleton: Scalar) -> Truth:
+        return active & blamed_aflc(xp, memory.term, index, singleton - action)
 
-def _table(consequents: RuleTable, moves: RuleTable) -> RuleTable:
-    return [
-        [u + move for u, move in zip(*rows, strict=True)]
-        for rows in zip(consequents, moves, strict=True)
-    ]
+    return each(blamed, fired, table)

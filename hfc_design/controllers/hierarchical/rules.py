@@ -3,11 +3,7 @@
 import math
 
 from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
-from hfc_design.controllers.hierarchical.record import (
-    HierarchicalDesign,
-    InputRecord,
-    TermRecord,
-)
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.rules import (
     FlatGaussian,
@@ -105,16 +101,14 @@ def tables(record: HierarchicalDesign) -> dict[str, Rows]:
 
 def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
     """Signals of a sample, and those of the sample before."""
-    before = [item.name for item in record.inputs if item.name.startswith(PREVIOUS)]
-    return reads(record), before
+    return reads(record), [name for name in inputs(record) if name.startswith(PREVIOUS)]
 
 
 def reads(record: HierarchicalDesign) -> list[str]:
     """Signals of a sample, those last that are needed a sample later."""
-    names = [item.name for item in record.inputs]
-    now = [name for name in names if not name.startswith(PREVIOUS)]
-    before = [name.removeprefix(PREVIOUS) for name in names if name.startswith(PREVIOUS)]
-    return list(dict.fromkeys(["error", "error_rate", *now, *before]))
+    names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
+    found = (name.removeprefix(PREVIOUS) for name in names)
+    return list(dict.fromkeys(["error", "error_rate", *found]))
 
 
 def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> HierarchicalMemory:
@@ -134,11 +128,7 @@ def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
         column = side(unit.column_input, firing.column, labels, firing.in_column)
         row = side(unit.row_input, firing.row, labels, firing.in_row)
         units.append(fired(f"unit-{unit.id}", column, row, firing.table, firing.output))
-    shares = {
-        "proportional": float(parts.proportional),
-        "derivative": float(parts.derivative),
-        "fuzzy": float(parts.fuzzy),
-    }
+    shares = {key: float(getattr(parts, key)) for key in ("proportional", "derivative", "fuzzy")}
     return {"inputs": found, "units": units, "output_scale": record.output_scale, "parts": shares}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Mask, Scalar
+from hfc_design.core.shapes import Scalar
 
 MAX_INPUTS = 6
 
@@ -94,12 +94,9 @@ def _flatten(root: Node, inputs: int) -> Tree:
     place(root, 0)
     placed.sort(key=lambda item: -item[0])
     order = {heap_id: inputs + k for k, (heap_id, _) in enumerate(placed)}
-
-    def source(child: Node, heap_id: int) -> int:
-        return child if isinstance(child, int) else order[heap_id]
-
     return tuple(
-        Unit(n, source(node[0], 2 * n + 1), source(node[1], 2 * n + 2)) for n, node in placed
+        Unit(n, order.get(2 * n + 1, node[0]), order.get(2 * n + 2, node[1]))  # a unit, or a leaf
+        for n, node in placed
     )
 
 
@@ -127,24 +124,6 @@ def decode(gene: Sequence[int]) -> Tree | None:
         if passed is not None:
             entering[(unit - 1) // 2].append(passed)
     raise AssertionError("unit 0 is always reached")
-
-
-def encode(tree: Tree) -> tuple[int, ...]:
-    """The gene that puts every input straight into its unit: ``decode(encode(t)) == t``."""
-    inputs = len(tree) + 1
-    place = {s: unit.heap_id for unit in tree for s in (unit.column, unit.row) if s < inputs}
-    return tuple(place[s] for s in range(inputs))
-
-
-def valid(genes: NDArray[np.integer[Any]]) -> Mask:
-    """Which rows of ``genes`` (n, inputs) decode to a hierarchy, counted for all at once."""
-    inputs = genes.shape[1]
-    units = unit_count(inputs)
-    entering = np.stack([(genes == unit).sum(axis=1, dtype=np.int8) for unit in range(units)])
-    for unit in range(units - 1, 0, -1):
-        entering[(unit - 1) // 2] += entering[unit] > 0
-    fits: Mask = np.all(entering <= 2, axis=0)
-    return fits
 
 
 def sources(tree: Tree) -> NDArray[np.int32]:

@@ -1,15 +1,14 @@
 """The proportional-derivative controller that every fuzzy one is measured against.
 
-Its law, its record and its templates; never imports JAX.
+Its law, its gains and its templates; never imports JAX.
 """
 
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals
-from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.kind import ControllerRecord, Kind, Template
-from hfc_design.core.records import Finite, Record
+from hfc_design.controllers.gains import kind_of_gains
+from hfc_design.controllers.kind import Template
 from hfc_design.core.scalars import Xp
 from hfc_design.core.shapes import Scalar
 
@@ -49,35 +48,14 @@ def parts(
     return PdParts(gains.kp * signals["error"], gains.kd * signals["error_rate"]), memory
 
 
-class PdRecord(Record):
-    """Gains of LL eq. 6."""
-
-    kp: Finite  # [V/rad]
-    kd: Finite  # [V s/rad]
-
-
-class PdDesign(ControllerRecord):
-    """A controller of kind ``pd`` in a design file."""
-
-    kind: Literal["pd"] = "pd"
-    pd: PdRecord
-
-    def gains(self) -> PdGains:
-        """The gains of one individual."""
-        return PdGains(self.pd.kp, self.pd.kd)
-
-
 HERE = (Path(__file__).parent / "templates",)
-KIND = Kind(
-    name="pd",
+#: On the C-axis; the ranges are those of the hierarchy beside it.
+RANGES = PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0))
+KIND = kind_of_gains(
+    "pd",
+    RANGES,
+    pd,
     summary="proportional-derivative: v = kp e + kd de/dt",
-    record=PdDesign,
-    #: On the C-axis [V/rad, V s/rad]; the ranges are those of the hierarchy beside it.
-    settings=settings_of(PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0))),
-    gains=PdDesign.gains,
-    law=lambda record, limit: pd(record.sample_time_s, limit),
-    genome=genome_of_gains,
-    of_gains=lambda gains: {"pd": gains},
     c=Template(HERE, lambda record: {"pd": record.pd}),
-    st=Template(HERE, lambda record: {"constants": record.gains()._asdict()}),
+    st=Template(HERE, lambda record: {"constants": record.pd.model_dump()}),
 )

@@ -1,17 +1,16 @@
 """The proportional-integral-derivative controller of a feed drive.
 
-Its law, its record and its templates; never imports JAX.
+Its law, its gains and its templates; never imports JAX.
 """
 
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
-from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.kind import ControllerRecord, Kind, Template
-from hfc_design.core.records import Finite, Record
+from hfc_design.controllers.gains import kind_of_gains
+from hfc_design.controllers.kind import Template
 from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Json, Scalar
+from hfc_design.core.shapes import Json, Own, Scalar
 
 
 class PidGains(NamedTuple):
@@ -63,27 +62,8 @@ def parts(
     return found._replace(integral=gains.k_i * law.sample_time * kept), PidMemory(error, kept)
 
 
-class PidRecord(Record):
-    """Gains of ``parts``."""
-
-    k_p: Finite  # [units/BLU]
-    k_i: Finite  # [units/(BLU s)]
-    k_d: Finite  # [units s/BLU]
-
-
-class PidDesign(ControllerRecord):
-    """A controller of kind ``pid`` in a design file."""
-
-    kind: Literal["pid"] = "pid"
-    pid: PidRecord
-
-    def gains(self) -> PidGains:
-        """The gains of one individual."""
-        return PidGains(self.pid.k_p, self.pid.k_i, self.pid.k_d)
-
-
-def _st(record: PidDesign) -> Json:
-    kp, ki, kd = record.gains()
+def _st(record: Own) -> Json:
+    kp, ki, kd = dict(record.pid).values()
     return {
         "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s},
         "remembered": ["previous_error", "error_sum"],
@@ -92,17 +72,14 @@ def _st(record: PidDesign) -> Json:
 
 
 HERE = (Path(__file__).parent / "templates",)
-KIND = Kind(
-    name="pid",
+#: On a feed drive.
+RANGES = PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))
+KIND = kind_of_gains(
+    "pid",
+    RANGES,
+    pid,
     summary="proportional-integral-derivative on an error in BLU",
-    record=PidDesign,
-    #: On a feed drive, an error in BLU: units/BLU, units/(BLU s), units s/BLU.
-    settings=settings_of(PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))),
-    gains=PidDesign.gains,
-    law=lambda record, limit: pid(record.sample_time_s, limit),
-    genome=genome_of_gains,
     reads=lambda record: ["error"],
-    of_gains=lambda gains: {"pid": gains},
-    c=Template(HERE, lambda record: {"gains": record.gains(), "integrates": True}),
+    c=Template(HERE, lambda record: {"gains": record.pid, "integrates": True}),
     st=Template(HERE, _st),
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import nearest_labels
-from hfc_design.controllers.hierarchical.settings import input_names
+from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.controllers.rules import FlatGaussian, Term
 from hfc_design.core.records import NAME, TERMS, UserError, checked
 from hfc_design.core.shapes import Json

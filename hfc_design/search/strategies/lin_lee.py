@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, cast
 import numpy as np
 from pydantic import Field
 
-from hfc_design.controllers.genome import joined
+from hfc_design.controllers.genome import joined, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
 from hfc_design.controllers.kind import ControllerSettings
@@ -78,7 +78,7 @@ class LinLee(NamedTuple):
         """Elite, crossed and mutated thirds (step 5)."""
         count = len(state.score)
         third = max(count // 3, 1)
-        elite = Asked(state.genes[:third], state.population.take(slice(third)))
+        elite = Asked(state.genes[:third], taken(state.population, slice(third)))
         crossed = self._crossed(state, third, rng)
         mutated = self._mutated(state, count - 2 * third, rng)
         parts = (elite, crossed, mutated)
@@ -88,7 +88,7 @@ class LinLee(NamedTuple):
     def tell(self, state: LinLeeState | None, asked: Asked, score: Floats) -> LinLeeState:
         """The new population replaces the old one (step 6)."""
         order = np.argsort(-score, kind="stable")
-        return LinLeeState(asked.genes[order], asked.population.take(order), score[order])
+        return LinLeeState(asked.genes[order], taken(asked.population, order), score[order])
 
     def _random_gene(self, rng: np.random.Generator) -> Integers:
         inputs = self._inputs
@@ -153,7 +153,7 @@ class LinLee(NamedTuple):
         s = self.settings
         chosen = rng.choice(len(state.genes), count, replace=False)
         genes = np.array([self._mutated_gene(state.genes[k], rng) for k in chosen])
-        parents = state.population.take(chosen)
+        parents = taken(state.population, chosen)
 
         def moved(array: Floats, largest: float) -> Floats:
             change = rng.uniform(-largest, largest, array.shape)

@@ -5,8 +5,8 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from hfc_design.controllers.genome import Population, joined, replaced
-from hfc_design.controllers.hierarchical.settings import Bounds
+from hfc_design.controllers.genome import Population, joined, replaced, taken
+from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.core.shapes import Floats, Integers, Mask
 from hfc_design.search.newton import individuals
@@ -122,7 +122,7 @@ class SuccessiveHalving(NamedTuple):
         islands = np.concatenate([state.island, state.island])
         both = ranked(RaceState(population, scores, steps, islands, damping))
         rank = np.arange(len(both.island)) - np.searchsorted(both.island, both.island)
-        return taken(both, rank < np.bincount(state.island)[both.island])
+        return chosen_of(both, rank < np.bincount(state.island)[both.island])
 
     def _culled(self, state: RaceState, generation: int) -> RaceState:
         """Drop the islands that this heat has no room for and fill their places with survivors."""
@@ -135,7 +135,7 @@ class SuccessiveHalving(NamedTuple):
         island = shares(len(state.island), room)
         rank = np.arange(len(island)) - np.searchsorted(island, island)
         lived = np.bincount(state.island)[kept][island]
-        chosen = taken(state, first[kept][island] + rank % lived)
+        chosen = chosen_of(state, first[kept][island] + rank % lived)
         return ranked(chosen._replace(island=island, damping=state.damping[kept]))
 
     def _bred(self, state: RaceState, rng: np.random.Generator) -> Asked:
@@ -151,7 +151,7 @@ class SuccessiveHalving(NamedTuple):
         one, other = parent(s.tournament), parent(2)
         genome, population = self.task.genome, state.population
         share = np.where(rng.random(count) < s.blend, rng.uniform(-0.25, 1.25, count), 0.0)
-        mixed = genome.blended(population.take(one), population.take(other), share)
+        mixed = genome.blended(taken(population, one), taken(population, other), share)
         step = np.clip(state.step[one] * np.exp(0.3 * rng.standard_normal(count)), 1e-3, 1.0)
         return Asked(genome.mutated(mixed, step, rng), step, np.full(count, np.nan))
 
@@ -159,7 +159,7 @@ class SuccessiveHalving(NamedTuple):
         """The children of island k, half of them replaced by steps from its best."""
         home = np.flatnonzero(state.island == k)
         places = home[: (len(home) + 1) // 2]
-        best = state.population.take(home[:1])
+        best = taken(state.population, home[:1])
         assert self.task.linearised is not None
         linear = self.task.linearised(best)
         if linear is None:
@@ -177,7 +177,7 @@ class SuccessiveHalving(NamedTuple):
         A loop that is nearly chaotic may score well by luck; its double then does not.
         """
         best, place = doubled(state)
-        double = self.task.genome.nudged(state.population.take(best), rng)
+        double = self.task.genome.nudged(taken(state.population, best), rng)
         return asked._replace(population=replaced(asked.population, place, double))
 
 
@@ -209,16 +209,16 @@ def changed(array: Floats, places: Integers, values: Floats | float) -> Floats:
     return found
 
 
-def taken(state: RaceState, chosen: Integers | Mask) -> RaceState:
+def chosen_of(state: RaceState, chosen: Integers | Mask) -> RaceState:
     """The chosen individuals; the islands stay as they are."""
     population, score, step, island, damping = state
-    population = population.take(chosen)
+    population = taken(population, chosen)
     return RaceState(population, score[chosen], step[chosen], island[chosen], damping)
 
 
 def ranked(state: RaceState) -> RaceState:
     """Island by island, the best first."""
-    return taken(state, np.lexsort((-state.score, state.island)))
+    return chosen_of(state, np.lexsort((-state.score, state.island)))
 
 
 STRATEGY = Strategy(

@@ -10,6 +10,7 @@ import scipy.integrate
 from chance import mean_is, normal, uniform
 from scipy.stats import norm
 
+from hfc_design.controllers.genome import taken
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 
@@ -33,7 +34,7 @@ def own(request):
 
 def published(own, count=COUNT):
     """The published table, away from all bounds."""
-    found = own.empty().take(np.zeros(count, int))
+    found = taken(own.empty(), np.zeros(count, int))
     found = found._replace(share=np.full(count, 0.9), k_i=np.ones(count))
     return own.blended(found, found, np.zeros(count))
 

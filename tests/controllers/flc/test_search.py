@@ -6,6 +6,7 @@ import pytest
 from jk04 import confined
 
 from hfc_design.controllers.aflc.record import AflcDesign
+from hfc_design.controllers.genome import taken
 from hfc_design.core.records import UserError
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
@@ -32,7 +33,7 @@ def bred(own, count=60, rounds=4):
     rng = np.random.default_rng(5)
     found = own.fresh(np.zeros(count, int), rng)
     for _ in range(rounds):
-        other = found.take(rng.permutation(count))
+        other = taken(found, rng.permutation(count))
         mixed = own.blended(found, other, rng.uniform(-0.25, 1.25, count))
         found = own.mutated(mixed, np.full(count, 0.8), rng)
     return found
@@ -45,7 +46,7 @@ def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
     found = bred(own)
     assert np.ptp(found.singletons, axis=0).max() > 10  # they do differ
     for k in range(len(found.tree)):
-        individual = found.take(slice(k, k + 1))
+        individual = taken(found, slice(k, k + 1))
         record = type(own.start).model_validate(own.record(individual))  # refuses gaps
         sectors = true_sectors(*record.table()[:3])
         assert drive.contains(max(sectors.k1, 1e-9), sectors.k2)
@@ -75,7 +76,7 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     for k in range(3):
         gains = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], own.gains(found))
         judged, _ = simulate.trajectory(loop, machines, samples, gains)
-        file = problem.design_of(found.take(slice(k, k + 1)), scenario)
+        file = problem.design_of(taken(found, slice(k, k + 1)), scenario)
         assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from chance import mean_is, normal, uniform
 
+from hfc_design.controllers.genome import taken
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 
@@ -14,7 +15,7 @@ GENOME = problem.genome_of(
 
 
 def middle(count=COUNT):
-    return GENOME.empty().take(np.zeros(count, int))
+    return taken(GENOME.empty(), np.zeros(count, int))
 
 
 def mutated(population, step, seed=31):

@@ -11,15 +11,14 @@ from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.controllers.pid import PidGains
 from hfc_design.search.loop import generations
 from hfc_design.search.registry import searcher
 from hfc_design.search.strategies.race import RaceSettings
 from hfc_design.search.strategy import Task
 
+RANGES = {"k_p": (0.1, 1000.0), "k_i": (0.0, 8.0), "k_d": (-1.0, 3.0)}
 GENOME = GainsGenome(
-    KINDS.get("pid"),
-    PidGains(k_p=(0.1, 1000.0), k_i=(0.0, 8.0), k_d=(-1.0, 3.0)),
+    KINDS.get("pid").settings(kind="pid", ranges=RANGES),
     api.load_scenario("feed-drive-line").target,
 )
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from chance import mean_is, normal, uniform
 
+from hfc_design.controllers.genome import taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
@@ -134,7 +135,7 @@ def test_wild_mutation_keeps_every_limit(inputs):
 
 def test_mixing_is_geometric_in_gains_and_straight_in_tables():
     own = genome()
-    one, other = fresh(own, 5), fresh(own, 10).take(slice(5, 10))
+    one, other = fresh(own, 5), taken(fresh(own, 10), slice(5, 10))
     share = np.array([-0.25, 0.0, 0.3, 1.0, 1.25])
     found = own.blended(one, other, share)
     assert np.array_equal(found.tree, one.tree)

@@ -39,9 +39,9 @@ def moved(samples, table, k_c=0.1, largest_move=1.0):
     """Moves (7, 7) of the consequents after ``samples`` of (in_error, in_column, in_row)."""
     memory = root_unit.initial_memory(0.0)
     for degrees in samples:
-        found, memory = root_unit.step(
-            SCALARS, Adaptation(k_c, largest_move), table, memory, *degrees
-        )
+        in_error, *inputs = degrees
+        law = Adaptation(k_c=k_c, largest_move=largest_move)
+        found, memory = root_unit.step(SCALARS, law, memory, in_error, table, *inputs)
     np.testing.assert_allclose(found, np.array(table) + memory.moves, atol=1e-15)
     return np.array(memory.moves)
 
@@ -179,10 +179,11 @@ def test_equals_a_plain_transcription(names, adaptation, scale, seed):
 def test_driven_hard_every_consequent_stays_within_its_bound():
     random = np.random.default_rng(3)
     table = random.uniform(-1.0, 1.0, (7, 7))
-    law, memory, widest = Adaptation(0.7, 0.3), root_unit.initial_memory(0.0), 0.0
+    law, widest = Adaptation(k_c=0.7, largest_move=0.3), 0.0
+    memory = root_unit.initial_memory(0.0)
     for _ in range(2000):
-        degrees = [oracle.memberships(u) for u in random.uniform(-1.0, 1.0, 3)]
-        now, memory = root_unit.step(SCALARS, law, table.tolist(), memory, *degrees)
+        in_error, *inputs = (oracle.memberships(u) for u in random.uniform(-1.0, 1.0, 3))
+        now, memory = root_unit.step(SCALARS, law, memory, in_error, table.tolist(), *inputs)
         widest = max(widest, np.abs(now - table).max())
     assert widest == pytest.approx(0.3, abs=1e-15)
 
@@ -262,7 +263,8 @@ def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines):
     assert done.exit_code == 0, done.output
     assert "largest move" in (folder / "report.html").read_text()
     found = load_design(str(folder))
-    assert found.controller.adaptation.law() == Adaptation(1e-3, 0.5, 500.0)
+    wanted = Adaptation(k_c=1e-3, largest_move=0.5, error_scale=500.0)
+    assert found.controller.adaptation == wanted
     assert evaluate(found, own_scenario(found, str(folder))).fitness == found.score["fitness"]
 
 

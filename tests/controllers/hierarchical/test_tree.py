@@ -6,18 +6,17 @@ import jax
 import numpy as np
 import oracle
 import pytest
+from hierarchies import encode, valid
 
+from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS, averaged, memberships
 from hfc_design.controllers.hierarchical.tree import (
     Unit,
     decode,
-    encode,
     picked,
     sources,
     trees,
     unit_count,
-    valid,
 )
-from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, averaged, memberships
 from hfc_design.core.lanes import LANES
 from hfc_design.files.pairing import load_design
 

@@ -104,22 +104,9 @@ class Tables(NamedTuple):
     tree: np.ndarray  # (n,) 0
     heights: np.ndarray  # (n, 5)
 
-    def take(self, chosen: Any) -> "Tables":
-        """Some of them."""
-        return Tables(self.tree[chosen], self.heights[chosen])
 
-
-class Genome(NamedTuple):
+class Genome(hfc.Genome):
     """How tables begin and vary."""
-
-    settings: Settings
-    target: hfc.Target
-    structures: int = 1
-
-    @property
-    def controller(self) -> Any:
-        """The law on every axis."""
-        return hfc.per_axis("toy", lambda limit: law(self.target.sample_time, limit), self.target)
 
     def empty(self) -> Tables:
         """One table of zeros."""
@@ -149,10 +136,6 @@ class Genome(NamedTuple):
         s, count = self.settings, len(population.tree)
         same = (np.full(count, value) for value in (s.width, s.integral, s.rate))
         return Gains(population.heights.T, *same)
-
-    def notation(self, structure: int) -> str:
-        """There is one."""
-        return "toy"
 
     def record(self, individual: Tables) -> dict[str, Any]:
         """As a design file has it, without the sample time."""

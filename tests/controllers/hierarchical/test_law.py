@@ -7,7 +7,7 @@ import numpy as np
 import oracle
 import pytest
 
-from hfc_design.controllers.hierarchical.unit import (
+from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_TERMS,
     Term,
     averaged,
