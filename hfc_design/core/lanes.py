@@ -1,9 +1,12 @@
 """The functions of the control laws on JAX scalars, which the simulator makes vectors of."""
 
+from collections.abc import Sequence
+
 import jax
 import jax.numpy as jnp
 
 from hfc_design.core.scalars import Xp
+from hfc_design.core.shapes import Scalar
 from plants.scalar import decay, ratio
 
 
@@ -16,4 +19,12 @@ def once(x: jax.Array) -> jax.Array:
     return x / (1.0 + 0.0 * x)
 
 
-LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once)
+def pick(values: Sequence[Scalar], index: jax.Array) -> Scalar:
+    """``values[index]`` for a traced index: a chain of selections, not a gather."""
+    result = values[0]
+    for k, value in enumerate(values[1:], start=1):
+        result = jnp.where(index == k, value, result)
+    return result
+
+
+LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once, pick)

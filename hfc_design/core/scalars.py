@@ -6,7 +6,9 @@ all three. Never imports JAX.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+from operator import add, getitem, mul
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +26,8 @@ class Xp(NamedTuple):
     ratio: Callable[[Scalar, Scalar], Scalar]
     #: x; marks what many results share, for a compiler that would else compute it for each.
     once: Callable[[Scalar], Scalar]
+    #: (values, index) -> values[index]
+    pick: Callable[[Sequence[Scalar], Scalar], Scalar]
 
 
 SCALARS = Xp(
@@ -33,8 +37,9 @@ SCALARS = Xp(
     decay=math.exp,
     ratio=lambda a, b: a / b,
     once=lambda x: x,
+    pick=getitem,
 )
-ARRAYS = Xp(np.where, np.minimum, np.maximum, np.exp, np.divide, lambda x: x)
+ARRAYS = Xp(np.where, np.minimum, np.maximum, np.exp, np.divide, lambda x: x, getitem)
 
 
 def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
@@ -44,10 +49,12 @@ def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
 
 def total(values: Iterable[Scalar]) -> Scalar:
     """Sum of scalars, left to right, without starting from an integer zero."""
-    first, *others = values
-    for value in others:
-        first = first + value
-    return first
+    return reduce(add, values)
+
+
+def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
+    """Sum of products, left to right."""
+    return reduce(add, map(mul, a, b))
 
 
 def each(function: Callable[..., Any], *tables: Iterable[Iterable[Any]]) -> list[list[Any]]:

@@ -5,10 +5,11 @@
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hfc_design.controllers.controller import PathView, Signals, View, limited
+from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View, limited
 from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.scalars import SCALARS
 from hfc_design.core.shapes import Parameters
@@ -26,8 +27,8 @@ class Controller:
         law = needed(
             kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
         )
-        self._law = law(self.design, design.limits.of(axis or design.axis).command)
-        self._gains = kind.gains(self.design)
+        self._law: AxisLaw = law(self.design, design.limits.of(axis or design.axis).command)
+        self._parts = partial(self._law.parts, SCALARS, self._law, kind.gains(self.design))
         self._memory = self._law.initial_memory(0.0)
 
     def step(self, signals: Signals) -> float:
@@ -39,7 +40,8 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        return self.limited(self.parts(signals).command())
+        parts, self._memory = self._parts(self._memory, signals)
+        return float(limited(SCALARS, self._law.limit, parts.command()))
 
     def limited(self, command: float) -> float:
         """``command`` within the limit of the design."""
@@ -51,8 +53,7 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        law = self._law
-        parts, self._memory = law.parts(SCALARS, law, self._gains, self._memory, signals)
+        parts, self._memory = self._parts(self._memory, signals)
         return parts
 
     def remember(self, readings: dict[str, float]) -> None:

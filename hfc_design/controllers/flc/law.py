@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
-from hfc_design.core.scalars import Xp, total
+from hfc_design.core.scalars import Xp, dot, total
 from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Triangles
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
@@ -139,8 +139,7 @@ def infer(xp: Xp, in_error: Degrees, in_change: Degrees, singletons: RuleTable) 
             + (U_i+1,j+1 - U_i+1,j - U_i,j+1 + U_ij) x y,    x = (e - E_i) / alpha, y likewise
     """
     weighted = total(
-        degree * total(d * u for d, u in zip(in_change, row, strict=True))
-        for degree, row in zip(in_error, singletons, strict=True)
+        degree * dot(in_change, row) for degree, row in zip(in_error, singletons, strict=True)
     )
     firing = total(in_error) * total(in_change)
     return weighted / xp.where(firing > 0.0, firing, 1.0)

@@ -11,8 +11,8 @@ from typing import NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
-from hfc_design.controllers.hierarchical.tree import Sources, picked
-from hfc_design.core.scalars import Xp, clipped, total
+from hfc_design.controllers.hierarchical.tree import Sources
+from hfc_design.core.scalars import Xp, clipped, dot, total
 from hfc_design.core.shapes import Degrees, Floats, RuleTable, Scalar
 
 #: What gives the degrees of a scalar in the terms.
@@ -140,8 +140,7 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
     """
     weighted = 0.0
     for degree, singletons in zip(in_row, consequents, strict=True):
-        inner = total(d * s for d, s in zip(in_column, singletons, strict=True))
-        weighted = weighted + degree * inner
+        weighted = weighted + degree * dot(in_column, singletons)
     firing = total(in_column) * total(in_row)
     # The division comes last: what ends in a division the compiler computes once, what ends in
     # a selection it would repeat in everything that uses it.
@@ -213,7 +212,7 @@ def outputs(
     values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
     for k, ((column, row), start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
-        seen = picked(xp, values, column), picked(xp, values, row)
+        seen = xp.pick(values, column), xp.pick(values, row)
         in_column, in_row = (degrees(u) for u in seen)
         own = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
         table, remembered = own

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.core.scalars import Xp
 from hfc_design.core.shapes import Scalar
 
 MAX_INPUTS = 6
@@ -135,11 +134,3 @@ def sources(tree: Tree) -> NDArray[np.int32]:
 def all_sources(inputs: int) -> NDArray[np.int32]:
     """The sources of every tree, (trees, units, 2), in the order of ``trees``."""
     return np.stack([sources(tree) for tree in trees(inputs)])
-
-
-def picked(xp: Xp, values: Sequence[Scalar], index: Scalar) -> Scalar:
-    """``values[index]`` for scalars and a traced index: a chain of selections, not a gather."""
-    result = values[0]
-    for k, value in enumerate(values[1:], start=1):
-        result = xp.where(index == k, value, result)
-    return result

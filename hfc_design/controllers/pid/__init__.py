@@ -58,6 +58,8 @@ def parts(
     whole = memory.sum + error
     rate = (error - memory.error) / law.sample_time
     found = PidParts(gains.k_p * error, gains.k_i * law.sample_time * whole, gains.k_d * rate)
+    if law.limit is None:
+        return found, PidMemory(error, whole)
     kept = held(xp, law.limit, found.command(), memory.sum, whole)
     return found._replace(integral=gains.k_i * law.sample_time * kept), PidMemory(error, kept)
 
