@@ -26,23 +26,12 @@ class Gains(NamedTuple):
     rate: Any  # at which a point learns [V/(rad s)]
 
 
-class Parts(NamedTuple):
-    """What the command is made of."""
-
-    pd: Any
-    friction: Any
-
-    def command(self) -> Any:
-        """The sum [V]."""
-        return self.pd + self.friction
-
-
 def start(law: hfc.AxisLaw, zero: Any) -> tuple[Any, ...]:
     """The table before the first sample, as the design has it."""
     return tuple(zero + height for height in law.structure)
 
 
-def parts(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, table: Any, signals: Any) -> Any:
+def sample(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, table: Any, signals: Any) -> Any:
     """One sample, in scalars: the simulator, the runtime and the search all step this text."""
     place = hfc.clipped(xp, 3.0 * signals["spindle_velocity"] / HIGHEST, -3.0, 3.0)
     weights = [xp.maximum(1.0 - abs(place - (k - 3.0)), 0.0) for k in range(POINTS)]
@@ -52,7 +41,7 @@ def parts(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, table: Any, signals: Any) 
     # A command at its limit teaches nothing: the table would wind up.
     step = hfc.held(xp, law.limit, pd + friction, 0.0 * step, step)
     learnt = tuple(height + step * w for w, height in zip(weights, table, strict=True))
-    return Parts(pd, friction), learnt
+    return pd + friction, learnt, None
 
 
 class Design(hfc.ControllerRecord):
@@ -118,7 +107,7 @@ KIND = hfc.Kind(
     record=Design,
     settings=hfc.settings_of(Gains((100.0, 1e4), (30.0, 3e3), (1.0, 1e5))),
     gains=Design.gains,
-    law=lambda record, limit: hfc.AxisLaw(parts, start, record.sample_time_s, limit, record.table),
+    law=lambda record, limit: hfc.AxisLaw(sample, start, record.sample_time_s, limit, record.table),
     genome=hfc.genome_of_gains,
     of_gains=lambda gains: {**gains, "table": (0.0,) * POINTS},
     reads=lambda record: ["error", "error_rate", "spindle_velocity"],

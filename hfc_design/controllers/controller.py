@@ -57,11 +57,11 @@ class Controller(Protocol):
 class AxisLaw(NamedTuple):
     """The law of one axis, in scalars: the same text for the simulator and the runtime.
 
-    ``parts(xp, law, gains, memory, signals)`` gives what the command is made of, a record with
-    a method ``command()``, and what to remember.
+    ``sample(xp, law, gains, memory, signals)`` gives the command, what to remember, and what the
+    command is made of, for ``Kind.explain``; None where a kind does not tell.
     """
 
-    parts: Callable[..., tuple[Any, Memory]]
+    sample: Callable[..., tuple[Scalar, Memory, Any]]
     start: Callable[["AxisLaw", Scalar], Memory]  # (law, zero) -> memory before the first sample
     sample_time: float  # [s]
     limit: float | None = None  # largest command of either sign
@@ -73,8 +73,8 @@ class AxisLaw(NamedTuple):
 
     def step(self, xp: Xp, gains: Gains, memory: Memory, signals: Signals) -> tuple[Scalar, Memory]:
         """The command within its limit, and what to remember."""
-        parts, memory = self.parts(xp, self, gains, memory, signals)
-        return limited(xp, self.limit, parts.command()), memory
+        command, memory, _ = self.sample(xp, self, gains, memory, signals)
+        return limited(xp, self.limit, command), memory
 
 
 class PerAxis(NamedTuple):

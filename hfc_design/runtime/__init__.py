@@ -28,7 +28,7 @@ class Controller:
             kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
         )
         self._law: AxisLaw = law(self.design, design.limits.of(axis or design.axis).command)
-        self._parts = partial(self._law.parts, SCALARS, self._law, kind.gains(self.design))
+        self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
         self._memory = self._law.initial_memory(0.0)
 
     def step(self, signals: Signals) -> float:
@@ -40,21 +40,16 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        parts, self._memory = self._parts(self._memory, signals)
-        return float(limited(SCALARS, self._law.limit, parts.command()))
+        return self.told(signals)[0]
 
-    def limited(self, command: float) -> float:
-        """``command`` within the limit of the design."""
-        return float(limited(SCALARS, self._law.limit, command))
-
-    def parts(self, signals: Signals) -> Any:
-        """Step, and say what the command is made of: a record with a method ``command()``.
+    def told(self, signals: Signals) -> tuple[float, Any]:
+        """Step: the command, and what it is made of; None where the kind does not tell.
 
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        parts, self._memory = self._parts(self._memory, signals)
-        return parts
+        command, self._memory, parts = self._sample(self._memory, signals)
+        return float(limited(SCALARS, self._law.limit, command)), parts
 
     def remember(self, readings: dict[str, float]) -> None:
         """Take ``readings`` for those of the sample before; the rest of the memory stays."""

@@ -57,8 +57,7 @@ def explanation(
     controller.remember(_memory(kind, samples[0]))
     for sample in samples[:-1]:
         controller.step(sample)
-    parts = controller.parts(samples[-1])
-    command = controller.limited(parts.command())
+    command, parts = controller.told(samples[-1])
     accepted = drive.accepted(drive.coefficients(parameters), command)
     return {
         "design": design.name,

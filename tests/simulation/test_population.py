@@ -109,11 +109,11 @@ def test_one_compilation_serves_all_structures_values_machines_and_loads(random_
     gains = random_population(105, seed=4)
     traces = []
 
-    def parts(*arguments):
+    def sample(*arguments):
         traces.append(1)
-        return LAW.parts(*arguments)
+        return LAW.sample(*arguments)
 
-    counted = every_axis("pd+hierarchical-fuzzy", LAW._replace(parts=parts))
+    counted = every_axis("pd+hierarchical-fuzzy", LAW._replace(sample=sample))
 
     def changed(change, shift):
         loop = prepared(counted, change)

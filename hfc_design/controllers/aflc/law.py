@@ -62,7 +62,7 @@ Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 def aflc(sample_time: float, limit: float | None = None, blamed: Blame = blamed_aflc) -> AxisLaw:
     """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
-    return AxisLaw(parts, initial_memory, sample_time, limit, blamed)
+    return AxisLaw(sample, initial_memory, sample_time, limit, blamed)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
@@ -71,22 +71,23 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
     return AdaptiveMemory(zero, zero, zero, zero, still, still, [[zero] * 7] * 7)
 
 
-def parts(
+def sample(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
-) -> tuple[Parts, AdaptiveMemory]:
-    """What one sample commands, in its parts, and what to remember; signals as in ``flc.parts``."""
+) -> tuple[Scalar, AdaptiveMemory, Parts]:
+    """As ``flc.sample``, with the table as it is by now."""
     start, moved = gains.flc, adapted(xp, law.structure, gains, memory, signals["error"])
     before = FlcMemory(memory.error, memory.action, memory.integral)
-    found, after = flc.parts(xp, law._replace(structure="PD"), moved, before, signals)
-    return found, AdaptiveMemory(
-        found.error,
-        found.change,
-        found.inferred,
+    command, after, parts = flc.sample(xp, law._replace(structure="PD"), moved, before, signals)
+    remembered = AdaptiveMemory(
+        parts.error,
+        parts.change,
+        parts.inferred,
         after.integral,
         each(sub, joints(moved.error_terms), joints(start.error_terms)),
         each(sub, joints(moved.change_terms), joints(start.change_terms)),
         each(sub, moved.singletons, start.singletons),
     )
+    return command, remembered, parts
 
 
 def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> FlcGains:

@@ -40,7 +40,8 @@ def at_the_end(record: AflcDesign, shown: Shown) -> dict[str, FuzzyRecord]:
         memory = law.initial_memory(0.0)
         read = {name: signals[name].tolist() for name in record.reads()}
         for values in zip(*read.values(), strict=True):
-            _, memory = law.parts(SCALARS, law, gains, memory, dict(zip(read, values, strict=True)))
+            read_now = dict(zip(read, values, strict=True))
+            _, memory = law.step(SCALARS, gains, memory, read_now)
         name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
         found[name] = record.adapted(memory)
     return found

@@ -50,7 +50,7 @@ def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
 
     ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
     """
-    return AxisLaw(parts, initial_memory, sample_time, limit, form)
+    return AxisLaw(sample, initial_memory, sample_time, limit, form)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> FlcMemory:
@@ -73,16 +73,11 @@ class Parts(NamedTuple):
     integral: Scalar  # u_I
     compensation: Scalar | None  # u_d; None without low-velocity compensation
 
-    def command(self) -> Scalar:
-        """The sum [units]."""
-        command = self.fuzzy + self.integral
-        return command if self.compensation is None else command + self.compensation
 
-
-def parts(
+def sample(
     xp: Xp, law: AxisLaw, gains: FlcGains, memory: FlcMemory, signals: Signals
-) -> tuple[Parts, FlcMemory]:
-    """What one sample commands, in its parts, and what to remember.
+) -> tuple[Scalar, FlcMemory, Parts]:
+    """The command of one sample, what to remember, and what it is made of.
 
     In every form the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
     compensation, velocity [BLU/s].
@@ -98,13 +93,19 @@ def parts(
     pushed = None
     if gains.compensation is not None:
         pushed = compensate(xp, gains.compensation, signals["velocity"], error)
+    command = _sum(fuzzy, integral, pushed)
+    if law.limit is not None:
+        integral = held(xp, law.limit, command, memory.integral, integral)
+        if law.structure == "PI":
+            fuzzy = held(xp, law.limit, command, memory.fuzzy, fuzzy)
+        command = _sum(fuzzy, integral, pushed)
     table = gains.error_terms, gains.change_terms, gains.singletons
-    found = Parts(*table, error, change, in_error, in_change, inferred, fuzzy, integral, pushed)
-    command = found.command()
-    integral = held(xp, law.limit, command, memory.integral, integral)
-    if law.structure == "PI":
-        fuzzy = held(xp, law.limit, command, memory.fuzzy, fuzzy)
-    return found._replace(fuzzy=fuzzy, integral=integral), FlcMemory(error, fuzzy, integral)
+    parts = Parts(*table, error, change, in_error, in_change, inferred, fuzzy, integral, pushed)
+    return command, FlcMemory(error, fuzzy, integral), parts
+
+
+def _sum(fuzzy: Scalar, integral: Scalar, compensation: Scalar | None) -> Scalar:
+    return fuzzy + integral if compensation is None else fuzzy + integral + compensation
 
 
 def memberships(xp: Xp, terms: Triangles, u: Scalar) -> list[Scalar]:

@@ -38,30 +38,19 @@ class Law(NamedTuple):
     step: Callable[[float, Gains, Memory, dict[str, Scalar]], tuple[Scalar, Memory]]
 
 
-class Whole(NamedTuple):
-    """A command that is not told in parts."""
-
-    whole: Scalar
-
-    def command(self) -> Scalar:
-        """The same."""
-        return self.whole
-
-
 def own(law: Law, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The user's ``law`` as that of an axis."""
-    return AxisLaw(_parts, _initial_memory, sample_time, limit, law)
+    return AxisLaw(_sample, _initial_memory, sample_time, limit, law)
 
 
 def _initial_memory(law: AxisLaw, zero: Scalar) -> Memory:
     return law.structure.initial_memory(zero)
 
 
-def _parts(
+def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
-) -> tuple[Whole, Memory]:
-    command, memory = law.structure.step(law.sample_time, gains, memory, signals)
-    return Whole(command), memory
+) -> tuple[Scalar, Memory, None]:
+    return *law.structure.step(law.sample_time, gains, memory, signals), None
 
 
 def range_fault(pair: Any) -> str | None:

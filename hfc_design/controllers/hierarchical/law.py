@@ -112,10 +112,6 @@ class HierarchyParts(NamedTuple):
     derivative: Scalar
     fuzzy: Scalar  # the root's output, scaled
 
-    def command(self) -> Scalar:
-        """The sum (LL eq. 6)."""
-        return self.proportional + self.derivative + self.fuzzy
-
 
 def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
     """Degree in (0, 1] to which scalar ``u`` belongs to ``term``."""
@@ -149,7 +145,7 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
 
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd+hierarchical-fuzzy``."""
-    return AxisLaw(parts, initial_memory, sample_time, limit, layout)
+    return AxisLaw(sample, initial_memory, sample_time, limit, layout)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
@@ -159,10 +155,10 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root)
 
 
-def parts(
+def sample(
     xp: Xp, law: AxisLaw, gains: HierarchicalGains, memory: HierarchicalMemory, signals: Signals
-) -> tuple[HierarchyParts, HierarchicalMemory]:
-    """What one sample commands, in its parts, and what to remember.
+) -> tuple[Scalar, HierarchicalMemory, HierarchyParts]:
+    """The command of one sample (LL eq. 6), what to remember, and what it is made of.
 
     The scaled external inputs are clamped to [-1, 1]; the outputs of inner units are not,
     because published consequents lie outside that range.
@@ -175,16 +171,11 @@ def parts(
     degrees = partial(memberships, xp, layout.terms)
     learnt = _learning(xp, layout, gains, memory, signals["error"])
     units, root = outputs(xp, degrees, gains, values, learnt)
-    found = HierarchyParts(
-        readings,
-        scaled,
-        units,
-        gains.kp * signals["error"],
-        gains.kd * signals["error_rate"],
-        layout.output_scale * units[-1].output,
-    )
+    proportional, derivative = gains.kp * signals["error"], gains.kd * signals["error_rate"]
+    fuzzy = layout.output_scale * units[-1].output
+    parts = HierarchyParts(readings, scaled, units, proportional, derivative, fuzzy)
     remembered = {name: signals[name] for name in layout.remembered}
-    return found, HierarchicalMemory(remembered, root)
+    return proportional + derivative + fuzzy, HierarchicalMemory(remembered, root), parts
 
 
 def _learning(

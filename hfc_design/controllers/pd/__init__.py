@@ -20,20 +20,9 @@ class PdGains(NamedTuple):
     kd: Scalar  # [V s/rad]
 
 
-class PdParts(NamedTuple):
-    """What the command is made of."""
-
-    proportional: Scalar
-    derivative: Scalar
-
-    def command(self) -> Scalar:
-        """The sum (LL eq. 6)."""
-        return self.proportional + self.derivative
-
-
 def pd(sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd``; it remembers nothing."""
-    return AxisLaw(parts, initial_memory, sample_time, limit)
+    return AxisLaw(sample, initial_memory, sample_time, limit)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
@@ -41,11 +30,11 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
     return ()
 
 
-def parts(
+def sample(
     xp: Xp, law: AxisLaw, gains: PdGains, memory: tuple[()], signals: Signals
-) -> tuple[PdParts, tuple[()]]:
+) -> tuple[Scalar, tuple[()], None]:
     """``kp e + kd de/dt`` [V] (LL eq. 6)."""
-    return PdParts(gains.kp * signals["error"], gains.kd * signals["error_rate"]), memory
+    return gains.kp * signals["error"] + gains.kd * signals["error_rate"], memory, None
 
 
 HERE = (Path(__file__).parent / "templates",)

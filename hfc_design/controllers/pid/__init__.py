@@ -28,21 +28,9 @@ class PidMemory(NamedTuple):
     sum: Scalar  # of all errors so far [BLU]
 
 
-class PidParts(NamedTuple):
-    """What the command is made of."""
-
-    proportional: Scalar
-    integral: Scalar
-    derivative: Scalar
-
-    def command(self) -> Scalar:
-        """The sum."""
-        return self.proportional + self.integral + self.derivative
-
-
 def pid(sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pid``."""
-    return AxisLaw(parts, initial_memory, sample_time, limit)
+    return AxisLaw(sample, initial_memory, sample_time, limit)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
@@ -50,18 +38,18 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
     return PidMemory(zero, zero)
 
 
-def parts(
+def sample(
     xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
-) -> tuple[PidParts, PidMemory]:
+) -> tuple[Scalar, PidMemory, None]:
     """``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], with ``error`` [BLU]."""
-    error = signals["error"]
+    error, every = signals["error"], law.sample_time
     whole = memory.sum + error
-    rate = (error - memory.error) / law.sample_time
-    found = PidParts(gains.k_p * error, gains.k_i * law.sample_time * whole, gains.k_d * rate)
-    if law.limit is None:
-        return found, PidMemory(error, whole)
-    kept = held(xp, law.limit, found.command(), memory.sum, whole)
-    return found._replace(integral=gains.k_i * law.sample_time * kept), PidMemory(error, kept)
+    rate = (error - memory.error) / every
+    command = gains.k_p * error + gains.k_i * every * whole + gains.k_d * rate
+    if law.limit is not None:
+        whole = held(xp, law.limit, command, memory.sum, whole)
+        command = gains.k_p * error + gains.k_i * every * whole + gains.k_d * rate
+    return command, PidMemory(error, whole), None
 
 
 def _st(record: Own) -> Json:

@@ -28,17 +28,17 @@ def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I", overlaps=None):
 
 
 def sampled(gains, blamed, memory, error):
-    """What one sample commands, in its parts, and what to remember."""
+    """The command of one sample, what to remember, and what it is made of."""
     law = aflc.aflc(0.01, blamed=blamed)
-    return law.parts(SCALARS, law, gains, memory, {"error": error})
+    return law.sample(SCALARS, law, gains, memory, {"error": error})
 
 
 def stepped(gains, blamed, errors):
     """Command, memory after each sample of errors."""
     memory = aflc.aflc(0.01, blamed=blamed).initial_memory(0.0)
     for error in errors:
-        found, memory = sampled(gains, blamed, memory, error)
-        yield found.command(), memory
+        command, memory, _ = sampled(gains, blamed, memory, error)
+        yield command, memory
 
 
 def after(errors, blamed=blamed_aflc, gains=None):
@@ -77,7 +77,7 @@ def test_example_2_of_jk04():
     started = gains_of()._replace(rates=Rates(0.0, 0.0, 0.0, 0.0, 0.0))
     *_, (action, memory) = stepped(started, blamed_aflc, [10.0, 10.0])
     assert action == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
-    _, memory = sampled(gains_of(), blamed_aflc, memory, 18.0)
+    _, memory, _ = sampled(gains_of(), blamed_aflc, memory, 18.0)
     error_terms, change_terms, table = aflc.current(gains_of(), memory)[:3]
     assert error_terms[PS] == (2.0 + 1.0, 7.0, 12.0 - 1.0)  # rule (a): narrower by two steps
     assert error_terms[PM] == (9.0 - 0.5, 14.0, 19.0 + 0.5)  # rule (b): wider by one
@@ -117,7 +117,7 @@ def test_soflc_steps_of_jk95():
     gains = gains_of((0.5, 0.2, 1.0), None)
     _, memory = list(stepped(gains, blamed_soflc, [10.0]))[-1]
     memory = memory._replace(change=0.0, action=32.0 / 3.0)
-    _, memory = sampled(gains, blamed_soflc, memory, 18.0)
+    _, memory, _ = sampled(gains, blamed_soflc, memory, 18.0)
     error_terms, change_terms, _ = aflc.current(gains, memory)[:3]
     np.testing.assert_allclose(error_terms[PS], (2.0 - 1.0, 7.0, 12.0 + 1.0))  # |p| = 2
     np.testing.assert_allclose(error_terms[PM], (9.0 + 0.5, 14.0, 19.0 - 0.5))  # |p| = 1

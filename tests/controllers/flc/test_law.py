@@ -27,8 +27,8 @@ def commands(errors, form="PD", gains=None, sample_time=0.01):
     law = flc.flc(form, sample_time)
     memory = law.initial_memory(0.0)
     for error in errors:
-        found, memory = law.parts(SCALARS, law, gains or gains_of(), memory, {"error": error})
-        yield found.command()
+        command, memory, _ = law.sample(SCALARS, law, gains or gains_of(), memory, {"error": error})
+        yield command
 
 
 @pytest.mark.parametrize(
@@ -155,8 +155,8 @@ def test_compensation_shifts_every_singleton():
     signals = {"error": 10.0, "velocity": 300.0}
     law = flc.flc("PD", 0.01)
     memory = law.initial_memory(0.0)
-    found, _ = law.parts(SCALARS, law, gains_of(compensation=X_AXIS), memory, signals)
+    found, *_ = law.sample(SCALARS, law, gains_of(compensation=X_AXIS), memory, signals)
     u_d = 0.05 * 9 - 1.16 * 3 + 6.54
     shifted = gains_of()._replace(singletons=[[u + u_d for u in r] for r in rule_singletons("I")])
-    expected, _ = law.parts(SCALARS, law, shifted, memory, signals)
-    assert found.command() == pytest.approx(expected.command())
+    expected, *_ = law.sample(SCALARS, law, shifted, memory, signals)
+    assert found == pytest.approx(expected)

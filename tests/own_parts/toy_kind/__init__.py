@@ -41,17 +41,13 @@ class Parts(NamedTuple):
     inferred: Any
     integral: Any
 
-    def command(self) -> Any:
-        """The sum."""
-        return self.inferred + self.integral
-
 
 def start(law: hfc.AxisLaw, zero: Any) -> Memory:
     """Nothing learnt."""
     return Memory((zero,) * POINTS, zero)
 
 
-def parts(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, memory: Memory, signals: Any) -> Any:
+def sample(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, memory: Memory, signals: Any) -> Any:
     """Linear between the points, constant beyond; the points that act learn from the error."""
     error = signals["error"]
     place = hfc.clipped(xp, error / gains.width, -2.0, 2.0)
@@ -63,7 +59,8 @@ def parts(xp: hfc.Xp, law: hfc.AxisLaw, gains: Gains, memory: Memory, signals: A
     moves = tuple(
         move + gains.rate * w * error for move, w in zip(memory.moves, weights, strict=True)
     )
-    return Parts(place, weights, table, inferred, summed), Memory(moves, summed)
+    parts = Parts(place, weights, table, inferred, summed)
+    return inferred + summed, Memory(moves, summed), parts
 
 
 Heights = Annotated[tuple[float, ...], Field(min_length=POINTS, max_length=POINTS)]
@@ -152,7 +149,7 @@ class Genome(hfc.Genome):
 
 def law(sample_time: float, limit: float | None) -> hfc.AxisLaw:
     """The law of one axis."""
-    return hfc.AxisLaw(parts, start, sample_time, limit)
+    return hfc.AxisLaw(sample, start, sample_time, limit)
 
 
 def shown(record: Design, parts: Parts) -> dict[str, Any]:
