@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import Drive, Loads, Scalar
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
 class FeedDriveParameters(NamedTuple):
@@ -163,28 +163,25 @@ def signals(c: FeedDriveCoefficients, x: FeedDriveState) -> dict[str, Scalar]:
     return {"position": x.position, "velocity": x.velocity}
 
 
-MORE_THAN_ZERO = frozenset({"gain", "time_constant", "blu", "highest_command"})
-ZERO_OR_MORE = frozenset({"coulomb", "positive_start", "low_velocity", "stiction_rise"})
+MAY_BE_ZERO = ("coulomb", "positive_start", "low_velocity", "stiction_rise")
+ANY_SIGN = ("positive_slope", "positive_curvature", "negative_slope", "negative_curvature")
+_sign_fault = only_positive(
+    FeedDriveParameters,
+    **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE),
+    **dict.fromkeys(ANY_SIGN, (lambda value: True, "any number")),
+    negative_start=(lambda value: value <= 0, "zero or less, as in JK04 eq. 28"),
+    lowest_command=(lambda value: value < 0, "less than zero"),
+)
 
 
 def fault(changes: dict[str, float]) -> str | None:
-    """What makes the nominal axis with ``changes`` impossible, or None."""
-    for name, value in changes.items():
-        if name not in FeedDriveParameters._fields:
-            return f"parameters.{name}: unknown; there is {', '.join(FeedDriveParameters._fields)}"
-        if name in MORE_THAN_ZERO and not value > 0:
-            return f"parameters.{name} = {value}: has to be more than zero"
-        if name in ZERO_OR_MORE and not value >= 0:
-            return f"parameters.{name} = {value}: has to be zero or more"
-        if name == "negative_start" and not value <= 0:
-            return f"parameters.{name} = {value}: has to be zero or less, as in JK04 eq. 28"
-        if name == "lowest_command" and not value < 0:
-            return f"parameters.{name} = {value}: has to be less than zero"
-    return _driving_friction(FeedDriveParameters(**changes))
+    """What makes the nominal axis with ``changes`` impossible, or None.
 
-
-def _driving_friction(p: FeedDriveParameters) -> str | None:
-    """A line if friction would speed the free axis up somewhere, against its damping."""
+    That is a sign, or friction that would speed the free axis up somewhere, against its damping.
+    """
+    if found := _sign_fault(changes):
+        return found
+    p = FeedDriveParameters(**changes)
     for direction, name in ((1.0, "positive"), (-1.0, "negative")):
         with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
             speeds = p.low_velocity / p.blu * np.arange(1000) / 1000
@@ -199,13 +196,11 @@ def _driving_friction(p: FeedDriveParameters) -> str | None:
     return None
 
 
-#: Settings of encoder and converter, and how far the fit of the friction reaches.
-EXACT = frozenset({"blu", "lowest_command", "highest_command", "low_velocity"})
-
 FEED_DRIVE = Drive(
     name="feed-drive",
     parameters=FeedDriveParameters,
-    exact=EXACT,
+    # settings of encoder and converter, and how far the fit of the friction reaches
+    exact=frozenset({"blu", "lowest_command", "highest_command", "low_velocity"}),
     fault=fault,
     units={
         "error": "BLU",

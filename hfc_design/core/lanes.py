@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 
 from hfc_design.core.scalars import Xp
-from plants.scalar import decay, ratio
+from plants.blocks import decay, ratio
 
 
 def once(x: jax.Array) -> jax.Array:
