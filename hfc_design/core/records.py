@@ -1,9 +1,10 @@
 """Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo
 
 from hfc_design.core.shapes import Plain
 
@@ -39,6 +40,20 @@ class RunError(UserError):
     """Something outside the program went wrong, a full disk for one: exit code 1."""
 
     exit_code = 1
+
+
+def readable_by(read: Callable[[Path], object]) -> AfterValidator:
+    """Validates a file that another names, whose folder a relative path starts at, by reading it.
+
+    ``read`` raises ValueError where that cannot be done.
+    """
+
+    def found(file: Path, info: ValidationInfo) -> Path:
+        path = Path((info.context or {}).get("folder", "")) / file
+        read(path)
+        return path
+
+    return AfterValidator(found)
 
 
 Checked = TypeVar("Checked", bound=BaseModel)

@@ -28,18 +28,17 @@ class Motion:
         """When the end of the path is reached [s]."""
         return float(self.start[-1])
 
-    def at(self, time: Floats) -> tuple[Floats, Floats]:
-        """Way [mm] and speed [mm/s] at ``time`` (steps,) [s], in closed form from the phase."""
+    def at(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        """Way [mm], speed [mm/s] and acceleration along it [mm/s2] at ``time`` (steps,) [s].
+
+        In closed form from the phase.
+        """
         k = np.maximum(np.searchsorted(self.start, time, side="right") - 1, 0)
         since = np.maximum(time - self.start[k], 0.0)
-        way = self.distance[k] + (self.speed[k] + 0.5 * self.acceleration[k] * since) * since
-        speed = np.maximum(self.speed[k] + self.acceleration[k] * since, 0.0)
-        return np.minimum(way, self.distance[-1]), speed
-
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Along the path at ``time`` (steps,) [mm/s2]."""
-        k = np.maximum(np.searchsorted(self.start, time, side="right") - 1, 0)
-        return self.acceleration[k]
+        acceleration = self.acceleration[k]
+        way = self.distance[k] + (self.speed[k] + 0.5 * acceleration * since) * since
+        speed = np.maximum(self.speed[k] + acceleration * since, 0.0)
+        return np.minimum(way, self.distance[-1]), speed, acceleration
 
 
 def motion(path: Path, acceleration: float | None) -> Motion:
