@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View
-from hfc_design.core.lanes import LANES
+from hfc_design.core.scalars import Xp
 from hfc_design.core.shapes import Gains, Memory, Parameters, Scalar, State
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
@@ -21,6 +21,10 @@ from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
 from plants import Drive, Machine
+from plants.blocks import decay, once, ratio
+
+#: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
+LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once)
 
 
 class Sensors(NamedTuple):

@@ -22,14 +22,12 @@ from jax.sharding import Mesh, PartitionSpec
 from jax.typing import ArrayLike, DTypeLike
 from jaxtyping import Array, PyTree
 
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
+from hfc_design.core.plugins import own_ones
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats, Gains, Integers, Parameters
-from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Individuals, Judged
-from hfc_design.objectives.registry import OBJECTIVES
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
 devices.configure()
@@ -142,13 +140,10 @@ def _own_code(loop: Loop) -> Iterator[None]:
     except jax.errors.JaxRuntimeError:
         raise  # no memory, for one
     except Exception as error:
-        drives = (drive.name for drive in loop.machine.drives)
-        names = dict.fromkeys((*drives, loop.machine.name))
-        own = [f"plant {name!r}" for name in names if name not in ALL_PLANTS.built_in]
-        kind = loop.controller.kind
-        own += [f"controller {kind!r}"] * (kind not in KINDS.built_in)
-        objectives = {objective.name for objective in loop.judge.objectives}
-        own += [f"fitness {name!r}" for name in objectives - OBJECTIVES.built_in]
+        parts = [("plant", plant.name) for plant in (*loop.machine.drives, loop.machine)]
+        parts.append(("controller", loop.controller.kind))
+        parts += [("fitness", objective.name) for objective in loop.judge.objectives]
+        own = [f"{what} {name!r}" for what, name in own_ones(parts)]
         if not own:
             raise
         reason = (str(error).splitlines() or [""])[0]

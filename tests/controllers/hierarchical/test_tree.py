@@ -18,8 +18,8 @@ from hfc_design.controllers.hierarchical.tree import (
     valid,
 )
 from hfc_design.controllers.hierarchical.unit import LIN_LEE_TERMS, averaged, memberships
-from hfc_design.core.lanes import LANES
 from hfc_design.files.pairing import load_design
+from hfc_design.simulation.closed_loop import LANES
 
 COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
 
