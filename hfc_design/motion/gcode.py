@@ -16,7 +16,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 
 from hfc_design.core.records import UserError
-from hfc_design.motion.shapes import SAME_PLACE, Point, Segment, arc, distance, line
+from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, distance, line
 
 GRAMMAR = r"""
 program: block? (_END block?)*
@@ -167,19 +167,18 @@ class _Machine:
     def _move(self, words: Words) -> None:
         if self.mode is None:
             raise ValueError("moves before any of G0, G1, G2, G3")
-        base = (0.0, 0.0, 0.0) if self.absolute else (*self.place, self.height)
-        here = dict(zip("XYZ", (*self.place, self.height), strict=True))
-        goal = {
-            axis: base[k] + words[axis] if axis in words else here[axis]
-            for k, axis in enumerate("XYZ")
-        }
-        start, end = self.place, (goal["X"], goal["Y"])
+        here = zip("XYZ", (*self.place, self.height), strict=True)
+        x, y, height = (
+            (0.0 if self.absolute else at) + words[axis] if axis in words else at
+            for axis, at in here
+        )
+        start, end = self.place, (x, y)
         in_plane = distance(start, end) >= SAME_PLACE or words.keys() & set("IJ")
-        if in_plane and self.mode > 0 and goal["Z"] != self.height:
+        if in_plane and self.mode > 0 and height != self.height:
             raise ValueError("Z moves together with X or Y; only motion in X-Y is read")
-        if self.mode > 0 and self.feed is None:
+        feed = self.feed if self.mode > 0 else self.rapid
+        if feed is None:
             raise ValueError(f"G{self.mode} before any F")
-        feed = self.feed if self.mode > 0 and self.feed is not None else self.rapid
         if self.mode < 2:
             if words.keys() & set("IJR"):
                 raise ValueError(f"I, J or R with G{self.mode}; they belong to G2 and G3")
@@ -193,11 +192,9 @@ class _Machine:
             sweep = _sweep(start, end, centre, self.mode == 3)
             self.done.append(arc(self.reached, centre, sweep, feed))
             share = distance(self.reached, centre) / distance(end, centre)
-            self.reached = (
-                centre[0] + share * (end[0] - centre[0]),
-                centre[1] + share * (end[1] - centre[1]),
-            )
-        self.place, self.height = end, goal["Z"]
+            x, y = (about + share * (to - about) for about, to in zip(centre, end, strict=True))
+            self.reached = (x, y)
+        self.place, self.height = end, height
 
 
 def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:

@@ -17,9 +17,8 @@ from pydantic import AfterValidator, Field
 from hfc_design.core.records import Finite, Positive, Record, readable_by
 from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
-from hfc_design.motion.motion import Motion, motion
+from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, distance, line, motion
 from hfc_design.motion.samples import AxisSamples, PathFrame
-from hfc_design.motion.shapes import SAME_PLACE, Path, Segment, arc, distance, line
 
 
 class PathSamples(NamedTuple):

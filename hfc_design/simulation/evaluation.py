@@ -11,7 +11,7 @@ from hfc_design.core.shapes import Floats, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.metrics import Contour, contour, contour_meanings, contour_metrics, during
+from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives import metrics
@@ -110,10 +110,9 @@ def evaluation(
     each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
     axes = tuple(starmap(AxisMotion, each))
     path = _contour(scenario, axes)
-    found = _metrics(scenario, axes, path, slice(None))
-    for window in scenario.windows:
-        inside = _metrics(scenario, axes, path, window.part(scenario.simulation))
-        found |= {f"{window.name}_{key}": value for key, value in inside.items()}
+    parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
+    values = (value for part in parts for value in _metrics(scenario, axes, path, part))
+    found = dict(zip(meanings(scenario), values, strict=True))
     diverged = bool(judged.failed[k]) or not all(
         np.isfinite(part).all()
         for axis in axes
@@ -126,21 +125,20 @@ def evaluation(
 
 def _metrics(
     scenario: Scenario, axes: tuple[AxisMotion, ...], path: Contour | None, part: slice
-) -> dict[str, float | None]:
-    """Every metric of a part of the motion."""
+) -> list[float | None]:
+    """Every metric of a part of the motion, in the order of ``meanings``."""
     time = scenario.simulation.time
+    motions = [jax.tree.map(lambda leaf: leaf[part], axis.motion) for axis in axes]
     if path is not None:
-        errors = np.stack([axis.motion.error[part] for axis in axes])
-        commands = np.stack([axis.motion.command[part] for axis in axes])
-        return contour_metrics(_path_meanings(scenario), during(path, time, part), errors, commands)
-    found: dict[str, float | None] = {}
-    for axis in axes:
-        motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
+        errors = np.stack([motion.error for motion in motions])
+        commands = np.stack([motion.command for motion in motions])
+        inside = during(path, time, part)
+        return list(contour_metrics(axes[0].drive, inside, errors, commands).values())
+    found: list[float | None] = []
+    for axis, motion in zip(axes, motions, strict=True):
         speeds = axis.velocity[part], axis.happens.reference_rate[part]
         settled = scenario.fitness.settled_after_s
-        values = metrics.metrics(axis.drive, motion, *speeds, time[part], settled)
-        before = f"{axis.name}_" if len(axes) > 1 else ""
-        found |= {before + key: value for key, value in values.items()}
+        found += metrics.metrics(axis.drive, motion, *speeds, time[part], settled).values()
     return found
 
 
@@ -148,33 +146,28 @@ def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
     machine = scenario.plant.machine
     if scenario.follows_path:
-        own = _path_meanings(scenario)
+        own = contour_meanings(machine.drives[0])
     else:
-        several = len(machine.axes) > 1
-        own = {
-            (f"{axis}_" if several else "") + key: (f"{axis}: " if several else "") + text
-            for axis, drive in zip(machine.axes, machine.drives, strict=True)
-            for key, text in metrics.meanings(drive).items()
-        }
-    parts = {f"{window.name}_": f"{window.name}: " for window in scenario.windows}
-    every = {"": "", **parts}
-    return {head + key: told + own[key] for head, told in every.items() for key in own}
+        axes = machine.axes if len(machine.axes) > 1 else ("",)
+        each = zip(axes, map(metrics.meanings, machine.drives), strict=True)
+        own = {key: text for axis, found in each for key, text in _headed(axis, found).items()}
+    names = ("", *(window.name for window in scenario.windows))
+    return {key: text for name in names for key, text in _headed(name, own).items()}
 
 
-def _path_meanings(scenario: Scenario) -> dict[str, str]:
-    units = scenario.plant.machine.drives[0].units
-    return contour_meanings(units["error"], units["command"])
+def _headed(name: str, found: dict[str, str]) -> dict[str, str]:
+    """Keys and texts with a name before them; as they are where it is ""."""
+    return {f"{name}_{key}": f"{name}: {text}" for key, text in found.items()} if name else found
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
     """How far an X-Y machine was off its path; None where it follows none."""
-    if not scenario.follows_path:
+    if not isinstance(scenario.reference, Trajectory):
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
     length = scenario.lengths[0]
     assert length is not None  # the scenario has been checked
     unit = axes[0].drive.units["error"]
-    assert isinstance(scenario.reference, Trajectory)
     return contour(scenario.reference, scenario.simulation.time, positions, unit, length)
 
 

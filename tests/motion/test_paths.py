@@ -14,8 +14,7 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 
 from hfc_design.core.records import Record, checked
-from hfc_design.motion.motion import motion
-from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.paths import Path, arc, line, motion
 from hfc_design.motion.trajectories import (
     Circle,
     Line,
