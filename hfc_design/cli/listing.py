@@ -20,7 +20,7 @@ def list_(what: str) -> None:
     from hfc_design.files import scenario as scenarios
     from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS
-    from hfc_design.objectives.registry import OBJECTIVES
+    from hfc_design.objectives.judge import OBJECTIVES
     from hfc_design.search.registry import STRATEGIES
     from plants import Machine
 

@@ -24,9 +24,8 @@ from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
-from hfc_design.objectives.judge import Judge, judge
+from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
 from hfc_design.objectives.metrics import Window, settled_samples
-from hfc_design.objectives.registry import FitnessSettings, objective_of
 from hfc_design.search.registry import STRATEGIES, SearchSettings
 from plants import Drive
 
