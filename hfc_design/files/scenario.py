@@ -26,7 +26,7 @@ from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
 from hfc_design.objectives.metrics import Window, settled_samples
-from hfc_design.search.registry import STRATEGIES, SearchSettings
+from hfc_design.search.loop import STRATEGIES, SearchSettings
 from plants import Drive
 
 MAX_STEPS = 10_000_000

@@ -78,7 +78,7 @@ class Trajectory(Record):
         target = (way.position - way.position[:, :1]) / unit
         each = zip(target, way.velocity / unit, way.acceleration / unit, strict=True)
         axes = [AxisSamples(place, rate, None, None, place, change) for place, rate, change in each]
-        return axes, PathFrame(*way.tangent, way.curvature * unit)
+        return axes, PathFrame(way.tangent[0], way.tangent[1], way.curvature * unit)
 
 
 class Circle(Trajectory):

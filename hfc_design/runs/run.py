@@ -13,8 +13,7 @@ from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.runs.problem import Problem, champion, genome_of, with_score
-from hfc_design.search.loop import Search, generations
-from hfc_design.search.registry import STRATEGIES, searcher
+from hfc_design.search.loop import STRATEGIES, Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 
 CONFIG, CHECKPOINT, HISTORY, DESIGN = "config.toml", "checkpoint.npz", "history.csv", "design.json"

@@ -140,8 +140,8 @@ def _own_code(loop: Loop) -> Iterator[None]:
     except jax.errors.JaxRuntimeError:
         raise  # no memory, for one
     except Exception as error:
-        parts = [("plant", plant.name) for plant in (*loop.machine.drives, loop.machine)]
-        parts.append(("controller", loop.controller.kind))
+        parts = [("plant", drive.name) for drive in loop.machine.drives]
+        parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
         parts += [("fitness", objective.name) for objective in loop.judge.objectives]
         own = [f"{what} {name!r}" for what, name in own_ones(parts)]
         if not own:
