@@ -93,12 +93,15 @@ class Drive:
         """Signals that a controller can read."""
         return [name for name in self.units if name not in ("command", "load")]
 
-    def largest_commands(self, parameters: Parameters, limit: float = inf) -> tuple[float, float]:
-        """The lowest and the highest command that can reach the drive; infinite without a limit.
+    def largest_commands(
+        self, parameters: Parameters, limit: float | None = None
+    ) -> tuple[float, float]:
+        """The lowest and the highest command that reach the drive; infinite without a limit.
 
-        ``limit`` is that of the control.
+        ``limit`` is one before the drive's own, None where there is none.
         """
         fixed = self.coefficients(parameters)
+        limit = inf if limit is None else limit
         return float(self.accepted(fixed, -limit)), float(self.accepted(fixed, limit))
 
     @property

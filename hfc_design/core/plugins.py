@@ -16,10 +16,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
-from pydantic import ValidationError, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
-from pydantic_core import InitErrorDetails
+from pydantic import ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
 
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, short
 from hfc_design.core.shapes import Json
 
 Thing = TypeVar("Thing")
@@ -35,7 +34,7 @@ class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
     what: str  # as in --plant
-    kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
+    kind: tuple[type[Any], ...]  # any of which has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
@@ -59,8 +58,7 @@ class Group(Generic[Thing]):
         """
         thing = self.adopt(thing)
         if not isinstance(thing, self.kind):
-            kinds = self.kind if isinstance(self.kind, tuple) else (self.kind,)
-            wanted = " or ".join(kind.__name__ for kind in kinds)
+            wanted = " or ".join(kind.__name__ for kind in self.kind)
             raise UserError(f"is a {type(thing).__name__} and no {wanted}")
         name = str(getattr(thing, "name", ""))
         if not NAME.fullmatch(name):
@@ -234,11 +232,8 @@ def chosen(
             if record is None:
                 raise UserError(f"{data[key]!r} has none: nothing searches it")
         except UserError as error:
-            why = ValueError(str(error).removeprefix(f"{data[key]!r} "))
-            found = InitErrorDetails(
-                type="value_error", loc=(key,), input=data[key], ctx={"error": why}
-            )
-            raise ValidationError.from_exception_data(key, [found]) from None
+            why = str(error).removeprefix(f"{data[key]!r} ")
+            raise ValueError(f"{key} = {short(data[key])}: {why}") from None
         return record.model_validate(data, context=info.context)
 
     return WrapValidator(validated)

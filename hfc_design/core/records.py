@@ -94,7 +94,7 @@ def _explained(error: ValidationError, data: Plain) -> str:
     elif first["type"] == "value_error" and isinstance(value, dict):
         message = f"{keys}.{message}" if keys else message  # the record names its own key
     elif keys:
-        message = f"{keys} = {_short(value)}: {message}"
+        message = f"{keys} = {short(value)}: {message}"
     return f"{message} (and {len(others)} more)" if others else message
 
 
@@ -116,6 +116,7 @@ def _place(location: tuple[int | str, ...], data: Plain, missing: bool) -> tuple
     return ".".join(keys), data
 
 
-def _short(value: Plain, limit: int = 60) -> str:
+def short(value: Plain, limit: int = 60) -> str:
+    """A value in a message."""
     text = repr(value)
     return text if len(text) <= limit else text[:limit] + "..."

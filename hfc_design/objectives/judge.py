@@ -19,7 +19,7 @@ from hfc_design.objectives.stick_share import stick_share
 #: Every objective by its name: the files here, and what users add.
 OBJECTIVES: Group[Objective] = Group(
     "fitness",
-    Objective,
+    (Objective,),
     "hfc_design.fitness",
     found_in(objectives, "OBJECTIVE"),
     fault=lambda x: lacking(x, ("initial", "update", "score", "fault"), ObjectiveSettings),

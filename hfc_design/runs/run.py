@@ -42,9 +42,13 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     """
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
+
+    def copied(key: str, file: Path) -> Path:
+        return Path(shutil.copyfile(file, folder / (key + file.suffix)).name)
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        own = _with_own_tables(scenario, folder)
+        own = renamed(scenario, copied)  # it stands alone
     except OSError as error:
         raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
     if given is not None:
@@ -146,14 +150,3 @@ def _save(folder: Path, search: Search, config: str) -> None:
     rows = enumerate(zip(*columns, strict=True))
     lines += [",".join(map(repr, (k, *row))) for k, row in rows]
     checkpoint.write_whole(folder / HISTORY, ("\n".join(lines) + "\n").encode())
-
-
-def _with_own_tables(scenario: Scenario, folder: Path) -> Scenario:
-    """Copy the files that a scenario names into the run folder, so that it stands alone."""
-
-    def copied(key: str, file: Path) -> Path:
-        name = key + file.suffix
-        shutil.copyfile(file, folder / name)
-        return Path(name)
-
-    return renamed(scenario, copied)

@@ -25,7 +25,7 @@ def _fault(strategy: Strategy) -> str | None:
 
 STRATEGIES: Group[Strategy] = Group(
     "strategy",
-    Strategy,
+    (Strategy,),
     "hfc_design.strategies",
     found_in(strategies, "STRATEGY"),
     fault=_fault,

@@ -26,7 +26,7 @@ from hfc_design.core import devices
 from hfc_design.core.plugins import own_ones
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats, Gains, Integers, Parameters
-from hfc_design.motion.samples import AxisSamples, Samples
+from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
@@ -261,14 +261,11 @@ def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[J
         carry, outputs = step(told, fixed, samples.sample_time, numbers, carry, row)
         return carry, outputs if record else None
 
-    rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
+    # Loads and noise as tuples, so that the scan hands out scalars.
+    axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
+    rows = samples._replace(axes=tuple(axes), sample_time=None)
     carry, outputs = lax.scan(body, start(loop, zeros), rows)
     return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
-
-
-def _by_row(axis: AxisSamples) -> AxisSamples:
-    """Loads and noise as tuples, so that the scan hands out scalars."""
-    return axis._replace(loads=tuple(axis.loads), noise=tuple(axis.noise))
 
 
 def _rows(leaf: Array) -> Rows:
