@@ -9,14 +9,14 @@ that is understood in part would be simulated wrongly.
 
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from math import atan2, hypot, pi, sqrt
+from math import atan2, dist, hypot, pi, sqrt
 from pathlib import Path
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 
 from hfc_design.core.records import UserError
-from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, distance, line
+from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
 GRAMMAR = r"""
 program: block? (_END block?)*
@@ -173,7 +173,7 @@ class _Machine:
             for axis, at in here
         )
         start, end = self.place, (x, y)
-        in_plane = distance(start, end) >= SAME_PLACE or words.keys() & set("IJ")
+        in_plane = dist(start, end) >= SAME_PLACE or words.keys() & set("IJ")
         if in_plane and self.mode > 0 and height != self.height:
             raise ValueError("Z moves together with X or Y; only motion in X-Y is read")
         feed = self.feed if self.mode > 0 else self.rapid
@@ -182,16 +182,16 @@ class _Machine:
         if self.mode < 2:
             if words.keys() & set("IJR"):
                 raise ValueError(f"I, J or R with G{self.mode}; they belong to G2 and G3")
-            if distance(self.reached, end) >= SAME_PLACE:
+            if dist(self.reached, end) >= SAME_PLACE:
                 self.done.append(line(self.reached, end, feed))
                 self.reached = end
         elif words.keys() & set("XYIJR"):
             centre = _centre(start, end, words, self.mode == 3)
-            if distance(self.reached, centre) < SAME_PLACE:
+            if dist(self.reached, centre) < SAME_PLACE:
                 raise ValueError("an arc smaller than the rounding of the one before")
             sweep = _sweep(start, end, centre, self.mode == 3)
             self.done.append(arc(self.reached, centre, sweep, feed))
-            share = distance(self.reached, centre) / distance(end, centre)
+            share = dist(self.reached, centre) / dist(end, centre)
             x, y = (about + share * (to - about) for about, to in zip(centre, end, strict=True))
             self.reached = (x, y)
         self.place, self.height = end, height
@@ -213,7 +213,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
         left = height if ccw == (words["R"] > 0) else -height
         return start[0] + x / 2 - left * y / chord, start[1] + y / 2 + left * x / chord
     centre = start[0] + words.get("I", 0.0), start[1] + words.get("J", 0.0)
-    first, last = distance(start, centre), distance(end, centre)
+    first, last = dist(start, centre), dist(end, centre)
     if min(first, last) < SAME_PLACE:
         raise ValueError("an arc without a centre: neither I, J nor R, or all are 0")
     if abs(first - last) > ROUNDING:
@@ -225,7 +225,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
 
 def _sweep(start: Point, end: Point, centre: Point, ccw: bool) -> float:
     """Angle [rad] from start to end about the centre, ccw if positive; a full turn if equal."""
-    if distance(start, end) < SAME_PLACE:
+    if dist(start, end) < SAME_PLACE:
         return 2 * pi if ccw else -2 * pi
     turn = atan2(end[1] - centre[1], end[0] - centre[0])
     turn -= atan2(start[1] - centre[1], start[0] - centre[0])

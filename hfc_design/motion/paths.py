@@ -5,7 +5,6 @@ c s after the length s; its chord has turned by half of that and is s sinc(c s /
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import hypot, pi
 from typing import NamedTuple
 
@@ -56,8 +55,7 @@ class Places(NamedTuple):
     curvature: Floats  # (points,) [1/mm], positive to the left
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
+class Path(NamedTuple):
     """Segments in their order, one column each."""
 
     start: Floats  # (2, segments) [mm]
@@ -108,18 +106,12 @@ class Path:
         return np.where(passed, 1.0, largest)
 
 
-def distance(a: Point, b: Point) -> float:
-    """Between two points [mm]."""
-    return hypot(b[0] - a[0], b[1] - a[1])
-
-
 def _turned(vector: Floats, angle: Floats) -> Floats:
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(NamedTuple):
     """Trapezoidal velocity: three phases a segment (up, even, down), and the rest after it."""
 
     start: Floats  # (phases,) when each begins [s]

@@ -7,7 +7,7 @@ the origin, a polyline at its first point, a G-code program at X0 Y0.
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from math import cos, pi, radians, sin
+from math import cos, dist, pi, radians, sin
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field
 from hfc_design.core.records import Finite, Positive, Record, readable_by
 from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
-from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, distance, line, motion
+from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
 from hfc_design.motion.samples import AxisSamples, PathFrame
 
 
@@ -115,7 +115,7 @@ Vertex = tuple[Finite, Finite]
 
 def _distinct(points: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
     for k, (a, b) in enumerate(pairwise(points)):
-        if distance(a, b) < SAME_PLACE:
+        if dist(a, b) < SAME_PLACE:
             raise ValueError(f"points {k + 1} and {k + 2} are the same")
     return points
 

@@ -79,7 +79,11 @@ def run(
         RunError: the checkpoint is damaged or foreign, or the folder cannot be written.
     """
     if (folder / GIVEN).exists():
-        return _scored(scenario, folder)
+        given = load_design(str(folder / GIVEN))
+        evaluation = evaluate(given, scenario)
+        design = with_score(given, evaluation, scenario)
+        _write_design(folder / DESIGN, design)
+        return Result(design, evaluation, None)
     problem, settings, seed = Problem(scenario), scenario.search, scenario.run.seed
     config = (folder / CONFIG).read_text(encoding="utf-8")
     search = _stored(folder, scenario, config)
@@ -99,15 +103,6 @@ def run(
     design, evaluation = champion(search, scenario)
     _write_design(folder / DESIGN, design)
     return Result(design, evaluation, search)
-
-
-def _scored(scenario: Scenario, folder: Path) -> Result:
-    """The run of a given design."""
-    given = load_design(str(folder / GIVEN))
-    evaluation = evaluate(given, scenario)
-    design = with_score(given, evaluation, scenario)
-    _write_design(folder / DESIGN, design)
-    return Result(design, evaluation, None)
 
 
 def _write_design(path: Path, design: Design) -> None:

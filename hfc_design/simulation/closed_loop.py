@@ -40,9 +40,9 @@ class Loop(NamedTuple):
     machine: Machine
     controller: Controller
     judge: Judge
-    substeps: int = 1
-    limits: tuple[float | None, ...] = ()  # of the drives' commands; (): none
-    sensors: tuple[Sensors | None, ...] = ()  # of each axis, None where ideal; (): all are
+    substeps: int
+    limits: tuple[float | None, ...]  # of the drives' commands
+    sensors: tuple[Sensors | None, ...]  # of each axis, None where ideal
 
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
@@ -50,8 +50,8 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     machine = scenario.plant.machine
     sensors = tuple(_sensors(scenario.sensors.of(axis)) for axis in machine.axes)
     limits = tuple(scenario.target.limits.values())
-    parts = (limits if any(limits) else (), sensors if any(sensors) else ())
-    return Loop(machine, controller, scenario.judge(), scenario.simulation.substeps, *parts)
+    substeps = scenario.simulation.substeps
+    return Loop(machine, controller, scenario.judge(), substeps, limits, sensors)
 
 
 def _sensors(wanted: SensorSettings) -> Sensors | None:
@@ -160,7 +160,7 @@ def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | 
 
 def _accepted(loop: Loop, k: int, fixed: Parameters, command: Scalar) -> Scalar:
     """The command that reaches drive ``k``."""
-    limit = loop.limits[k] if loop.limits else None
+    limit = loop.limits[k]
     if limit is not None:
         command = jnp.clip(command, -limit, limit)
     return loop.machine.drives[k].accepted(fixed, command)
@@ -172,7 +172,7 @@ def _measured(
     """The state of axis ``k`` as the controller sees it, and the angles its encoders read."""
     drive, previous = loop.machine.drives[k], carry.angles[k]
     state = drive.measured(fixed, carry.states[k])
-    sensors = loop.sensors[k] if loop.sensors else None
+    sensors = loop.sensors[k]
     if sensors is None:
         return state, previous
     angles = {}

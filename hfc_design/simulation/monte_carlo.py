@@ -166,8 +166,7 @@ def is_stable(loop: Loop, evaluation: Evaluation) -> bool:
         return False
     late = slice(-int(np.ceil(LATE * len(evaluation.time))), None)
     largest = max(np.abs(axis.reference).max() for axis in evaluation.axes) or np.inf
-    limits = loop.limits or (None,) * len(evaluation.axes)
-    for limit, axis in zip(limits, evaluation.axes, strict=True):
+    for limit, axis in zip(loop.limits, evaluation.axes, strict=True):
         low, high = axis.drive.largest_commands(axis.parameters, limit)
         command = axis.motion.command[late]
         limited = np.mean((command <= low) | (command >= high))

@@ -84,7 +84,7 @@ def scores(
     """
     count, each = _count(gains), machines.size
     lanes = count * each
-    padding = -lanes % (devices.count() * _chunk(lanes))
+    padding = -lanes % (jax.device_count() * _chunk(lanes))
 
     def padded(leaf: Floats, repeats: int) -> Floats:
         wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
@@ -154,8 +154,8 @@ def _own_code(loop: Loop) -> Iterator[None]:
 
 def _chunk(count: int) -> int:
     if jax.default_backend() != "cpu":
-        return -(-count // devices.count())
-    share = -(-count // (devices.count() * LANES)) * LANES
+        return -(-count // jax.device_count())
+    share = -(-count // (jax.device_count() * LANES)) * LANES
     return min(CHUNK, share)
 
 
@@ -217,7 +217,7 @@ def _error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
     leaves, structure = jax.tree.flatten(inputs.gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
     starts = np.cumsum([0, *sizes])
-    width = devices.count() * LANES
+    width = jax.device_count() * LANES
 
     def on_device(lanes: Array) -> tuple[Array, Array]:
         copies = [jnp.broadcast_to(leaf, (*leaf.shape[:-1], lanes.size)) for leaf in leaves]

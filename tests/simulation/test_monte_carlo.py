@@ -244,7 +244,7 @@ def test_what_is_stable():
     good = evaluate(design, scenario)
     largest = max(abs(axis.reference).max() for axis in good.axes)
 
-    def changed(which, part, where, value, limits=()):
+    def changed(which, part, where, value, limits=(None, None)):
         axes = list(good.axes)
         values = getattr(axes[which].motion, part).copy()
         values[where] = value

@@ -64,13 +64,10 @@ class LinLee(NamedTuple):
     def _genome(self) -> HierarchicalGenome:
         return cast(HierarchicalGenome, self.task.genome)  # see ``_fault``
 
-    @property
-    def _inputs(self) -> int:
-        return len(self._genome.scales)
-
     def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
         """n random valid individuals (steps 2 and 3)."""
-        inputs, units = self._inputs, hierarchy.unit_count(self._inputs)
+        inputs = len(self._genome.scales)
+        units = hierarchy.unit_count(inputs)
         genes = _valid(lambda: [rng.integers(units, size=inputs)], self.settings.population)
         return None, Asked(genes, self._fresh(genes, rng))
 
@@ -135,7 +132,7 @@ class LinLee(NamedTuple):
         if rng.random() < self.settings.structure_crossover and pair.size:
             one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
             pair = two_point(pair, int(one), int(two))
-        return _genes(pair, self._inputs)
+        return _genes(pair, state.genes.shape[1])
 
     def _mutated(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Asked:
         """Random parents with flipped structure bits and moved numbers (step 5c)."""
@@ -144,7 +141,7 @@ class LinLee(NamedTuple):
         bits, share = _bits(state.genes[chosen]), s.structure_mutation
 
         def flipped(own: Mask) -> Integers:
-            return _genes((own ^ (rng.random(own.shape) < share))[None], self._inputs)
+            return _genes((own ^ (rng.random(own.shape) < share))[None], state.genes.shape[1])
 
         genes = np.concatenate([_valid(partial(flipped, own), 1) for own in bits])
         parents = state.population.take(chosen)
