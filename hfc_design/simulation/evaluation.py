@@ -1,5 +1,6 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
+from collections.abc import Iterator
 from itertools import starmap
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Signals
-from hfc_design.core.shapes import Floats, Parameters
+from hfc_design.core.shapes import Floats, Gains, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
@@ -15,9 +16,10 @@ from hfc_design.motion.contour import Contour, contour, contour_meanings, contou
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives import metrics
-from hfc_design.objectives.judge import Judge, Judged
+from hfc_design.objectives.judge import Judge
 from hfc_design.simulation import population
-from hfc_design.simulation.closed_loop import Recorded, axis_signals, closed_loop
+from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
+from hfc_design.simulation.population import Machines
 from plants import Drive, Machine, in_a_name
 
 
@@ -88,39 +90,35 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     Raises:
         UserError: the two are made for different plants or sample times.
     """
-    parameters = machine(design, scenario).values()
+    machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
-    loop, samples = closed_loop(scenario, controller), scenario.samples()
-    machines = population.one_machine(parameters)
+    loop = closed_loop(scenario, controller)
+    return next(evaluations(scenario, loop, machines, scenario.samples(), gains))
+
+
+def evaluations(
+    scenario: Scenario, loop: Loop, machines: Machines, samples: Samples, gains: Gains
+) -> Iterator[Evaluation]:
+    """What is read off the motion of each of ``machines``, simulated together."""
+    own, time = loop.machine, scenario.simulation.time
     judged, motions = population.trajectory(loop, machines, samples, gains)
-    return evaluation(scenario, parameters, samples, judged, motions, 0)
-
-
-def evaluation(
-    scenario: Scenario,
-    parameters: tuple[Parameters, ...],
-    samples: Samples,
-    judged: Judged,
-    motions: tuple[Recorded, ...],
-    k: int,
-) -> Evaluation:
-    """What is read off the motion of individual ``k``, whose machine has these parameters."""
-    own, time = scenario.plant.machine, scenario.simulation.time
-    moved = jax.tree.map(lambda leaf: leaf[:, k], motions)
-    each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
-    axes = tuple(starmap(AxisMotion, each))
-    path = _contour(scenario, axes)
-    parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
-    values = (value for part in parts for value in _metrics(scenario, axes, path, part))
-    found = dict(zip(meanings(scenario), values, strict=True))
-    diverged = bool(judged.failed[k]) or not all(
-        np.isfinite(part).all()
-        for axis in axes
-        for part in (axis.motion.error, axis.motion.command, axis.velocity)
-    )
-    numbers = (float(judged.values[k, 0]), float(judged.merit[k]))
-    fitness, merit = (-np.inf, -np.inf) if diverged else numbers
-    return Evaluation(fitness, merit, diverged, own, found, time, axes, path)
+    for k in range(machines.size):
+        parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), machines.true)
+        moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
+        each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
+        axes = tuple(starmap(AxisMotion, each))
+        path = _contour(scenario, axes)
+        parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
+        values = (value for part in parts for value in _metrics(scenario, axes, path, part))
+        found = dict(zip(meanings(scenario), values, strict=True))
+        diverged = bool(judged.failed[k]) or not all(
+            np.isfinite(part).all()
+            for axis in axes
+            for part in (axis.motion.error, axis.motion.command, axis.velocity)
+        )
+        numbers = (float(judged.values[k, 0]), float(judged.merit[k]))
+        fitness, merit = (-np.inf, -np.inf) if diverged else numbers
+        yield Evaluation(fitness, merit, diverged, own, found, time, axes, path)
 
 
 def _metrics(

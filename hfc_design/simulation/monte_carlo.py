@@ -6,6 +6,7 @@ cannot exist (``Drive.fault``) is drawn again.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Any, NamedTuple
 
 import jax
@@ -17,9 +18,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import Evaluation, evaluation
+from hfc_design.simulation.evaluation import Evaluation, evaluations
 from hfc_design.simulation.population import Machines
 from plants import Drive
 
@@ -146,9 +146,7 @@ def _motions(
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
-        judged, motions = population.trajectory(loop, some, samples, gains)
-        for k in range(min(size, count - start)):
-            found = evaluation(scenario, some.take(k).true, samples, judged, motions, k)
+        for found in islice(evaluations(scenario, loop, some, samples, gains), count - start):
             stable = is_stable(loop, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)
