@@ -153,16 +153,6 @@ def accepted(c: FeedDriveCoefficients, command: Scalar) -> Scalar:
     return jnp.clip(jnp.round(command), c.lowest_command, c.highest_command)
 
 
-def measured(c: FeedDriveCoefficients, x: FeedDriveState) -> FeedDriveState:
-    """The state with the position as the linear encoder reports it: the nearest whole BLU."""
-    return x._replace(position=jnp.round(x.position))
-
-
-def signals(c: FeedDriveCoefficients, x: FeedDriveState) -> dict[str, Scalar]:
-    """What the drive's sensors tell a controller, beside the tracking error."""
-    return {"position": x.position, "velocity": x.velocity}
-
-
 MAY_BE_ZERO = ("coulomb", "positive_start", "low_velocity", "stiction_rise")
 ANY_SIGN = ("positive_slope", "positive_curvature", "negative_slope", "negative_curvature")
 _sign_fault = only_positive(
@@ -213,12 +203,13 @@ FEED_DRIVE = Drive(
     coefficients=coefficients,
     initial_state=lambda zero: FeedDriveState(zero, zero),
     step=step,
-    signals=signals,
+    signals=lambda c, x: {"position": x.position, "velocity": x.velocity},
     position="position",
     velocity="velocity",
     encoders={"position": "velocity"},
     accepted=accepted,
-    measured=measured,
+    # the linear encoder reports the nearest whole BLU
+    measured=lambda c, x: x._replace(position=jnp.round(x.position)),
     commanded=np.round,
     millimetres=lambda p: p.blu,
     top_speed=lambda p: p.gain * max(min(p.highest_command, -p.lowest_command) - p.coulomb, 0.0),

@@ -224,11 +224,9 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     step = scenario.simulation.sample_time_s / substeps
     for drive, own, happens in zip(drives, machines.true, scenario.samples().axes, strict=True):
         limit = min(drive.fastest(type(own)(*row), step) for row in zip(*own, strict=True))
-        speed = np.abs(happens.reference_rate).max()
-        if speed > limit:
-            needed = max(needed, int(np.ceil(substeps * speed / limit)))
-    if needed:
+        needed = max(needed, np.ceil(substeps * np.abs(happens.reference_rate).max() / limit))
+    if needed > substeps:
         raise UserError(
             f"scenario {scenario.name}: simulation.substeps = {substeps}: "
-            f"some of these machines need at least {needed}"
+            f"some of these machines need at least {needed:.0f}"
         )
