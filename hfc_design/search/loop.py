@@ -114,7 +114,8 @@ def generations(
     """
     if search is None:
         untried = Archive(genome.empty(), np.full(genome.structures, -np.inf))
-        search = Search(0, None, untried, _EMPTY_HISTORY)
+        nothing = History(*np.empty((2, 0)), *np.empty((2, 0), int))
+        search = Search(0, None, untried, nothing)
     for generation in range(search.generation, total):
         rng = np.random.default_rng([seed, generation])
         if generation == 0:
@@ -135,9 +136,6 @@ def generations(
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
         search = Search(generation + 1, searcher.tell(state, asked, score), archive, history)
         yield search
-
-
-_EMPTY_HISTORY = History(np.empty(0), np.empty(0), np.empty(0, int), np.empty(0, int))
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:
