@@ -42,7 +42,7 @@ struct block {
 };
 
 #ifdef OWN_EXP
-/* The evaluator's exponential of x <= 0 (plants/scalar.py): a polynomial and an exponent. */
+/* The evaluator's exponential of x <= 0 (plants/blocks.py): a polynomial and an exponent. */
 INLINE float decay(float x) {
     float power = x * 1.44269504f;
     power = power > -126.0f ? power : -126.0f;

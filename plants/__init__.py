@@ -7,11 +7,11 @@ them into whole populations.
 import importlib
 import pkgutil
 
+from plants.blocks import rk4
 from plants.c_axis import C_AXIS
-from plants.drive import Drive, drive_fault, in_a_name, only_positive
+from plants.drive import Drive, in_a_name, only_positive
 from plants.feed_drive import FEED_DRIVE
-from plants.integrate import rk4
-from plants.machine import Machine, alone, coupled, machine_fault, side_by_side
+from plants.machine import Machine, alone, coupled, plant_fault, side_by_side
 
 _MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__))
 #: Every drive and machine that a module here holds, by name; what users add comes in here too,
@@ -23,18 +23,5 @@ PLANTS: dict[str, Drive | Machine] = {
     if isinstance(thing, Drive | Machine)
 }
 
-__all__ = [
-    "C_AXIS",
-    "FEED_DRIVE",
-    "PLANTS",
-    "Drive",
-    "Machine",
-    "alone",
-    "coupled",
-    "drive_fault",
-    "in_a_name",
-    "machine_fault",
-    "only_positive",
-    "rk4",
-    "side_by_side",
-]
+__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Drive", "Machine", "alone", "coupled", "in_a_name"]
+__all__ += ["only_positive", "plant_fault", "rk4", "side_by_side"]

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from plants.drive import Drive, Loads, Scalar
-from plants.friction import LuGre, bristle_rate, friction_torque
-from plants.integrate import rk4
+from plants.blocks import LuGre, bristle_rate, friction_torque, rk4
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
 class CAxisParameters(NamedTuple):
@@ -143,17 +142,14 @@ def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Scalar]:
     }
 
 
-MAY_BE_ZERO = frozenset({"rotor_damping", "bristle_damping", "viscous_friction"})
+MAY_BE_ZERO = ("rotor_damping", "bristle_damping", "viscous_friction")
+_sign_fault = only_positive(CAxisParameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE))
 
 
 def fault(changes: dict[str, float]) -> str | None:
     """What makes the nominal machine with ``changes`` impossible, or None."""
-    for name, value in changes.items():
-        if name not in CAxisParameters._fields:
-            return f"parameters.{name}: unknown; there is {', '.join(CAxisParameters._fields)}"
-        if value < 0 or (value == 0 and name not in MAY_BE_ZERO):
-            allowed = "zero or more" if name in MAY_BE_ZERO else "more than zero"
-            return f"parameters.{name} = {value}: has to be {allowed}"
+    if found := _sign_fault(changes):
+        return found
     p = CAxisParameters(**changes)
     if p.stator_inductance * p.rotor_inductance <= p.mutual_inductance**2:
         return (

@@ -18,6 +18,12 @@ COMMANDS = {"V": "voltage", "A": "current", "N m": "torque"}
 LOADS = {"N m": "load_torque", "N": "force"}
 
 
+#: Whether a parameter may have a value, and what it may be, in words.
+Allowed: TypeAlias = tuple[Callable[[float], bool], str]
+POSITIVE: Allowed = (lambda value: value > 0, "more than zero")
+NOT_NEGATIVE: Allowed = (lambda value: value >= 0, "zero or more")
+
+
 def in_a_name(unit: str) -> str:
     """``unit`` as it ends the name of a column or of a metric: rad/s as rad_s, N m as Nm."""
     return unit.replace(" ", "").replace("/", "_")
@@ -87,10 +93,16 @@ class Drive:
         """Signals that a controller can read."""
         return [name for name in self.units if name not in ("command", "load")]
 
-    def largest_commands(self, parameters: Parameters) -> tuple[float, float]:
-        """The lowest and the highest command that can reach the drive; infinite without a limit."""
+    def largest_commands(
+        self, parameters: Parameters, limit: float | None = None
+    ) -> tuple[float, float]:
+        """The lowest and the highest command that reach the drive; infinite without a limit.
+
+        ``limit`` is one before the drive's own, None where there is none.
+        """
         fixed = self.coefficients(parameters)
-        return float(self.accepted(fixed, -inf)), float(self.accepted(fixed, inf))
+        limit = inf if limit is None else limit
+        return float(self.accepted(fixed, -limit)), float(self.accepted(fixed, limit))
 
     @property
     def command_name(self) -> str:
@@ -103,15 +115,21 @@ class Drive:
         return LOADS.get(self.units["load"], "load")
 
 
-def only_positive(parameters: type[Parameters]) -> Callable[[dict[str, float]], str | None]:
-    """A ``Drive.fault``: every parameter has to be one of the record's and more than zero."""
+def only_positive(
+    parameters: type[Parameters], /, **others: Allowed
+) -> Callable[[dict[str, float]], str | None]:
+    """A ``Drive.fault``: every parameter has to be one of the record's and more than zero.
+
+    ``others`` says of single ones what they may be instead.
+    """
 
     def fault(changes: dict[str, float]) -> str | None:
         for name, value in changes.items():
             if name not in parameters._fields:
                 return f"parameters.{name}: unknown; there is {', '.join(parameters._fields)}"
-            if not value > 0:
-                return f"parameters.{name} = {value}: has to be more than zero"
+            allowed, words = others.get(name, POSITIVE)
+            if not allowed(value):
+                return f"parameters.{name} = {value}: has to be {words}"
         return None
 
     return fault

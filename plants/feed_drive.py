@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from plants.drive import Drive, Loads, Scalar
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
 class FeedDriveParameters(NamedTuple):
@@ -53,25 +53,18 @@ class FrictionCurve(NamedTuple):
 
 
 class FeedDriveCoefficients(NamedTuple):
-    """What a step needs of the parameters, computed once."""
+    """The parameters, and what a step needs of them, computed once."""
 
-    gain: Scalar  # K [(BLU/s)/unit]
-    time_constant: Scalar  # tau [s]
-    coulomb: Scalar  # F_c [unit]
+    own: FeedDriveParameters
     positive: FrictionCurve
     negative: FrictionCurve
     low_speed: Scalar  # [BLU/s]
-    stiction_rise: Scalar  # [unit]
-    lowest_command: Scalar  # [unit]
-    highest_command: Scalar  # [unit]
 
 
 def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
     """Coefficients per BLU/s; both friction curves become positive functions of the speed."""
     return FeedDriveCoefficients(
-        gain=p.gain,
-        time_constant=p.time_constant,
-        coulomb=p.coulomb,
+        own=p,
         positive=FrictionCurve(
             p.positive_start, p.positive_slope * p.blu, p.positive_curvature * p.blu * p.blu
         ),
@@ -79,9 +72,6 @@ def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
             -p.negative_start, p.negative_slope * p.blu, -p.negative_curvature * p.blu * p.blu
         ),
         low_speed=p.low_velocity / p.blu,
-        stiction_rise=p.stiction_rise,
-        lowest_command=p.lowest_command,
-        highest_command=p.highest_command,
     )
 
 
@@ -91,7 +81,7 @@ def friction(c: FeedDriveCoefficients, direction: Scalar, speed: Scalar) -> Scal
         jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True)
     )
     low = start + speed * (slope + speed * curvature)
-    return c.coulomb + jnp.where(speed < c.low_speed, low, 0.0)
+    return c.own.coulomb + jnp.where(speed < c.low_speed, low, 0.0)
 
 
 def step(
@@ -118,28 +108,28 @@ def _leg(
     rests = x.velocity == 0
     sticks = (
         rests
-        & (drive <= friction(c, 1.0, 0.0) + c.stiction_rise)
-        & (-drive <= friction(c, -1.0, 0.0) + c.stiction_rise)
+        & (drive <= friction(c, 1.0, 0.0) + c.own.stiction_rise)
+        & (-drive <= friction(c, -1.0, 0.0) + c.own.stiction_rise)
     )
     direction = jnp.sign(jnp.where(rests, drive, x.velocity))
-    settled = -jnp.expm1(-time / c.time_constant)
+    settled = -jnp.expm1(-time / c.own.time_constant)
 
     before = friction(c, direction, jnp.abs(x.velocity))
-    target = c.gain * (drive - direction * before)  # velocity that the drive tends to
+    target = c.own.gain * (drive - direction * before)  # velocity that the drive tends to
     foreseen = direction * (x.velocity + (target - x.velocity) * settled)
     after = friction(c, direction, jnp.maximum(foreseen, 0.0))
-    target = c.gain * (drive - direction * 0.5 * (before + after))
+    target = c.own.gain * (drive - direction * 0.5 * (before + after))
     change = (target - x.velocity) * settled
     velocity = x.velocity + change
 
     stops = velocity * direction < 0.0
     duration = jnp.where(
-        stops, c.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
+        stops, c.own.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
     )
     change = jnp.where(stops, -x.velocity, change)
     moved = FeedDriveState(
         # from the integral of the drive's equation: tau (v - v_0) = target t - (p - p_0)
-        position=x.position + target * duration - c.time_constant * change,
+        position=x.position + target * duration - c.own.time_constant * change,
         velocity=jnp.where(stops, 0.0, velocity),
     )
     return (
@@ -150,41 +140,28 @@ def _leg(
 
 def accepted(c: FeedDriveCoefficients, command: Scalar) -> Scalar:
     """What the converter makes of ``command`` [unit]: the nearest whole unit within its limits."""
-    return jnp.clip(jnp.round(command), c.lowest_command, c.highest_command)
+    return jnp.clip(jnp.round(command), c.own.lowest_command, c.own.highest_command)
 
 
-def measured(c: FeedDriveCoefficients, x: FeedDriveState) -> FeedDriveState:
-    """The state with the position as the linear encoder reports it: the nearest whole BLU."""
-    return x._replace(position=jnp.round(x.position))
-
-
-def signals(c: FeedDriveCoefficients, x: FeedDriveState) -> dict[str, Scalar]:
-    """What the drive's sensors tell a controller, beside the tracking error."""
-    return {"position": x.position, "velocity": x.velocity}
-
-
-MORE_THAN_ZERO = frozenset({"gain", "time_constant", "blu", "highest_command"})
-ZERO_OR_MORE = frozenset({"coulomb", "positive_start", "low_velocity", "stiction_rise"})
+MAY_BE_ZERO = ("coulomb", "positive_start", "low_velocity", "stiction_rise")
+ANY_SIGN = ("positive_slope", "positive_curvature", "negative_slope", "negative_curvature")
+_sign_fault = only_positive(
+    FeedDriveParameters,
+    **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE),
+    **dict.fromkeys(ANY_SIGN, (lambda value: True, "any number")),
+    negative_start=(lambda value: value <= 0, "zero or less, as in JK04 eq. 28"),
+    lowest_command=(lambda value: value < 0, "less than zero"),
+)
 
 
 def fault(changes: dict[str, float]) -> str | None:
-    """What makes the nominal axis with ``changes`` impossible, or None."""
-    for name, value in changes.items():
-        if name not in FeedDriveParameters._fields:
-            return f"parameters.{name}: unknown; there is {', '.join(FeedDriveParameters._fields)}"
-        if name in MORE_THAN_ZERO and not value > 0:
-            return f"parameters.{name} = {value}: has to be more than zero"
-        if name in ZERO_OR_MORE and not value >= 0:
-            return f"parameters.{name} = {value}: has to be zero or more"
-        if name == "negative_start" and not value <= 0:
-            return f"parameters.{name} = {value}: has to be zero or less, as in JK04 eq. 28"
-        if name == "lowest_command" and not value < 0:
-            return f"parameters.{name} = {value}: has to be less than zero"
-    return _driving_friction(FeedDriveParameters(**changes))
+    """What makes the nominal axis with ``changes`` impossible, or None.
 
-
-def _driving_friction(p: FeedDriveParameters) -> str | None:
-    """A line if friction would speed the free axis up somewhere, against its damping."""
+    That is a sign, or friction that would speed the free axis up somewhere, against its damping.
+    """
+    if found := _sign_fault(changes):
+        return found
+    p = FeedDriveParameters(**changes)
     for direction, name in ((1.0, "positive"), (-1.0, "negative")):
         with np.errstate(all="ignore"):  # absurd numbers may overflow, and are refused
             speeds = p.low_velocity / p.blu * np.arange(1000) / 1000
@@ -199,13 +176,11 @@ def _driving_friction(p: FeedDriveParameters) -> str | None:
     return None
 
 
-#: Settings of encoder and converter, and how far the fit of the friction reaches.
-EXACT = frozenset({"blu", "lowest_command", "highest_command", "low_velocity"})
-
 FEED_DRIVE = Drive(
     name="feed-drive",
     parameters=FeedDriveParameters,
-    exact=EXACT,
+    # settings of encoder and converter, and how far the fit of the friction reaches
+    exact=frozenset({"blu", "lowest_command", "highest_command", "low_velocity"}),
     fault=fault,
     units={
         "error": "BLU",
@@ -218,12 +193,13 @@ FEED_DRIVE = Drive(
     coefficients=coefficients,
     initial_state=lambda zero: FeedDriveState(zero, zero),
     step=step,
-    signals=signals,
+    signals=lambda c, x: {"position": x.position, "velocity": x.velocity},
     position="position",
     velocity="velocity",
     encoders={"position": "velocity"},
     accepted=accepted,
-    measured=measured,
+    # the linear encoder reports the nearest whole BLU
+    measured=lambda c, x: x._replace(position=jnp.round(x.position)),
     commanded=np.round,
     millimetres=lambda p: p.blu,
     top_speed=lambda p: p.gain * max(min(p.highest_command, -p.lowest_command) - p.coulomb, 0.0),

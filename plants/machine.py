@@ -7,12 +7,13 @@ each other, ``coupled`` lets them push one another.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from operator import add
 from typing import Any, TypeAlias
 
-from jax import lax
+from jax import lax, tree
 from jax import numpy as jnp
 
-from plants.drive import Drive, Scalar
+from plants.drive import Drive, Scalar, drive_fault
 
 #: Name of the axis of a machine that has one.
 ONLY = "axis"
@@ -65,25 +66,19 @@ class Machine:
         return tuple(lax.fori_loop(0, substeps, substep, states))
 
     def _step(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
+
+        def pushed(loads: Each) -> Each:
+            each = zip(self.drives, fixed, states, commands, loads, strict=True)
+            return tuple(drive.step(c, x, u, load, dt) for drive, c, x, u, load in each)
+
         if self.forces is None:
-            return self._pushed(fixed, states, commands, loads, dt)
+            return pushed(loads)
         # The forces at the end are those of a first try, so that the step is of second order.
         before = self.forces(fixed, states, commands)
         held = tuple((force, force, force) for force in before)
-        tried = self._pushed(fixed, states, commands, _sums(loads, held), dt)
-        after = self.forces(fixed, tried, commands)
+        after = self.forces(fixed, pushed(tree.map(add, loads, held)), commands)
         rising = tuple((a, 0.5 * (a + b), b) for a, b in zip(before, after, strict=True))
-        return self._pushed(fixed, states, commands, _sums(loads, rising), dt)
-
-    def _pushed(self, fixed: Each, states: Each, commands: Each, loads: Each, dt: Scalar) -> Each:
-        each = zip(self.drives, fixed, states, commands, loads, strict=True)
-        return tuple(drive.step(c, x, u, load, dt) for drive, c, x, u, load in each)
-
-
-def _sums(loads: Each, forces: Each) -> Each:
-    """Loads and forces of each axis at the start, the middle and the end of a step."""
-    pairs = zip(loads, forces, strict=True)
-    return tuple((a + d, b + e, c + f) for (a, b, c), (d, e, f) in pairs)
+        return pushed(tree.map(add, loads, rising))
 
 
 @cache
@@ -106,8 +101,11 @@ def coupled(machine: Machine, forces: Forces, name: str = "") -> Machine:
     return Machine(name or machine.name, machine.axes, machine.drives, forces)
 
 
-def machine_fault(machine: Machine) -> str | None:
-    """What keeps a machine from working, in a line; None if nothing that is seen at once."""
+def plant_fault(plant: Drive | Machine) -> str | None:
+    """What keeps a plant from working, in a line; None if nothing that is seen at once."""
+    machine = alone(plant) if isinstance(plant, Drive) else plant
+    if fault := next(filter(None, map(drive_fault, machine.drives)), None):
+        return fault
     if not machine.axes or len(machine.axes) != len(machine.drives):
         return "needs a drive for each of its axes"
     if machine.forces is None:

@@ -20,8 +20,8 @@ def list_(what: str) -> None:
     from hfc_design.files import scenario as scenarios
     from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS
-    from hfc_design.objectives.registry import OBJECTIVES
-    from hfc_design.search.registry import STRATEGIES
+    from hfc_design.objectives.judge import OBJECTIVES
+    from hfc_design.search.loop import STRATEGIES
     from plants import Machine
 
     if what == "scenarios":

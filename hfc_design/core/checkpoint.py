@@ -69,31 +69,28 @@ def load(path: Path, kind: type, fields: dict[Any, Any], config: str) -> Any:
         raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
 
 
-def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
-    if isinstance(record, tuple):
-        names = getattr(record, "_fields", map(str, range(len(record))))
-        parts = zip(names, record, strict=True)
-        return [item for name, part in parts for item in _flat(part, f"{prefix}{name}.")]
-    return [(prefix.rstrip("."), np.asarray(record))]
-
-
-def _built(kind: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
-    if isinstance(kind, tuple):
-        return _like(kind, prefix, arrays)
-    if hasattr(kind, "_fields"):
-        hints = {k: known.get(k, known.get(own, own)) for k, own in get_type_hints(kind).items()}
-        parts = (_built(hints[name], f"{prefix}{name}.", arrays, known) for name in kind._fields)
-        return kind(*parts)
-    value = arrays[prefix.rstrip(".")]
-    return kind(value) if kind in (int, float, bool) else value
-
-
-def _like(record: Any, prefix: str, arrays: dict[str, np.ndarray]) -> Any:
-    """What is built like ``record``, tuples of tuples of arrays."""
-    if not isinstance(record, tuple):
-        return arrays[prefix.rstrip(".")]
+def _named(record: tuple[Any, ...]) -> dict[str, Any]:
+    """The parts of a record, or of a tuple by their numbers."""
     names = getattr(record, "_fields", map(str, range(len(record))))
-    parts = [
-        _like(part, f"{prefix}{name}.", arrays) for name, part in zip(names, record, strict=True)
-    ]
-    return type(record)(*parts) if hasattr(record, "_fields") else tuple(parts)
+    return dict(zip(names, record, strict=True))
+
+
+def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
+    if not isinstance(record, tuple):
+        return [(prefix.rstrip("."), np.asarray(record))]
+    parts = _named(record).items()
+    return [item for name, part in parts for item in _flat(part, f"{prefix}{name}.")]
+
+
+def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
+    """What is of the type ``like``, or built like that record: tuples of tuples of arrays."""
+    if isinstance(like, tuple):
+        kind, parts = type(like), _named(like)
+    elif hasattr(like, "_fields"):
+        hints = get_type_hints(like).items()
+        kind, parts = like, {key: known.get(key, known.get(own, own)) for key, own in hints}
+    else:
+        value = arrays[prefix.rstrip(".")]
+        return like(value) if any(like is kind for kind in (int, float, bool)) else value
+    found = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
+    return kind(*found) if hasattr(kind, "_fields") else tuple(found)

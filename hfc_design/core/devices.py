@@ -36,11 +36,6 @@ def cache_directory() -> Path:
     return Path(base) / "hfc-design" / "xla"
 
 
-def count() -> int:
-    """Number of devices that a population is spread over."""
-    return len(jax.devices())
-
-
 def compiler_options() -> dict[str, int]:
     """Options of every compiled loop: 512-bit vectors, where the processor has them."""
     return {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else {}

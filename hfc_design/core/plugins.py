@@ -16,14 +16,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
-from pydantic import ValidationError, ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
-from pydantic_core import InitErrorDetails
+from pydantic import ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
 
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, short
 from hfc_design.core.shapes import Json
 
 Thing = TypeVar("Thing")
-#: Of several groups: ``Group.what`` and ``module:OBJECT`` of each plug-in.
+#: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
 References = list[tuple[str, str]]
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 #: Every group, by the option that names one of it, without its dashes.
@@ -35,17 +34,16 @@ class Group(Generic[Thing]):
     """Plug-ins of one kind, by their names."""
 
     what: str  # as in --plant
-    kind: type[Any] | tuple[type[Any], ...]  # has a ``name``
+    kind: tuple[type[Any], ...]  # any of which has a ``name``
     entry_points: str  # the group of them
     known: dict[str, Thing]  # built in, or added since
-    #: Names that nobody may take: those known at first.
-    built_in: frozenset[str] = frozenset()
     fault: Callable[[Thing], str | None] = lambda thing: None  # what is wrong with one, in a line
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
+    built_in: frozenset[str] = field(init=False)  # known at first: names that nobody may take
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "built_in", self.built_in or frozenset(self.known))
+        object.__setattr__(self, "built_in", frozenset(self.known))
         GROUPS[self.what] = self
 
     def takes(self, thing: Any) -> bool:
@@ -60,8 +58,7 @@ class Group(Generic[Thing]):
         """
         thing = self.adopt(thing)
         if not isinstance(thing, self.kind):
-            kinds = self.kind if isinstance(self.kind, tuple) else (self.kind,)
-            wanted = " or ".join(kind.__name__ for kind in kinds)
+            wanted = " or ".join(kind.__name__ for kind in self.kind)
             raise UserError(f"is a {type(thing).__name__} and no {wanted}")
         name = str(getattr(thing, "name", ""))
         if not NAME.fullmatch(name):
@@ -127,12 +124,6 @@ class Group(Generic[Thing]):
         self.given[str(getattr(thing, "name", ""))] = text
         return thing
 
-    def forget(self) -> None:
-        """What ``resolve`` has imported is known no longer."""
-        for name in self.given:
-            self.known.pop(name, None)
-        self.given.clear()
-
     def names(self) -> list[str]:
         """Every name that ``get`` knows, built-in ones first."""
         installed = metadata.entry_points(group=self.entry_points).names
@@ -175,16 +166,23 @@ def know(references: References) -> None:
         UserError: one cannot be imported or used here.
     """
     for group in GROUPS.values():
-        group.forget()
+        for name in group.given:
+            group.known.pop(name, None)
+        group.given.clear()
     for what, text in references:
         GROUPS[what].resolve(text)
+
+
+def own_ones(used: Iterable[tuple[str, str]]) -> References:
+    """Group and name of each that is used and not built in, once."""
+    return [(what, name) for what, name in dict.fromkeys(used) if name not in GROUPS[what].built_in]
 
 
 def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
     """Group -> name -> where it comes from, of what is used and not built in."""
     found: dict[str, dict[str, str]] = {}
-    for what, name in used:
-        if name not in GROUPS[what].built_in and (source := GROUPS[what].source(name)):
+    for what, name in own_ones(used):
+        if source := GROUPS[what].source(name):
             found.setdefault(what, {})[name] = source
     return found
 
@@ -234,11 +232,8 @@ def chosen(
             if record is None:
                 raise UserError(f"{data[key]!r} has none: nothing searches it")
         except UserError as error:
-            why = ValueError(str(error).removeprefix(f"{data[key]!r} "))
-            found = InitErrorDetails(
-                type="value_error", loc=(key,), input=data[key], ctx={"error": why}
-            )
-            raise ValidationError.from_exception_data(key, [found]) from None
+            why = str(error).removeprefix(f"{data[key]!r} ")
+            raise ValueError(f"{key} = {short(data[key])}: {why}") from None
         return record.model_validate(data, context=info.context)
 
     return WrapValidator(validated)

@@ -1,9 +1,10 @@
 """Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo
 
 from hfc_design.core.shapes import Plain
 
@@ -40,6 +41,20 @@ class RunError(UserError):
     """Something outside the program went wrong, a full disk for one: exit code 1."""
 
     exit_code = 1
+
+
+def readable_by(read: Callable[[Path], object]) -> AfterValidator:
+    """Validates a file that another names, whose folder a relative path starts at, by reading it.
+
+    ``read`` raises ValueError where that cannot be done.
+    """
+
+    def found(file: Path, info: ValidationInfo) -> Path:
+        path = Path((info.context or {}).get("folder", "")) / file
+        read(path)
+        return path
+
+    return AfterValidator(found)
 
 
 Checked = TypeVar("Checked", bound=BaseModel)
@@ -80,7 +95,7 @@ def _explained(error: ValidationError, data: Plain) -> str:
     elif first["type"] == "value_error" and isinstance(value, dict):
         message = f"{keys}.{message}" if keys else message  # the record names its own key
     elif keys:
-        message = f"{keys} = {_short(value)}: {message}"
+        message = f"{keys} = {short(value)}: {message}"
     return f"{message} (and {len(others)} more)" if others else message
 
 
@@ -102,6 +117,7 @@ def _place(location: tuple[int | str, ...], data: Plain, missing: bool) -> tuple
     return ".".join(keys), data
 
 
-def _short(value: Plain, limit: int = 60) -> str:
+def short(value: Plain, limit: int = 60) -> str:
+    """A value in a message."""
     text = repr(value)
     return text if len(text) <= limit else text[:limit] + "..."

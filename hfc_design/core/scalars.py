@@ -1,8 +1,8 @@
 """The functions that control laws are written with, for one machine in scalars.
 
 A law takes them as ``xp``: ``SCALARS`` in the runtime, ``ARRAYS`` over arrays of NumPy,
-``lanes.LANES`` in the simulator. A law has no branches on values, so that the same text serves
-all three. Never imports JAX.
+``closed_loop.LANES`` in the simulator. A law has no branches on values, so that the same text
+serves all three. Never imports JAX.
 """
 
 import math

@@ -9,19 +9,11 @@ from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Record
 from hfc_design.core.shapes import Parameters
 from hfc_design.files.limits import PerAxisRecord
-from plants import PLANTS, Drive, Machine, alone, drive_fault, machine_fault, side_by_side
-
-
-def _fault(plant: Drive | Machine) -> str | None:
-    if isinstance(plant, Drive):
-        return drive_fault(plant)
-    faults = (drive_fault(drive) for drive in plant.drives)
-    return next(filter(None, faults), None) or machine_fault(plant)
-
+from plants import PLANTS, Drive, Machine, alone, plant_fault, side_by_side
 
 #: Every drive and machine that a scenario can name.
 ALL_PLANTS: Group[Drive | Machine] = Group(
-    "plant", (Drive, Machine), "hfc_design.plants", PLANTS, fault=_fault
+    "plant", (Drive, Machine), "hfc_design.plants", PLANTS, fault=plant_fault
 )
 
 

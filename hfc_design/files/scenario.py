@@ -21,14 +21,12 @@ from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design, named_design
 from hfc_design.files.limits import Limits
 from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes
-from hfc_design.files.sampled import axis_samples, path_samples
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
-from hfc_design.objectives.judge import Judge, judge
+from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
 from hfc_design.objectives.metrics import Window, settled_samples
-from hfc_design.objectives.registry import FitnessSettings, objective_of
-from hfc_design.search.registry import STRATEGIES, SearchSettings
+from hfc_design.search.loop import STRATEGIES, SearchSettings
 from plants import Drive
 
 MAX_STEPS = 10_000_000
@@ -147,7 +145,7 @@ class Scenario(Record):
 
     def _is_slow_enough(self, drive: Drive, reference: Reference, parameters: Parameters) -> None:
         """Whether the steps of the integration are short enough for the fastest reference."""
-        speed = float(np.abs(reference.rate(self.simulation.time)).max())
+        speed = float(np.abs(reference.samples(self.simulation.time).reference_rate).max())
         substeps = self.simulation.substeps
         limit = drive.fastest(parameters, self.simulation.sample_time_s / substeps)
         if speed > limit:
@@ -192,9 +190,9 @@ class Scenario(Record):
         generator = np.random.default_rng(self.sensors.seed)
         frame = None
         if isinstance(path, Trajectory):
-            told, frame = path_samples(path, time, self.lengths[0])
+            told, frame = path.axis_samples(time, self.lengths[0])
         else:
-            told = [axis_samples(self.reference_of(axis), time) for _, axis, _ in self._axes()]
+            told = [self.reference_of(axis).samples(time) for _, axis, _ in self._axes()]
         axes = []
         for motion, (drive, axis, _) in zip(told, self._axes(), strict=True):
             noise = generator.standard_normal((len(drive.encoders), len(time)))

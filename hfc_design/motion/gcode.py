@@ -9,14 +9,14 @@ that is understood in part would be simulated wrongly.
 
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from math import atan2, hypot, pi, sqrt
+from math import atan2, dist, hypot, pi, sqrt
 from pathlib import Path
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 
 from hfc_design.core.records import UserError
-from hfc_design.motion.shapes import SAME_PLACE, Point, Segment, arc, distance, line
+from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
 GRAMMAR = r"""
 program: block? (_END block?)*
@@ -167,37 +167,34 @@ class _Machine:
     def _move(self, words: Words) -> None:
         if self.mode is None:
             raise ValueError("moves before any of G0, G1, G2, G3")
-        base = (0.0, 0.0, 0.0) if self.absolute else (*self.place, self.height)
-        here = dict(zip("XYZ", (*self.place, self.height), strict=True))
-        goal = {
-            axis: base[k] + words[axis] if axis in words else here[axis]
-            for k, axis in enumerate("XYZ")
-        }
-        start, end = self.place, (goal["X"], goal["Y"])
-        in_plane = distance(start, end) >= SAME_PLACE or words.keys() & set("IJ")
-        if in_plane and self.mode > 0 and goal["Z"] != self.height:
+        here = zip("XYZ", (*self.place, self.height), strict=True)
+        x, y, height = (
+            (0.0 if self.absolute else at) + words[axis] if axis in words else at
+            for axis, at in here
+        )
+        start, end = self.place, (x, y)
+        in_plane = dist(start, end) >= SAME_PLACE or words.keys() & set("IJ")
+        if in_plane and self.mode > 0 and height != self.height:
             raise ValueError("Z moves together with X or Y; only motion in X-Y is read")
-        if self.mode > 0 and self.feed is None:
+        feed = self.feed if self.mode > 0 else self.rapid
+        if feed is None:
             raise ValueError(f"G{self.mode} before any F")
-        feed = self.feed if self.mode > 0 and self.feed is not None else self.rapid
         if self.mode < 2:
             if words.keys() & set("IJR"):
                 raise ValueError(f"I, J or R with G{self.mode}; they belong to G2 and G3")
-            if distance(self.reached, end) >= SAME_PLACE:
+            if dist(self.reached, end) >= SAME_PLACE:
                 self.done.append(line(self.reached, end, feed))
                 self.reached = end
         elif words.keys() & set("XYIJR"):
             centre = _centre(start, end, words, self.mode == 3)
-            if distance(self.reached, centre) < SAME_PLACE:
+            if dist(self.reached, centre) < SAME_PLACE:
                 raise ValueError("an arc smaller than the rounding of the one before")
             sweep = _sweep(start, end, centre, self.mode == 3)
             self.done.append(arc(self.reached, centre, sweep, feed))
-            share = distance(self.reached, centre) / distance(end, centre)
-            self.reached = (
-                centre[0] + share * (end[0] - centre[0]),
-                centre[1] + share * (end[1] - centre[1]),
-            )
-        self.place, self.height = end, goal["Z"]
+            share = dist(self.reached, centre) / dist(end, centre)
+            x, y = (about + share * (to - about) for about, to in zip(centre, end, strict=True))
+            self.reached = (x, y)
+        self.place, self.height = end, height
 
 
 def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
@@ -216,7 +213,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
         left = height if ccw == (words["R"] > 0) else -height
         return start[0] + x / 2 - left * y / chord, start[1] + y / 2 + left * x / chord
     centre = start[0] + words.get("I", 0.0), start[1] + words.get("J", 0.0)
-    first, last = distance(start, centre), distance(end, centre)
+    first, last = dist(start, centre), dist(end, centre)
     if min(first, last) < SAME_PLACE:
         raise ValueError("an arc without a centre: neither I, J nor R, or all are 0")
     if abs(first - last) > ROUNDING:
@@ -228,7 +225,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
 
 def _sweep(start: Point, end: Point, centre: Point, ccw: bool) -> float:
     """Angle [rad] from start to end about the centre, ccw if positive; a full turn if equal."""
-    if distance(start, end) < SAME_PLACE:
+    if dist(start, end) < SAME_PLACE:
         return 2 * pi if ccw else -2 * pi
     turn = atan2(end[1] - centre[1], end[0] - centre[0])
     turn -= atan2(start[1] - centre[1], start[0] - centre[0])

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo
+from pydantic import Field
 
-from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, readable_by
 from hfc_design.core.shapes import Floats
+from hfc_design.motion.samples import AxisSamples
 
 
 def table_of(path: Path) -> tuple[Floats, Floats]:
@@ -36,30 +37,20 @@ def table_of(path: Path) -> tuple[Floats, Floats]:
     return data[:, 0], data[:, 1]
 
 
-def _readable(file: Path, info: ValidationInfo) -> Path:
-    """A relative path starts at the folder of the file that names it."""
-    path = Path((info.context or {}).get("folder", "")) / file
-    table_of(path)
-    return path
-
-
-CsvFile = Annotated[Path, AfterValidator(_readable)]
+CsvFile = Annotated[Path, readable_by(table_of)]
 
 
 class Profile(Record):
-    """A reference of one axis; each kind gives the three in its own way."""
+    """A reference of one axis; each kind moves in its own way."""
+
+    def samples(self, time: Floats) -> AxisSamples:
+        """What the axis is to follow at ``time`` (steps,) [s], not yet in steps of its drive."""
+        place, rate, acceleration = self._motion(time)
+        return AxisSamples(place, rate, None, None, place, acceleration)
 
     @abstractmethod
-    def at(self, time: Floats) -> Floats:
-        """Reference."""
-
-    def rate(self, time: Floats) -> Floats:
-        """Reference velocity: zero, also at a jump."""
-        return np.zeros_like(time)
-
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Reference acceleration: zero, also at corners and jumps."""
-        return np.zeros_like(time)
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        """Place, rate and acceleration; these two are zero at a jump, the last at corners too."""
 
 
 class Table(Profile):
@@ -68,15 +59,11 @@ class Table(Profile):
     kind: Literal["csv"] = "csv"
     file: CsvFile  # time [s], reference
 
-    def at(self, time: Floats) -> Floats:
-        """Reference."""
-        return np.interp(time, *table_of(self.file))
-
-    def rate(self, time: Floats) -> Floats:
-        """Reference velocity: the right-hand slope at a corner, 0 beyond the ends."""
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         times, values = table_of(self.file)
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
-        return np.asarray(slopes[np.searchsorted(times, time, side="right")])
+        rate = slopes[np.searchsorted(times, time, side="right")]  # at a corner the next slope
+        return np.interp(time, times, values), rate, np.zeros_like(time)
 
 
 class Ramp(Profile):
@@ -85,13 +72,8 @@ class Ramp(Profile):
     kind: Literal["ramp"] = "ramp"
     velocity: Finite = 0.02
 
-    def at(self, time: Floats) -> Floats:
-        """Reference."""
-        return self.velocity * time
-
-    def rate(self, time: Floats) -> Floats:
-        """Reference velocity."""
-        return np.full_like(time, self.velocity)
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        return self.velocity * time, np.full_like(time, self.velocity), np.zeros_like(time)
 
 
 class Sine(Profile):
@@ -101,18 +83,11 @@ class Sine(Profile):
     amplitude: Finite
     frequency_rad_s: Positive
 
-    def at(self, time: Floats) -> Floats:
-        """Reference."""
-        return np.asarray(self.amplitude * np.sin(self.frequency_rad_s * time))
-
-    def rate(self, time: Floats) -> Floats:
-        """Reference velocity."""
-        peak = self.amplitude * self.frequency_rad_s
-        return np.asarray(peak * np.cos(self.frequency_rad_s * time))
-
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Reference acceleration."""
-        return np.asarray(-(self.frequency_rad_s**2) * self.at(time))
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        frequency = self.frequency_rad_s
+        place = self.amplitude * np.sin(frequency * time)
+        rate = self.amplitude * frequency * np.cos(frequency * time)
+        return place, rate, -(frequency**2) * place
 
 
 class Step(Profile):
@@ -122,9 +97,9 @@ class Step(Profile):
     height: Finite
     time_s: NotNegative = 0.0
 
-    def at(self, time: Floats) -> Floats:
-        """Reference."""
-        return np.where(time >= self.time_s, self.height, 0.0)
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        still = np.zeros_like(time)
+        return np.where(time >= self.time_s, self.height, 0.0), still, still
 
 
 class Trapezoidal(Profile):
@@ -135,37 +110,23 @@ class Trapezoidal(Profile):
     velocity: Positive
     acceleration: Positive
 
-    def _phases(self) -> tuple[float, float, float]:
-        """Peak velocity, time of acceleration [s], time at constant velocity [s]."""
-        distance = abs(self.distance)
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        distance, way = abs(self.distance), np.sign(self.distance)
         peak = min(self.velocity, np.sqrt(distance * self.acceleration))
-        rise = peak / self.acceleration
-        cruise = distance / peak - rise if peak > 0 else 0.0
-        return peak, rise, cruise
+        rise = peak / self.acceleration  # time of acceleration [s]
+        cruise = distance / peak - rise if peak > 0 else 0.0  # at constant velocity [s]
 
-    def at(self, time: Floats) -> Floats:
-        """Reference."""
-        peak, rise, cruise = self._phases()
         up = np.clip(time, 0.0, rise)
         even = np.clip(time - rise, 0.0, cruise)
         down = np.clip(time - rise - cruise, 0.0, rise)
         half = 0.5 * self.acceleration
         path = half * up**2 + peak * even + peak * down - half * down**2
-        return np.asarray(np.sign(self.distance) * path)
 
-    def rate(self, time: Floats) -> Floats:
-        """Reference velocity."""
-        peak, rise, cruise = self._phases()
         falling = 2 * rise + cruise - time
         slope = self.acceleration * np.minimum(time, falling)
-        return np.asarray(np.sign(self.distance) * np.clip(slope, 0.0, peak))
-
-    def acceleration_at(self, time: Floats) -> Floats:
-        """Reference acceleration."""
-        _, rise, cruise = self._phases()
-        falling = 2 * rise + cruise - time
-        up, down = (time >= 0) & (time < rise), (falling > 0) & (falling <= rise)
-        return np.asarray(np.sign(self.distance) * self.acceleration * (1.0 * up - down))
+        rises, falls = (time >= 0) & (time < rise), (falling > 0) & (falling <= rise)
+        change = way * self.acceleration * (1.0 * rises - falls)
+        return way * path, way * np.clip(slope, 0.0, peak), change
 
 
 Reference = Annotated[Ramp | Sine | Step | Trapezoidal | Table, Field(discriminator="kind")]

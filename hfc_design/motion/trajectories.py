@@ -5,20 +5,20 @@ the origin, a polyline at its first point, a G-code program at X0 Y0.
 """
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from math import cos, pi, radians, sin
+from math import cos, dist, pi, radians, sin
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo
+from pydantic import AfterValidator, Field
 
-from hfc_design.core.records import Finite, Positive, Record
+from hfc_design.core.records import Finite, Positive, Record, readable_by
 from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
-from hfc_design.motion.motion import Motion, motion
-from hfc_design.motion.shapes import SAME_PLACE, Path, arc, distance, line
+from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
+from hfc_design.motion.samples import AxisSamples, PathFrame
 
 
 class PathSamples(NamedTuple):
@@ -40,10 +40,14 @@ class Trajectory(Record):
     #: None: full feed at once, corners included, as in the papers' simulations.
     acceleration_mm_s2: Positive | None = None
 
-    @property
     @abstractmethod
+    def _segments(self) -> Iterable[Segment]:
+        """Where it goes, at least one of them."""
+
+    @property
     def path(self) -> Path:
         """Where it goes."""
+        return Path.of(self._segments())
 
     @property
     def motion(self) -> Motion:
@@ -58,11 +62,23 @@ class Trajectory(Record):
     def samples(self, time: Floats) -> PathSamples:
         """The trajectory at ``time`` (steps,) [s]."""
         path, along = self.path, self.motion
-        way, speed = along.at(time)
+        way, speed, change = along.at(time)
         position, tangent, curvature = path.at(way)
         left = np.stack([-tangent[1], tangent[0]])
-        bent = along.acceleration_at(time) * tangent + curvature * speed**2 * left
+        bent = change * tangent + curvature * speed**2 * left
         return PathSamples(position, speed * tangent, tangent, curvature, way, bent)
+
+    def axis_samples(self, time: Floats, unit: float | None) -> tuple[list[AxisSamples], PathFrame]:
+        """Both axes, not yet in steps of their drives, and the path.
+
+        The machine starts where it stands; a ``unit`` of the positions has so many mm.
+        """
+        assert unit is not None  # the scenario has been checked
+        way = self.samples(time)
+        target = (way.position - way.position[:, :1]) / unit
+        each = zip(target, way.velocity / unit, way.acceleration / unit, strict=True)
+        axes = [AxisSamples(place, rate, None, None, place, change) for place, rate, change in each]
+        return axes, PathFrame(way.tangent[0], way.tangent[1], way.curvature * unit)
 
 
 class Circle(Trajectory):
@@ -74,12 +90,10 @@ class Circle(Trajectory):
     direction: Literal["ccw", "cw"] = "ccw"
     cycles: Positive = 1.0
 
-    @property
-    def path(self) -> Path:
-        """Where it goes."""
+    def _segments(self) -> Iterable[Segment]:
         turns = self.cycles if self.direction == "ccw" else -self.cycles
         start, centre = (self.radius_mm, 0.0), (0.0, 0.0)
-        return Path.of([arc(start, centre, 2 * pi * turns, self.feed_mm_min)])
+        return [arc(start, centre, 2 * pi * turns, self.feed_mm_min)]
 
 
 class Line(Trajectory):
@@ -90,12 +104,10 @@ class Line(Trajectory):
     angle_deg: Finite
     feed_mm_min: Positive
 
-    @property
-    def path(self) -> Path:
-        """Where it goes."""
+    def _segments(self) -> Iterable[Segment]:
         angle = radians(self.angle_deg)
         end = (self.length_mm * cos(angle), self.length_mm * sin(angle))
-        return Path.of([line((0.0, 0.0), end, self.feed_mm_min)])
+        return [line((0.0, 0.0), end, self.feed_mm_min)]
 
 
 Vertex = tuple[Finite, Finite]
@@ -103,7 +115,7 @@ Vertex = tuple[Finite, Finite]
 
 def _distinct(points: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
     for k, (a, b) in enumerate(pairwise(points)):
-        if distance(a, b) < SAME_PLACE:
+        if dist(a, b) < SAME_PLACE:
             raise ValueError(f"points {k + 1} and {k + 2} are the same")
     return points
 
@@ -116,31 +128,23 @@ class Polyline(Trajectory):
     feed_mm_min: Positive
     acceleration_mm_s2: Positive = 100.0
 
-    @property
-    def path(self) -> Path:
-        """Where it goes."""
-        return Path.of(line(a, b, self.feed_mm_min) for a, b in pairwise(self.points_mm))
+    def _segments(self) -> Iterable[Segment]:
+        return (line(a, b, self.feed_mm_min) for a, b in pairwise(self.points_mm))
 
 
-def _readable(file: FilePath, info: ValidationInfo) -> FilePath:
-    """A relative path starts at the folder of the file that names it."""
-    path = FilePath((info.context or {}).get("folder", "")) / file
-    gcode.segments(gcode.text_of(path), rapid=1500.0)
-    return path
+PROGRAM = readable_by(lambda file: gcode.segments(gcode.text_of(file), rapid=1500.0))
 
 
 class GCode(Trajectory):
     """The X-Y motion of a G-code program (``gcode``)."""
 
     kind: Literal["gcode"] = "gcode"
-    file: Annotated[FilePath, AfterValidator(_readable)]
+    file: Annotated[FilePath, PROGRAM]
     rapid_mm_min: Positive = 1500.0  # of G0
     acceleration_mm_s2: Positive = 100.0
 
-    @property
-    def path(self) -> Path:
-        """Where it goes."""
-        return Path.of(gcode.read(self.file, self.rapid_mm_min))
+    def _segments(self) -> Iterable[Segment]:
+        return gcode.read(self.file, self.rapid_mm_min)
 
 
 PathReference = Annotated[Circle | Line | Polyline | GCode, Field(discriminator="kind")]

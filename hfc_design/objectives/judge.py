@@ -2,17 +2,32 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple, TypeAlias
+from typing import Annotated, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
+from pydantic import SerializeAsAny
 
+from hfc_design import objectives
+from hfc_design.core.plugins import Group, chosen, found_in, lacking
 from hfc_design.core.shapes import Floats, Scalar
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.objective import Moment, Objective, Sums
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 from hfc_design.objectives.stick_share import stick_share
 
+#: Every objective by its name: the files here, and what users add.
+OBJECTIVES: Group[Objective] = Group(
+    "fitness",
+    (Objective,),
+    "hfc_design.fitness",
+    found_in(objectives, "OBJECTIVE"),
+    fault=lambda x: lacking(x, ("initial", "update", "score", "fault"), ObjectiveSettings),
+)
+#: The ``[fitness]`` of a scenario.
+FitnessSettings = Annotated[
+    SerializeAsAny[ObjectiveSettings], chosen(OBJECTIVES, "settings", default="lin-lee")
+]
 Individuals: TypeAlias = Float[Array | np.ndarray, " individuals"]
 
 
@@ -74,3 +89,9 @@ def judge(fitness: Objective, stick_penalty: float) -> Judge:
         return jnp.where(fitness < 0.0, fitness * factor, fitness / factor)
 
     return Judge((fitness, stick_share(stick_penalty)), worse_by_cost, title)
+
+
+def objective_of(settings: ObjectiveSettings) -> Objective:
+    """The objective with these settings."""
+    found = OBJECTIVES.get(settings.kind)
+    return found.make(settings) if found.make else found

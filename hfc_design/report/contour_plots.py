@@ -6,8 +6,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hfc_design.core.shapes import Floats
-from hfc_design.motion.contour import glitches, nearest
-from hfc_design.motion.metrics import Contour
+from hfc_design.motion.contour import Contour, glitches, nearest
 from hfc_design.motion.trajectories import PathSamples
 from hfc_design.pictures.figure import OTHER, OWN, framed, round_above
 from hfc_design.report.plots import response

@@ -100,14 +100,9 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
         UserError: it is no controller that can run.
     """
     kinds = [controller, *controller.get("axes", {}).values()]
-    own_parts = sources(
-        [
-            ("plant", scenario.plant.name),
-            ("fitness", scenario.fitness.kind),
-            ("strategy", scenario.search.preset),
-            *(("controller", own["kind"]) for own in kinds),
-        ]
-    )
+    used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
+    used += [("strategy", scenario.search.preset), *(("controller", own["kind"]) for own in kinds)]
+    own_parts = sources(used)
     movable = renamed(scenario, lambda key, file: Path(file.name))
     data = {
         "name": scenario.name,

@@ -13,8 +13,7 @@ from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.runs.problem import Problem, champion, genome_of, with_score
-from hfc_design.search.loop import Search, generations
-from hfc_design.search.registry import STRATEGIES, searcher
+from hfc_design.search.loop import STRATEGIES, Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 
 CONFIG, CHECKPOINT, HISTORY, DESIGN = "config.toml", "checkpoint.npz", "history.csv", "design.json"
@@ -43,9 +42,13 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     """
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
+
+    def copied(key: str, file: Path) -> Path:
+        return Path(shutil.copyfile(file, folder / (key + file.suffix)).name)
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        own = _with_own_tables(scenario, folder)
+        own = renamed(scenario, copied)  # it stands alone
     except OSError as error:
         raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
     if given is not None:
@@ -76,7 +79,11 @@ def run(
         RunError: the checkpoint is damaged or foreign, or the folder cannot be written.
     """
     if (folder / GIVEN).exists():
-        return _scored(scenario, folder)
+        given = load_design(str(folder / GIVEN))
+        evaluation = evaluate(given, scenario)
+        design = with_score(given, evaluation, scenario)
+        _write_design(folder / DESIGN, design)
+        return Result(design, evaluation, None)
     problem, settings, seed = Problem(scenario), scenario.search, scenario.run.seed
     config = (folder / CONFIG).read_text(encoding="utf-8")
     search = _stored(folder, scenario, config)
@@ -96,15 +103,6 @@ def run(
     design, evaluation = champion(search, scenario)
     _write_design(folder / DESIGN, design)
     return Result(design, evaluation, search)
-
-
-def _scored(scenario: Scenario, folder: Path) -> Result:
-    """The run of a given design."""
-    given = load_design(str(folder / GIVEN))
-    evaluation = evaluate(given, scenario)
-    design = with_score(given, evaluation, scenario)
-    _write_design(folder / DESIGN, design)
-    return Result(design, evaluation, None)
 
 
 def _write_design(path: Path, design: Design) -> None:
@@ -147,14 +145,3 @@ def _save(folder: Path, search: Search, config: str) -> None:
     rows = enumerate(zip(*columns, strict=True))
     lines += [",".join(map(repr, (k, *row))) for k, row in rows]
     checkpoint.write_whole(folder / HISTORY, ("\n".join(lines) + "\n").encode())
-
-
-def _with_own_tables(scenario: Scenario, folder: Path) -> Scenario:
-    """Copy the files that a scenario names into the run folder, so that it stands alone."""
-
-    def copied(key: str, file: Path) -> Path:
-        name = key + file.suffix
-        shutil.copyfile(file, folder / name)
-        return Path(name)
-
-    return renamed(scenario, copied)

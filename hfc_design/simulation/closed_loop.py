@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View
-from hfc_design.core.lanes import LANES
+from hfc_design.core.scalars import Xp
 from hfc_design.core.shapes import Gains, Memory, Parameters, Scalar, State
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
@@ -21,6 +21,10 @@ from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
 from plants import Drive, Machine
+from plants.blocks import decay, once, pick, ratio
+
+#: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
+LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once, pick)
 
 
 class Sensors(NamedTuple):
@@ -36,9 +40,9 @@ class Loop(NamedTuple):
     machine: Machine
     controller: Controller
     judge: Judge
-    substeps: int = 1
-    limits: tuple[float | None, ...] = ()  # of the drives' commands; (): none
-    sensors: tuple[Sensors | None, ...] = ()  # of each axis, None where ideal; (): all are
+    substeps: int
+    limits: tuple[float | None, ...]  # of the drives' commands
+    sensors: tuple[Sensors | None, ...]  # of each axis, None where ideal
 
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
@@ -46,8 +50,8 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     machine = scenario.plant.machine
     sensors = tuple(_sensors(scenario.sensors.of(axis)) for axis in machine.axes)
     limits = tuple(scenario.target.limits.values())
-    parts = (limits if any(limits) else (), sensors if any(sensors) else ())
-    return Loop(machine, controller, scenario.judge(), scenario.simulation.substeps, *parts)
+    substeps = scenario.simulation.substeps
+    return Loop(machine, controller, scenario.judge(), substeps, limits, sensors)
 
 
 def _sensors(wanted: SensorSettings) -> Sensors | None:
@@ -156,7 +160,7 @@ def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | 
 
 def _accepted(loop: Loop, k: int, fixed: Parameters, command: Scalar) -> Scalar:
     """The command that reaches drive ``k``."""
-    limit = loop.limits[k] if loop.limits else None
+    limit = loop.limits[k]
     if limit is not None:
         command = jnp.clip(command, -limit, limit)
     return loop.machine.drives[k].accepted(fixed, command)
@@ -168,7 +172,7 @@ def _measured(
     """The state of axis ``k`` as the controller sees it, and the angles its encoders read."""
     drive, previous = loop.machine.drives[k], carry.angles[k]
     state = drive.measured(fixed, carry.states[k])
-    sensors = loop.sensors[k] if loop.sensors else None
+    sensors = loop.sensors[k]
     if sensors is None:
         return state, previous
     angles = {}

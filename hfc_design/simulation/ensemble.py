@@ -11,9 +11,8 @@ from typing import Literal, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
 from hfc_design.core.records import UserError, checked
-from hfc_design.core.shapes import Floats, Mask, Parameters
+from hfc_design.core.shapes import Floats, Mask
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, machine
@@ -63,31 +62,23 @@ def evaluate_many(
     found = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
     for j, scenario in enumerate(scenarios):
         samples = scenario.samples()
-        for (controller, plants), places in _alike(designs, scenario, machines).items():
-            gains = [controller_of(designs[k], scenario)[1] for k in places]
-            together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *gains)
-            told, *_ = plants
-            true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants[1:])
+        # The same program on the same machines: they can step together.
+        alike = defaultdict(list)
+        for k, design in enumerate(designs):
+            own = machine(design, scenario)
+            plants = tuple(_changed(own, changes).values() for changes in machines)
+            controller, gains = controller_of(design, scenario)
+            alike[controller, own.values(), plants].append((k, gains))
+        for (controller, told, plants), members in alike.items():
+            places = [k for k, _ in members]
+            every = (gains for _, gains in members)
+            together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *every)
+            true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants)
             loop = closed_loop(scenario, controller)
             judged = population.scores(loop, Machines(told, true), samples, together, np.float64)
             found.failed[places, j] = judged.failed
             found.merit[places, j] = judged.rank
             found.fitness[places, j] = np.where(judged.failed, -np.inf, judged.values[..., 0])
-    return found
-
-
-def _alike(
-    designs: Sequence[Design], scenario: Scenario, machines: Sequence[Mapping[str, float]]
-) -> dict[tuple[Controller, tuple[tuple[Parameters, ...], ...]], list[int]]:
-    """Places of the designs that can step together: the same program on the same machines.
-
-    The keys are the controller, and the parameters of its own machine and of all machines.
-    """
-    found = defaultdict(list)
-    for k, design in enumerate(designs):
-        own = machine(design, scenario)
-        plants = (own.values(), *(_changed(own, changes).values() for changes in machines))
-        found[controller_of(design, scenario)[0], plants].append(k)
     return found
 
 

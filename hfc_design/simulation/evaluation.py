@@ -1,5 +1,6 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
+from collections.abc import Iterator
 from itertools import starmap
 from typing import NamedTuple
 
@@ -7,17 +8,18 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Signals
-from hfc_design.core.shapes import Floats, Parameters
+from hfc_design.core.shapes import Floats, Gains, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.metrics import Contour, contour, contour_meanings, contour_metrics, during
+from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives import metrics
-from hfc_design.objectives.judge import Judge, Judged
+from hfc_design.objectives.judge import Judge
 from hfc_design.simulation import population
-from hfc_design.simulation.closed_loop import Recorded, axis_signals, closed_loop
+from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
+from hfc_design.simulation.population import Machines
 from plants import Drive, Machine, in_a_name
 
 
@@ -88,59 +90,53 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     Raises:
         UserError: the two are made for different plants or sample times.
     """
-    parameters = machine(design, scenario).values()
+    machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
-    loop, samples = closed_loop(scenario, controller), scenario.samples()
-    machines = population.one_machine(parameters)
+    loop = closed_loop(scenario, controller)
+    return next(evaluations(scenario, loop, machines, scenario.samples(), gains))
+
+
+def evaluations(
+    scenario: Scenario, loop: Loop, machines: Machines, samples: Samples, gains: Gains
+) -> Iterator[Evaluation]:
+    """What is read off the motion of each of ``machines``, simulated together."""
+    own, time = loop.machine, scenario.simulation.time
     judged, motions = population.trajectory(loop, machines, samples, gains)
-    return evaluation(scenario, parameters, samples, judged, motions, 0)
-
-
-def evaluation(
-    scenario: Scenario,
-    parameters: tuple[Parameters, ...],
-    samples: Samples,
-    judged: Judged,
-    motions: tuple[Recorded, ...],
-    k: int,
-) -> Evaluation:
-    """What is read off the motion of individual ``k``, whose machine has these parameters."""
-    own, time = scenario.plant.machine, scenario.simulation.time
-    moved = jax.tree.map(lambda leaf: leaf[:, k], motions)
-    each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
-    axes = tuple(starmap(AxisMotion, each))
-    path = _contour(scenario, axes)
-    found = _metrics(scenario, axes, path, slice(None))
-    for window in scenario.windows:
-        inside = _metrics(scenario, axes, path, window.part(scenario.simulation))
-        found |= {f"{window.name}_{key}": value for key, value in inside.items()}
-    diverged = bool(judged.failed[k]) or not all(
-        np.isfinite(part).all()
-        for axis in axes
-        for part in (axis.motion.error, axis.motion.command, axis.velocity)
-    )
-    numbers = (float(judged.values[k, 0]), float(judged.merit[k]))
-    fitness, merit = (-np.inf, -np.inf) if diverged else numbers
-    return Evaluation(fitness, merit, diverged, own, found, time, axes, path)
+    for k in range(machines.size):
+        parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), machines.true)
+        moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
+        each = zip(own.axes, own.drives, parameters, samples.axes, moved, strict=True)
+        axes = tuple(starmap(AxisMotion, each))
+        path = _contour(scenario, axes)
+        parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
+        values = (value for part in parts for value in _metrics(scenario, axes, path, part))
+        found = dict(zip(meanings(scenario), values, strict=True))
+        diverged = bool(judged.failed[k]) or not all(
+            np.isfinite(part).all()
+            for axis in axes
+            for part in (axis.motion.error, axis.motion.command, axis.velocity)
+        )
+        numbers = (float(judged.values[k, 0]), float(judged.merit[k]))
+        fitness, merit = (-np.inf, -np.inf) if diverged else numbers
+        yield Evaluation(fitness, merit, diverged, own, found, time, axes, path)
 
 
 def _metrics(
     scenario: Scenario, axes: tuple[AxisMotion, ...], path: Contour | None, part: slice
-) -> dict[str, float | None]:
-    """Every metric of a part of the motion."""
+) -> list[float | None]:
+    """Every metric of a part of the motion, in the order of ``meanings``."""
     time = scenario.simulation.time
+    motions = [jax.tree.map(lambda leaf: leaf[part], axis.motion) for axis in axes]
     if path is not None:
-        errors = np.stack([axis.motion.error[part] for axis in axes])
-        commands = np.stack([axis.motion.command[part] for axis in axes])
-        return contour_metrics(_path_meanings(scenario), during(path, time, part), errors, commands)
-    found: dict[str, float | None] = {}
-    for axis in axes:
-        motion = jax.tree.map(lambda leaf: leaf[part], axis.motion)
+        errors = np.stack([motion.error for motion in motions])
+        commands = np.stack([motion.command for motion in motions])
+        inside = during(path, time, part)
+        return list(contour_metrics(axes[0].drive, inside, errors, commands).values())
+    found: list[float | None] = []
+    for axis, motion in zip(axes, motions, strict=True):
         speeds = axis.velocity[part], axis.happens.reference_rate[part]
         settled = scenario.fitness.settled_after_s
-        values = metrics.metrics(axis.drive, motion, *speeds, time[part], settled)
-        before = f"{axis.name}_" if len(axes) > 1 else ""
-        found |= {before + key: value for key, value in values.items()}
+        found += metrics.metrics(axis.drive, motion, *speeds, time[part], settled).values()
     return found
 
 
@@ -148,33 +144,28 @@ def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
     machine = scenario.plant.machine
     if scenario.follows_path:
-        own = _path_meanings(scenario)
+        own = contour_meanings(machine.drives[0])
     else:
-        several = len(machine.axes) > 1
-        own = {
-            (f"{axis}_" if several else "") + key: (f"{axis}: " if several else "") + text
-            for axis, drive in zip(machine.axes, machine.drives, strict=True)
-            for key, text in metrics.meanings(drive).items()
-        }
-    parts = {f"{window.name}_": f"{window.name}: " for window in scenario.windows}
-    every = {"": "", **parts}
-    return {head + key: told + own[key] for head, told in every.items() for key in own}
+        axes = machine.axes if len(machine.axes) > 1 else ("",)
+        each = zip(axes, map(metrics.meanings, machine.drives), strict=True)
+        own = {key: text for axis, found in each for key, text in _headed(axis, found).items()}
+    names = ("", *(window.name for window in scenario.windows))
+    return {key: text for name in names for key, text in _headed(name, own).items()}
 
 
-def _path_meanings(scenario: Scenario) -> dict[str, str]:
-    units = scenario.plant.machine.drives[0].units
-    return contour_meanings(units["error"], units["command"])
+def _headed(name: str, found: dict[str, str]) -> dict[str, str]:
+    """Keys and texts with a name before them; as they are where it is ""."""
+    return {f"{name}_{key}": f"{name}: {text}" for key, text in found.items()} if name else found
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
     """How far an X-Y machine was off its path; None where it follows none."""
-    if not scenario.follows_path:
+    if not isinstance(scenario.reference, Trajectory):
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
     length = scenario.lengths[0]
     assert length is not None  # the scenario has been checked
     unit = axes[0].drive.units["error"]
-    assert isinstance(scenario.reference, Trajectory)
     return contour(scenario.reference, scenario.simulation.time, positions, unit, length)
 
 

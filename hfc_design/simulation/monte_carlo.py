@@ -6,6 +6,7 @@ cannot exist (``Drive.fault``) is drawn again.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Any, NamedTuple
 
 import jax
@@ -17,9 +18,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.evaluation import Evaluation, evaluation
+from hfc_design.simulation.evaluation import Evaluation, evaluations
 from hfc_design.simulation.population import Machines
 from plants import Drive
 
@@ -108,9 +108,8 @@ def robustness(
     """
     _check(spread, samples, seed)
     draw = drawn(machine(design, scenario), spread, samples, seed)
-    machines = draw.machines
-    _check_steps(scenario, machines)
-    found = list(_motions(design, scenario, machines, progress))
+    _check_steps(scenario, draw.machines)
+    found = list(_motions(design, scenario, draw.machines, progress))
     again = np.flatnonzero([one.diverged for one, _ in found])
     if len(again):
         # A motion may diverge because the step is too long for it: ask again with shorter ones.
@@ -121,7 +120,8 @@ def robustness(
         def more(done: int, _: int) -> None:
             progress(len(found) + done, len(found) + len(again))
 
-        for k, one in zip(again, _motions(design, finer, machines.take(again), more), strict=True):
+        motions = _motions(design, finer, draw.machines.take(again), more)
+        for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
     judge = scenario.judge()
@@ -146,16 +146,13 @@ def _motions(
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
-        judged, motions = population.trajectory(loop, some, samples, gains)
-        for k in range(min(size, count - start)):
-            own = some.take(k).true
-            found = evaluation(scenario, own, samples, judged, motions, k)
-            stable = is_stable(loop, own, found)
+        for found in islice(evaluations(scenario, loop, some, samples, gains), count - start):
+            stable = is_stable(loop, found)
             yield found._replace(time=np.empty(0), axes=(), contour=None), stable
         progress(min(start + size, count), count)
 
 
-def is_stable(loop: Loop, parameters: tuple[Parameters, ...], evaluation: Evaluation) -> bool:
+def is_stable(loop: Loop, evaluation: Evaluation) -> bool:
     """Whether a loop keeps the machine in hand.
 
     The motion is finite, and in the last quarter of it no tracking error is larger than the
@@ -167,24 +164,13 @@ def is_stable(loop: Loop, parameters: tuple[Parameters, ...], evaluation: Evalua
         return False
     late = slice(-int(np.ceil(LATE * len(evaluation.time))), None)
     largest = max(np.abs(axis.reference).max() for axis in evaluation.axes) or np.inf
-    for (low, high), axis in zip(limits(loop, parameters), evaluation.axes, strict=True):
+    for limit, axis in zip(loop.limits, evaluation.axes, strict=True):
+        low, high = axis.drive.largest_commands(axis.parameters, limit)
         command = axis.motion.command[late]
         limited = np.mean((command <= low) | (command >= high))
         if np.abs(axis.motion.error[late]).max() > largest or limited > LARGEST_LIMITED:
             return False
     return True
-
-
-def limits(loop: Loop, parameters: tuple[Parameters, ...]) -> list[tuple[float, float]]:
-    """The lowest and the highest command that reach each drive; infinite without a limit."""
-    found = []
-    asked = loop.limits or (None,) * len(parameters)
-    for drive, own, limit in zip(loop.machine.drives, parameters, asked, strict=True):
-        largest = np.inf if limit is None else limit
-        fixed = drive.coefficients(own)
-        low, high = (float(drive.accepted(fixed, command)) for command in (-largest, largest))
-        found.append((low, high))
-    return found
 
 
 def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Drawn:
@@ -197,12 +183,10 @@ def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Dr
     """
     drives, nominal = settings.machine.drives, settings.values()
     generator = np.random.default_rng(seed)
-    kept, refused = [[np.array(own) for own in nominal]], 0
+    kept, refused = [nominal], 0
     while len(kept) <= samples:
-        one = [_near(*axis, spread, generator) for axis in zip(drives, kept[0], strict=True)]
-        records = [drive.parameters(*own.tolist()) for drive, own in zip(drives, one, strict=True)]
-        pairs = zip(drives, records, strict=True)
-        if not any(drive.fault(record._asdict()) for drive, record in pairs):
+        one = tuple(_near(*axis, spread, generator) for axis in zip(drives, nominal, strict=True))
+        if not any(drive.fault(own._asdict()) for drive, own in zip(drives, one, strict=True)):
             kept.append(one)
             continue
         refused += 1
@@ -211,17 +195,18 @@ def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Dr
                 f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
                 f"gave a possible {settings.machine.name}; a smaller spread is needed"
             )
-    axes = zip(drives, zip(*kept, strict=True), strict=True)
-    true = tuple(drive.parameters(*np.stack(own, axis=-1)) for drive, own in axes)
+    true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *kept)
     return Drawn(Machines(nominal, true), refused)
 
 
-def _near(drive: Drive, nominal: Floats, spread: float, generator: np.random.Generator) -> Floats:
+def _near(
+    drive: Drive, nominal: Parameters, spread: float, generator: np.random.Generator
+) -> Parameters:
     """Parameters of one axis near its ``nominal`` ones."""
-    varied = np.array([name not in drive.exact for name in drive.parameters._fields])
-    factors = np.ones_like(nominal)
+    varied = np.array([name not in drive.exact for name in nominal._fields])
+    factors = np.ones(len(nominal))
     factors[varied] = generator.uniform(1 - spread, 1 + spread, varied.sum())
-    return nominal * factors
+    return drive.parameters(*(np.array(nominal) * factors).tolist())
 
 
 def _check(spread: float, samples: int, seed: int) -> None:
@@ -239,11 +224,9 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     step = scenario.simulation.sample_time_s / substeps
     for drive, own, happens in zip(drives, machines.true, scenario.samples().axes, strict=True):
         limit = min(drive.fastest(type(own)(*row), step) for row in zip(*own, strict=True))
-        speed = np.abs(happens.reference_rate).max()
-        if speed > limit:
-            needed = max(needed, int(np.ceil(substeps * speed / limit)))
-    if needed:
+        needed = max(needed, np.ceil(substeps * np.abs(happens.reference_rate).max() / limit))
+    if needed > substeps:
         raise UserError(
             f"scenario {scenario.name}: simulation.substeps = {substeps}: "
-            f"some of these machines need at least {needed}"
+            f"some of these machines need at least {needed:.0f}"
         )

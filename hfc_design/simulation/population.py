@@ -22,14 +22,12 @@ from jax.sharding import Mesh, PartitionSpec
 from jax.typing import ArrayLike, DTypeLike
 from jaxtyping import Array, PyTree
 
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.core import devices
+from hfc_design.core.plugins import own_ones
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats, Gains, Integers, Parameters
-from hfc_design.files.machine import ALL_PLANTS
-from hfc_design.motion.samples import AxisSamples, Samples
+from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
-from hfc_design.objectives.registry import OBJECTIVES
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
 devices.configure()
@@ -86,7 +84,7 @@ def scores(
     """
     count, each = _count(gains), machines.size
     lanes = count * each
-    padding = -lanes % (devices.count() * _chunk(lanes))
+    padding = -lanes % (jax.device_count() * _chunk(lanes))
 
     def padded(leaf: Floats, repeats: int) -> Floats:
         wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
@@ -142,13 +140,10 @@ def _own_code(loop: Loop) -> Iterator[None]:
     except jax.errors.JaxRuntimeError:
         raise  # no memory, for one
     except Exception as error:
-        drives = (drive.name for drive in loop.machine.drives)
-        names = dict.fromkeys((*drives, loop.machine.name))
-        own = [f"plant {name!r}" for name in names if name not in ALL_PLANTS.built_in]
-        kind = loop.controller.kind
-        own += [f"controller {kind!r}"] * (kind not in KINDS.built_in)
-        objectives = {objective.name for objective in loop.judge.objectives}
-        own += [f"fitness {name!r}" for name in objectives - OBJECTIVES.built_in]
+        parts = [("plant", drive.name) for drive in loop.machine.drives]
+        parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
+        parts += [("fitness", objective.name) for objective in loop.judge.objectives]
+        own = [f"{what} {name!r}" for what, name in own_ones(parts)]
         if not own:
             raise
         reason = (str(error).splitlines() or [""])[0]
@@ -159,8 +154,8 @@ def _own_code(loop: Loop) -> Iterator[None]:
 
 def _chunk(count: int) -> int:
     if jax.default_backend() != "cpu":
-        return -(-count // devices.count())
-    share = -(-count // (devices.count() * LANES)) * LANES
+        return -(-count // jax.device_count())
+    share = -(-count // (jax.device_count() * LANES)) * LANES
     return min(CHUNK, share)
 
 
@@ -222,7 +217,7 @@ def _error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
     leaves, structure = jax.tree.flatten(inputs.gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
     starts = np.cumsum([0, *sizes])
-    width = devices.count() * LANES
+    width = jax.device_count() * LANES
 
     def on_device(lanes: Array) -> tuple[Array, Array]:
         copies = [jnp.broadcast_to(leaf, (*leaf.shape[:-1], lanes.size)) for leaf in leaves]
@@ -266,14 +261,11 @@ def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[J
         carry, outputs = step(told, fixed, samples.sample_time, numbers, carry, row)
         return carry, outputs if record else None
 
-    rows = samples._replace(axes=tuple(map(_by_row, samples.axes)), sample_time=None)
+    # Loads and noise as tuples, so that the scan hands out scalars.
+    axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
+    rows = samples._replace(axes=tuple(axes), sample_time=None)
     carry, outputs = lax.scan(body, start(loop, zeros), rows)
     return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
-
-
-def _by_row(axis: AxisSamples) -> AxisSamples:
-    """Loads and noise as tuples, so that the scan hands out scalars."""
-    return axis._replace(loads=tuple(axis.loads), noise=tuple(axis.noise))
 
 
 def _rows(leaf: Array) -> Rows:

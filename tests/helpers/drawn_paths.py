@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 from hypothesis import strategies as st
 
-from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.paths import Path, arc, line
 
 segments = st.lists(
     st.tuples(

@@ -15,7 +15,7 @@ from hfc_design.motion.contour import (
     nearest,
     nearest_on_path,
 )
-from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.paths import Path, arc, line
 from hfc_design.motion.trajectories import Circle, Line, PathSamples, Polyline
 
 SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]

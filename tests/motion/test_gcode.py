@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hfc_design.core.records import Record, UserError, checked
 from hfc_design.files.scenario import load_scenario
 from hfc_design.motion import gcode
-from hfc_design.motion.shapes import Path
+from hfc_design.motion.paths import Path
 from hfc_design.motion.trajectories import GCode, PathReference
 
 # Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.

@@ -14,8 +14,7 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 
 from hfc_design.core.records import Record, checked
-from hfc_design.motion.motion import motion
-from hfc_design.motion.shapes import Path, arc, line
+from hfc_design.motion.paths import Path, arc, line, motion
 from hfc_design.motion.trajectories import (
     Circle,
     Line,
@@ -125,7 +124,7 @@ def test_tangent_arc_is_entered_at_the_lower_feed():
     moves = motion(path, 20.0)
     first = 1.0 + 12.5 / 20.0 + 0.5
     assert moves.duration == pytest.approx(first + (4 * pi - 2.5) / 10 + 0.5)
-    way, speed = moves.at(np.array([1.0, first, moves.duration]))
+    way, speed, _ = moves.at(np.array([1.0, first, moves.duration]))
     assert way == near([10.0, 30.0, 30.0 + 4 * pi])
     assert speed == near([20.0, 10.0, 0.0])
     end = path.at(np.array([path.knots[-1]]))
@@ -140,7 +139,7 @@ def test_braking_starts_in_time_for_a_stop_several_segments_ahead():
     time = np.linspace(0.0, 1.2, 77)
     many, one = motion(pieces, 40.0), motion(whole, 40.0)
     assert many.duration == pytest.approx(one.duration) == pytest.approx(1.0)
-    assert many.at(time) == near(one.at(time))
+    assert many.at(time)[:2] == near(one.at(time)[:2])
 
 
 @settings(deadline=None)
@@ -149,7 +148,7 @@ def test_motion_keeps_its_limits_and_its_speed_is_the_derivative(parts, accelera
     path, end = chained(parts)
     moves = motion(path, acceleration)
     time = np.linspace(0.0, moves.duration, 400)
-    way, speed = moves.at(time)
+    way, speed, _ = moves.at(time)
     assert (np.diff(way) >= 0).all()
     assert way[-1] == pytest.approx(path.knots[-1])
     assert speed[-1] == 0.0

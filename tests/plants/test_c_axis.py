@@ -11,9 +11,8 @@ from scipy.integrate import solve_ivp
 
 from hfc_design.files.machine import PlantSettings
 from plants import C_AXIS
+from plants.blocks import bristle_rate, friction_torque, rk4
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative, step
-from plants.friction import bristle_rate, friction_torque
-from plants.integrate import rk4
 
 
 def test_nominal_machine_is_the_one_of_the_paper():

@@ -12,8 +12,6 @@ from plants.feed_drive import (
     FeedDriveState,
     accepted,
     coefficients,
-    measured,
-    signals,
 )
 
 
@@ -31,8 +29,8 @@ def test_converter_takes_whole_units_within_its_limits():
 def test_encoder_reports_whole_units_and_leaves_the_velocity():
     c = coefficients(FeedDriveParameters())
     for position, wanted in ((0.4, 0.0), (0.6, 1.0), (-0.6, -1.0), (4000.49, 4000.0)):
-        assert measured(c, FeedDriveState(position, 12.3)) == (wanted, 12.3)
-    assert signals(c, FeedDriveState(2.0, 3.0)) == {"position": 2.0, "velocity": 3.0}
+        assert FEED_DRIVE.measured(c, FeedDriveState(position, 12.3)) == (wanted, 12.3)
+    assert FEED_DRIVE.signals(c, FeedDriveState(2.0, 3.0)) == {"position": 2.0, "velocity": 3.0}
     units = {"error": "BLU", "error_rate": "BLU/s", "command": "unit", "load": "unit"}
     assert {**units, "position": "BLU", "velocity": "BLU/s"} == FEED_DRIVE.units
 

@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jk04 import PARAMETER_SETS
 
+from plants import FEED_DRIVE
 from plants.feed_drive import (
     FeedDriveParameters,
     FeedDriveState,
     accepted,
     coefficients,
-    measured,
     step,
 )
 
@@ -32,7 +32,7 @@ def sample(c, x, command):
         moved = jax.lax.fori_loop(
             0, SUBSTEPS, lambda _, x: step(c, x, held, FREE, 0.01 / SUBSTEPS), x
         )
-        return moved, measured(c, moved).position
+        return moved, FEED_DRIVE.measured(c, moved).position
 
     return jax.vmap(one)(c, x, command)
 

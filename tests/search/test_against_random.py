@@ -6,8 +6,7 @@ import scipy.stats
 
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs.problem import Problem
-from hfc_design.search.loop import generations
-from hfc_design.search.registry import searcher
+from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategy import Task
 
 SCALES = {"error": 50.0, "deflection": 80.0, "spindle_velocity": 20.0}

@@ -11,9 +11,8 @@ from hfc_design.controllers.hierarchical.genome import (
     from_vectors,
     vectors,
 )
-from hfc_design.search.loop import Search, generations
+from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.search.newton import Linear
-from hfc_design.search.registry import searcher
 from hfc_design.search.strategies.lin_lee import LinLeeSettings
 from hfc_design.search.strategies.race import (
     RaceSettings,

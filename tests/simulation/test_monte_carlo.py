@@ -17,7 +17,7 @@ from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import monte_carlo
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
-from hfc_design.simulation.monte_carlo import drawn, is_stable, limits, robustness
+from hfc_design.simulation.monte_carlo import drawn, is_stable, robustness
 from hfc_design.stability.stable_range import stable_range
 from plants import PLANTS
 from plants.c_axis import coefficients
@@ -241,24 +241,21 @@ def test_stable_spindles_are_those_of_the_linear_loop():
 def test_what_is_stable():
     design, scenario = case("jee-koren-2004-pid", seconds=4.0)
     loop = closed_loop(scenario, controller_of(design, ("x", "y"))[0])
-    parameters = scenario.plant.values()
     good = evaluate(design, scenario)
     largest = max(abs(axis.reference).max() for axis in good.axes)
 
-    def changed(which, part, where, value):
+    def changed(which, part, where, value, limits=(None, None)):
         axes = list(good.axes)
         values = getattr(axes[which].motion, part).copy()
         values[where] = value
         axes[which] = axes[which]._replace(motion=axes[which].motion._replace(**{part: values}))
-        return is_stable(loop, parameters, good._replace(axes=tuple(axes)))
+        limited = loop._replace(limits=limits)
+        return is_stable(limited, good._replace(axes=tuple(axes)))
 
-    assert limits(loop, parameters) == [(-128.0, 127.0)] * 2
-    assert limits(loop._replace(limits=(50.0, 50.0)), parameters) == [(-50.0, 50.0)] * 2
-    assert limits(loop._replace(limits=(None, 50.0)), parameters) == [
-        (-128.0, 127.0),
-        (-50.0, 50.0),
-    ]
-    assert is_stable(loop, parameters, good)
+    for drive, own in zip(loop.machine.drives, scenario.plant.values(), strict=True):
+        assert drive.largest_commands(own) == (-128.0, 127.0)
+        assert drive.largest_commands(own, 50.0) == (-50.0, 50.0)
+    assert is_stable(loop, good)
     assert changed(0, "error", slice(0, 300), 2 * largest)  # 300 of 400 samples: not yet late
     assert changed(1, "error", -1, -largest)
     assert not changed(1, "error", -1, -1.001 * largest)
@@ -267,12 +264,15 @@ def test_what_is_stable():
     assert changed(0, "command", slice(-10, None), 127.0)
     assert not changed(0, "command", slice(-11, None), 127.0)
     assert not changed(1, "command", slice(-11, None), -128.0)
-    assert not is_stable(loop, parameters, good._replace(diverged=True))
+    assert changed(1, "command", slice(-11, None), 50.0)
+    assert not changed(1, "command", slice(-11, None), 50.0, limits=(None, 50.0))
+    assert changed(0, "command", slice(-11, None), 50.0, limits=(None, 50.0))
+    assert not is_stable(loop, good._replace(diverged=True))
     still = tuple(
         axis._replace(happens=axis.happens._replace(reference=0 * axis.reference))
         for axis in good.axes
     )
-    assert is_stable(loop, parameters, good._replace(axes=still))
+    assert is_stable(loop, good._replace(axes=still))
 
 
 def hfc(*arguments):

@@ -1,6 +1,7 @@
 """The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, as they describe it."""
 
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, partial
 from typing import Literal, NamedTuple, cast
 
 import numpy as np
@@ -63,13 +64,11 @@ class LinLee(NamedTuple):
     def _genome(self) -> HierarchicalGenome:
         return cast(HierarchicalGenome, self.task.genome)  # see ``_fault``
 
-    @property
-    def _inputs(self) -> int:
-        return len(self._genome.scales)
-
     def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
         """n random valid individuals (steps 2 and 3)."""
-        genes = np.array([self._random_gene(rng) for _ in range(self.settings.population)])
+        inputs = len(self._genome.scales)
+        units = hierarchy.unit_count(inputs)
+        genes = _valid(lambda: [rng.integers(units, size=inputs)], self.settings.population)
         return None, Asked(genes, self._fresh(genes, rng))
 
     def ask(
@@ -90,13 +89,6 @@ class LinLee(NamedTuple):
         order = np.argsort(-score, kind="stable")
         return LinLeeState(asked.genes[order], taken(asked.population, order), score[order])
 
-    def _random_gene(self, rng: np.random.Generator) -> Integers:
-        inputs = self._inputs
-        while True:
-            gene = rng.integers(hierarchy.unit_count(inputs), size=inputs)
-            if _tree_index(tuple(gene.tolist())) is not None:
-                return gene
-
     def _fresh(self, genes: Integers, rng: np.random.Generator) -> Hierarchies:
         s, genome = self.settings, self._genome
         count, inputs = genes.shape
@@ -113,7 +105,7 @@ class LinLee(NamedTuple):
 
     def _crossed(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Asked:
         """Two-point crossover of the structure bits, weighted average of the rest (step 5b)."""
-        genes = self._crossed_genes(state, count, rng)
+        genes = _valid(lambda: self._crossed_genes(state, rng), count)
         children = self._fresh(genes, rng)
         gains, consequents = children.gains.copy(), children.consequents.copy()
         sources = state.population.gains, state.population.consequents
@@ -133,26 +125,25 @@ class LinLee(NamedTuple):
                     array[child] = w * source[a] + (1.0 - w) * source[b]
         return Asked(genes, children._replace(gains=gains, consequents=consequents))
 
-    def _crossed_genes(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Integers:
-        """Valid structures from pairs of parents, crossed with probability p_c1."""
-        found: list[Integers] = []
-        while len(found) < count:
-            pair = _bits(state.genes[rng.choice(len(state.genes), 2, replace=False)])
-            if (
-                rng.random() < self.settings.structure_crossover and pair.size
-            ):  # two inputs: no bits
-                one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
-                pair = two_point(pair, int(one), int(two))
-            for gene in _genes(pair, self._inputs):
-                if _tree_index(tuple(gene.tolist())) is not None:
-                    found.append(gene)
-        return np.array(found[:count])
+    def _crossed_genes(self, state: LinLeeState, rng: np.random.Generator) -> Integers:
+        """Structures of a pair of parents, crossed with probability p_c1; not all are valid."""
+        pair = _bits(state.genes[rng.choice(len(state.genes), 2, replace=False)])
+        # Two inputs have no bits.
+        if rng.random() < self.settings.structure_crossover and pair.size:
+            one, two = np.sort(rng.choice(pair.shape[1] + 1, 2, replace=False))
+            pair = two_point(pair, int(one), int(two))
+        return _genes(pair, state.genes.shape[1])
 
     def _mutated(self, state: LinLeeState, count: int, rng: np.random.Generator) -> Asked:
         """Random parents with flipped structure bits and moved numbers (step 5c)."""
         s = self.settings
         chosen = rng.choice(len(state.genes), count, replace=False)
-        genes = np.array([self._mutated_gene(state.genes[k], rng) for k in chosen])
+        bits, share = _bits(state.genes[chosen]), s.structure_mutation
+
+        def flipped(own: Mask) -> Integers:
+            return _genes((own ^ (rng.random(own.shape) < share))[None], state.genes.shape[1])
+
+        genes = np.concatenate([_valid(partial(flipped, own), 1) for own in bits])
         parents = taken(state.population, chosen)
 
         def moved(array: Floats, largest: float) -> Floats:
@@ -166,15 +157,6 @@ class LinLee(NamedTuple):
         )
         return Asked(genes, children)
 
-    def _mutated_gene(self, gene: Integers, rng: np.random.Generator) -> Integers:
-        """The gene with each bit flipped with probability alpha, drawn again until valid."""
-        bits = _bits(gene[None])
-        while True:
-            flipped = bits ^ (rng.random(bits.shape) < self.settings.structure_mutation)
-            candidate: Integers = _genes(flipped, len(gene))[0]
-            if _tree_index(tuple(candidate.tolist())) is not None:
-                return candidate
-
 
 def two_point(pair: Mask, first: int, behind: int) -> Mask:
     """Two bit strings (2, bits) with the places ``first`` to ``behind - 1`` exchanged."""
@@ -184,15 +166,18 @@ def two_point(pair: Mask, first: int, behind: int) -> Mask:
 
 
 @cache
-def _indices(inputs: int) -> dict[hierarchy.Tree, int]:
-    return {tree: k for k, tree in enumerate(hierarchy.trees(inputs))}
-
-
-@cache
 def _tree_index(gene: tuple[int, ...]) -> int | None:
     """Which of ``hierarchy.trees`` a gene decodes to; None where it is invalid."""
     tree = hierarchy.decode(gene)
-    return None if tree is None else _indices(len(gene))[tree]
+    return None if tree is None else hierarchy.trees(len(gene)).index(tree)
+
+
+def _valid(draw: Callable[[], Iterable[Integers]], count: int) -> Integers:
+    """The first ``count`` genes that decode to a hierarchy, drawn again and again."""
+    found: list[Integers] = []
+    while len(found) < count:
+        found += [gene for gene in draw() if _tree_index(tuple(gene.tolist())) is not None]
+    return np.array(found[:count])
 
 
 def _trees(genes: Integers) -> Integers:

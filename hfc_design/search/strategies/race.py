@@ -89,7 +89,12 @@ class SuccessiveHalving(NamedTuple):
         """Children of every island, some replaced by Gauss-Newton steps from its best."""
         s = self.settings
         state = self._culled(state, generation)
-        asked = self._with_doubles(state, self._bred(state, rng), rng)
+        asked = self._bred(state, rng)
+        # The last child of each island becomes a double of its best, a millionth off: a loop that
+        # is nearly chaotic may score well by luck; its double then does not.
+        best, place = doubled(state)
+        double = self.task.genome.nudged(taken(state.population, best), rng)
+        asked = asked._replace(population=replaced(asked.population, place, double))
         islands = len(state.damping)
         if self.task.linearised is None or islands > s.newton_islands:
             return state, asked
@@ -165,20 +170,9 @@ class SuccessiveHalving(NamedTuple):
         if linear is None:
             return asked._replace(damping=changed(asked.damping, places[:1], HOPELESS))
         at = (best, linear, state.damping[k], len(places))
-        steps, damping = individuals(self.task.genome, *at)
+        steps, tried = individuals(self.task.genome, *at)
         population = replaced(asked.population, places, steps)
-        return asked._replace(
-            population=population, damping=changed(asked.damping, places, damping)
-        )
-
-    def _with_doubles(self, state: RaceState, asked: Asked, rng: np.random.Generator) -> Asked:
-        """The last child of each island becomes a double of its best, a millionth off.
-
-        A loop that is nearly chaotic may score well by luck; its double then does not.
-        """
-        best, place = doubled(state)
-        double = self.task.genome.nudged(taken(state.population, best), rng)
-        return asked._replace(population=replaced(asked.population, place, double))
+        return asked._replace(population=population, damping=changed(asked.damping, places, tried))
 
 
 def doubled(state: RaceState) -> tuple[Integers, Integers]:

@@ -11,8 +11,7 @@ from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.search.loop import generations
-from hfc_design.search.registry import searcher
+from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategies.race import RaceSettings
 from hfc_design.search.strategy import Task
 

@@ -16,8 +16,8 @@ from hfc_design.controllers.hierarchical.tree import (
     trees,
     unit_count,
 )
-from hfc_design.core.lanes import LANES
 from hfc_design.files.pairing import load_design
+from hfc_design.simulation.closed_loop import LANES
 
 COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
 

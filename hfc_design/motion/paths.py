@@ -1,11 +1,10 @@
-"""Paths in the X-Y plane: straight lines and circular arcs, one after the other.
+"""Paths in the X-Y plane, straight lines and circular arcs one after the other, and motion along.
 
 One formula serves both. From a start with unit tangent t, a segment of curvature c has turned by
 c s after the length s; its chord has turned by half of that and is s sinc(c s / 2) long.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import hypot, pi
 from typing import NamedTuple
 
@@ -56,8 +55,7 @@ class Places(NamedTuple):
     curvature: Floats  # (points,) [1/mm], positive to the left
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
+class Path(NamedTuple):
     """Segments in their order, one column each."""
 
     start: Floats  # (2, segments) [mm]
@@ -108,11 +106,82 @@ class Path:
         return np.where(passed, 1.0, largest)
 
 
-def distance(a: Point, b: Point) -> float:
-    """Between two points [mm]."""
-    return hypot(b[0] - a[0], b[1] - a[1])
-
-
 def _turned(vector: Floats, angle: Floats) -> Floats:
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+
+
+class Motion(NamedTuple):
+    """Trapezoidal velocity: three phases a segment (up, even, down), and the rest after it."""
+
+    start: Floats  # (phases,) when each begins [s]
+    distance: Floats  # (phases,) way until then [mm]
+    speed: Floats  # (phases,) at its start [mm/s]
+    acceleration: Floats  # (phases,) [mm/s2]
+    peak: Floats  # (segments,) largest speed on each segment [mm/s]
+
+    @property
+    def duration(self) -> float:
+        """When the end of the path is reached [s]."""
+        return float(self.start[-1])
+
+    def at(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        """Way [mm], speed [mm/s] and acceleration along it [mm/s2] at ``time`` (steps,) [s].
+
+        In closed form from the phase.
+        """
+        k = np.maximum(np.searchsorted(self.start, time, side="right") - 1, 0)
+        since = np.maximum(time - self.start[k], 0.0)
+        acceleration = self.acceleration[k]
+        way = self.distance[k] + (self.speed[k] + 0.5 * acceleration * since) * since
+        speed = np.maximum(self.speed[k] + acceleration * since, 0.0)
+        return np.minimum(way, self.distance[-1]), speed, acceleration
+
+
+def motion(path: Path, acceleration: float | None) -> Motion:
+    """The fastest motion along ``path`` from rest to rest.
+
+    It stops where the direction jumps, and passes from segment to segment at the lower of both
+    feeds, or slower where that leaves too little way to brake. The limit is that of the speed
+    along the path; the centripetal acceleration of an arc comes on top.
+
+    Args:
+        path: the segments and their feeds.
+        acceleration: its limit [mm/s2]; None for full feed at once, corners included.
+    """
+    feed = path.feed / 60.0
+    if acceleration is None:
+        entry = leave = peak = feed
+        up = down = np.zeros_like(feed)
+        rate = 0.0
+    else:
+        rate = acceleration
+        speed = _speeds_between(path, feed, rate)
+        entry, leave = speed[:-1], speed[1:]
+        peak = np.minimum(feed, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
+        up, down = (peak - entry) / rate, (peak - leave) / rate
+    rise = 0.5 * (entry + peak) * up
+    fall = 0.5 * (leave + peak) * down
+    even = np.maximum(path.length - rise - fall, 0.0) / peak
+    end = np.cumsum(np.stack([up, even, down], axis=1))
+    before = path.knots[:-1]
+    ways = np.stack([before, before + rise, path.knots[1:] - fall], axis=1)
+    return Motion(
+        np.concatenate([[0.0], end]),
+        np.append(ways, path.knots[-1]),
+        np.append(np.stack([entry, peak, peak], axis=1), 0.0),
+        np.append(np.tile([rate, 0.0, -rate], len(feed)), 0.0),
+        peak,
+    )
+
+
+def _speeds_between(path: Path, feed: Floats, rate: float) -> Floats:
+    """(segments + 1,) speed [mm/s] at the start of each segment and at the end of the path."""
+    passing = np.where(path.corners(), 0.0, np.minimum(feed[:-1], feed[1:]))
+    squares = [0.0, *(passing**2).tolist(), 0.0]
+    gains = (2.0 * rate * path.length).tolist()
+    for k, gain in enumerate(gains):  # no faster than it can get there
+        squares[k + 1] = min(squares[k + 1], squares[k] + gain)
+    for k in range(len(gains) - 1, -1, -1):  # no faster than it can brake
+        squares[k] = min(squares[k], squares[k + 1] + gains[k])
+    return np.sqrt(squares)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from plants.scalar import decay, ratio
+from plants.blocks import decay, ratio
 
 
 @pytest.mark.parametrize(("lowest", "error"), [(-10.0, 7e-7), (-87.0, 8e-6)])
