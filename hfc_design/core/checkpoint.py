@@ -9,7 +9,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from hfc_design.core.records import RunError
+from hfc_design.core.records import RunError, UserError
 
 FORMAT = "hfc-checkpoint-2"
 #: In which what had failed scored 0, and everything else more.
@@ -97,3 +97,17 @@ def _like(record: Any, prefix: str, arrays: dict[str, np.ndarray]) -> Any:
         _like(part, f"{prefix}{name}.", arrays) for name, part in zip(names, record, strict=True)
     ]
     return type(record)(*parts) if hasattr(record, "_fields") else tuple(parts)
+
+
+def read_text(path: str | Path) -> str:
+    """What a user's file says, in UTF-8.
+
+    Raises:
+        UserError: it cannot be read.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{path}: cannot be read: it is not a text in UTF-8") from None

@@ -9,6 +9,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
+from hfc_design.core.checkpoint import read_text
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.reading import csv_tables, fis, fll
@@ -33,19 +34,10 @@ def imported(path: Path, wish: Wish) -> Design:
         known = ", ".join(READERS)
         raise UserError(f"{path}: is neither {known} nor a folder of .csv tables")
     try:
-        texts = {file.name: _text(file) for file in (csv_tables.files(path) if tables else [path])}
+        files = csv_tables.files(path) if tables else [path]
+        texts = {file.name: read_text(file) for file in files}
+        digests = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
         system = csv_tables.read(texts) if tables else READERS[ending](texts[path.name])
-        digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
         return design_of(system, wish, path, digests)
     except ValueError as error:
         raise UserError(f"{path}: {error}") from None
-
-
-def _text(file: Path) -> str:
-    """What stands in ``file``, its line ends as they are."""
-    try:
-        return file.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise ValueError("is not a text in UTF-8") from None
