@@ -171,7 +171,7 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
     if not scenario.follows_path:
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
-    length = scenario.lengths[0]
+    length = scenario.plant.each()[0].length
     assert length is not None  # the scenario has been checked
     unit = axes[0].drive.units["error"]
     assert isinstance(scenario.reference, Trajectory)

@@ -10,7 +10,7 @@ import pytest
 from wiring import DESIGNS, design, not_adapting, random_signals, unit_error
 
 from hfc_design.controllers.flc.record import CompensationRecord
-from hfc_design.files.limits import Limits
+from hfc_design.files.design import Limits
 from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 
