@@ -7,14 +7,7 @@ from operator import not_
 from pathlib import Path
 from typing import Annotated, Literal, NoReturn, TypeVar
 
-from pydantic import (
-    Field,
-    JsonValue,
-    PrivateAttr,
-    SerializeAsAny,
-    ValidationError,
-    model_validator,
-)
+from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
@@ -81,7 +74,7 @@ class Design(Record):
     limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
     score: dict[str, JsonValue] = {}
     provenance: dict[str, JsonValue] = {}
-    _axis: str = PrivateAttr("")
+    _axis: str = ""
 
     @property
     def kind(self) -> Kind:

@@ -29,8 +29,6 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         "name": name,
         "signals": signals(design),
         "command_unit": signal_units(design).get("command", "unit"),
-        "every": design.controller.sample_time_s,
-        "limit": design.limits.command,
         "exponential": False,
         "integrates": False,
         **template.values(design.controller),

@@ -66,8 +66,8 @@ def _values(design: Design) -> Json:
     if design.plant.name not in TRUE_POSITION:
         known = f"{design.plant.name}; there is {', '.join(TRUE_POSITION)}"
         raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
-    plant = PlantSettings(**design.plant.model_dump())
-    drive = plant.machine.drives[0]
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    drive = axis.drive
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
         told = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
@@ -75,7 +75,6 @@ def _values(design: Design) -> Json:
     return _signals(design, drive) | {
         "component": component_name(design),
         "controller": c_source.c_name(design),
-        "every": every,
         "coefficients": _coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
         "adapts": getattr(design.controller, "adaptation", None) is not None,
@@ -83,7 +82,7 @@ def _values(design: Design) -> Json:
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
-        "millimetres": drive.millimetres and drive.millimetres(plant.values()[0]),
+        "millimetres": axis.length,
         "true_position": TRUE_POSITION[drive.name],
     }
 
@@ -130,8 +129,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         columns += [axis.reference, axis.reference_rate, _mean(axis.loads)]
     table = np.stack(columns, axis=1)[:MOST_ROWS]
     names = [_prefix(name) for name in plants.axes] or [""]
-    each = zip(plants.machine.drives, plants.values(), strict=True)
-    own = [_coefficients(drive.coefficients(parameters)) for drive, parameters in each]
+    own = [_coefficients(axis.drive.coefficients(axis.parameters)) for axis in plants.each()]
     limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
     loop = {
         "scenario": scenario.name,

@@ -10,15 +10,7 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
-from hfc_design.formats.writing import (
-    NO_CODE,
-    Format,
-    check_names,
-    head,
-    rendered,
-    signal_units,
-    signals_read,
-)
+from hfc_design.formats.writing import NO_CODE, Format, check_names, head, rendered, signals_read
 
 #: What the block itself calls by these names within a sample.
 WITHIN = ["weighted", "part", "firing_row", "firing_column"]
@@ -38,25 +30,23 @@ def block(design: Design) -> str:
     """
     template: Template = needed(design.kind.st, design, NO_CODE)
     values = USUAL | template.values(design.controller)
-    units, limit = values["units"], design.limits.command
-    values["constants"] = values["constants"] | {
-        f"table_{unit.name}": [value for row in unit.table for value in row] for unit in units
-    }
-    if limit is not None:
-        values["constants"]["largest"] = limit
+    units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
+    constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
+    if design.limits.command is not None:
+        constants["largest"] = design.limits.command
     if units:
-        values["within"] = [*values["within"], *WITHIN, *(unit.name for unit in units)]
+        within += [*WITHIN, *(unit.name for unit in units)]
     signals = signals_read(design)
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    names = [*signals, *values["constants"], *values["remembered"], *values["within"]]
+    names = [*signals, *constants, *values["remembered"], *within]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     notes = [LEFT_OUT] if values.get("leaves_out") else []
     values |= {
         "signals": signals,
+        "constants": constants,
+        "within": within,
         "block": name,
-        "limit": limit,
-        "command_unit": signal_units(design).get("command", ""),
         "head": head(design, notes),
         "literals": lambda row: ", ".join(map(real, row)),
     }

@@ -161,7 +161,7 @@ def matlab_name(target: str, name: str) -> str:
 def rendered(
     template: str, design: Design, places: Sequence[Path | dict[str, str]] = (), /, **values: object
 ) -> str:
-    """A template of ``places`` or of ``formats/templates``, with a ``head``.
+    """A template of ``places`` or of ``formats/templates``, with values that most of them need.
 
     ``x | number`` writes a float so that it reads back bit for bit.
     """
@@ -176,8 +176,13 @@ def rendered(
     )
     environment.filters["number"] = lambda value: repr(float(value))
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")
-    values = {"head": head(design)} | values
-    return environment.get_template(template).render(**values)
+    usual = {
+        "head": head(design),
+        "every": design.controller.sample_time_s,
+        "limit": design.limits.command,
+        "command_unit": signal_units(design).get("command", ""),
+    }
+    return environment.get_template(template).render(usual | values)
 
 
 def _json(design: Design) -> str:
