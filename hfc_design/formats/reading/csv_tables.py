@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 
 from hfc_design.core.records import TERMS
-from hfc_design.formats.reading.system import Input, Shape, System, Token, input_of, trapezoid
+from hfc_design.formats.reading.system import Input, Shape, System, Token, input_of, shape_of
 
 FILES = ("rules.csv", "error_terms.csv", "error_change_terms.csv")
 HEADER = ["label", "left_BLU", "centre_BLU", "right_BLU"]
@@ -67,4 +67,4 @@ def _shape(cells: list[Token]) -> Shape:
     middle = centre.number()
     below = left.number() if left.text else -inf
     above = right.number() if right.text else inf
-    return trapezoid(label, below, middle, middle, above)
+    return shape_of(label, "Triangle", "abbc", (below, middle, above))

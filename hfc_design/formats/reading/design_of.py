@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import nearest_labels
 from hfc_design.controllers.hierarchical.settings import input_names
-from hfc_design.controllers.rules import FlatGaussian
-from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.records import NAME, TERMS, UserError, checked
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design, named_design
-from hfc_design.formats.reading.system import System
+from hfc_design.formats.reading.system import Shape, System
 
 HIERARCHY = "pd+hierarchical-fuzzy"
 #: Kind -> plant where neither --plant nor --like says one.
@@ -40,7 +39,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     Raises:
         UserError, ValueError: what the user says does not fit, what the file says does not.
     """
-    gaussian, other = (bool(item.gaussians) for item in system.inputs)
+    gaussian, other = (item.terms[0].gaussian for item in system.inputs)
     if gaussian != other:
         raise ValueError("one input has Gaussian terms and the other straight ones")
     like = None
@@ -158,7 +157,7 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     for item in system.inputs:
         if item.low < -1.0 or item.high > 1.0:
             raise item.name.fault(f"input {item.name.text}: its range has to lie within -1 and 1")
-    if [term[1:] for term in first.gaussians] != [term[1:] for term in second.gaussians]:
+    if [term[1:] for term in first.terms] != [term[1:] for term in second.terms]:
         raise ValueError("both inputs need the same terms; a hierarchy has one set of them")
     scales = {item["name"]: item["scale"] for item in base.get("inputs", ())}
     row, column = signals
@@ -168,21 +167,22 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
         "output_scale": 1.0,
         **base,
         "inputs": [{"name": name, "scale": scales.get(name, 1.0)} for name in (column, row)],
-        "terms": _flat_gaussians(first.gaussians),
+        "terms": _flat_gaussians(first.terms),
         "units": [unit],
     }
 
 
-def _flat_gaussians(terms: Sequence[FlatGaussian]) -> list[Json]:
+def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:
     """LL eq. 3 of each, in the shortest numbers that give what the file has bit for bit."""
-    valid = all(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,31}", term.label) for term in terms)
+    labels = [term.label.text for term in terms]
+    if not all(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,31}", label) for label in labels):
+        labels = [f"f{k}" for k in range(1, TERMS + 1)]
     records = []
-    for k, (label, low, high, sigma) in enumerate(terms, 1):
+    for label, (_, _, sigma, low, high, _) in zip(labels, terms, strict=True):
         middle = (0.5 * (low + high), 0.5 * (high - low))
         centre, half = _shortest(middle, lambda c, h: (c - h, c + h), (low, high))
         (rate,) = _shortest((0.5 / sigma**2,), lambda rate: 1.0 / sqrt(2.0 * rate), sigma)
-        own = label if valid else f"f{k}"
-        records.append({"label": own, "centre": centre, "half_width": half, "rate": rate})
+        records.append({"label": label, "centre": centre, "half_width": half, "rate": rate})
     return records
 
 

@@ -11,20 +11,20 @@ from hfc_design.formats.reading.system import (
     ALLOWED,
     Block,
     Input,
-    Shapes,
+    Shape,
     System,
     Token,
     check_known,
     input_of,
     lines,
+    shape_of,
 )
 
 SYSTEM = ALLOWED["fis"]["System"]
 SECTIONS = ("System", "Input1", "Input2", "Output1", "Rules")
-SHAPES = Shapes(
-    {"trimf": "abbc", "trapmf": "abcd", "linzmf": "--ab", "linsmf": "ab++"},
-    {"gaussmf": "baba", "gauss2mf": "badc"},
-)
+#: Shape -> which of its numbers the ends are, see ``shape_of``.
+SHAPES = {"trimf": "abbc", "trapmf": "abcd", "linzmf": "--ab", "linsmf": "ab++"}
+SHAPES |= {"gaussmf": "abba", "gauss2mf": "abdc"}
 COMMENT = re.compile(r"^\s*#.*|%.*")
 SECTION = re.compile(r"\[(\w+)\]")
 LINE = re.compile(r"([^=]*?)\s*=\s*(.*)")
@@ -86,11 +86,14 @@ def _unquoted(value: Token) -> Token:
 
 def _input(section: Block) -> Input:
     low, high = _numbers(section.get("Range", "[]"), 2)
-    shapes = [
-        SHAPES.of(label, kind, _numbers(value, SHAPES.size(label, kind)))
-        for label, kind, value in _terms(section)
-    ]
+    shapes = [_shape(*term) for term in _terms(section)]
     return input_of(_unquoted(section.get("Name")), low, high, shapes)
+
+
+def _shape(label: Token, kind: Token, value: Token) -> Shape:
+    letters = SHAPES[kind.one_of(f"shape of the term {label.text}", SHAPES)]
+    numbers = _numbers(value, len(set(letters) - {"-", "+"}))
+    return shape_of(label, kind.text, letters, numbers)
 
 
 def _terms(section: Block) -> list[list[Token]]:

@@ -5,30 +5,28 @@ product, weighted average, rules of weight 1. Whatever else would change the out
 """
 
 import re
-from math import inf
 
 from hfc_design.formats.reading.system import (
     ALLOWED,
+    GAUSSIANS,
     Block,
     Input,
     Shape,
-    Shapes,
     System,
     Token,
     check_known,
     input_of,
     lines,
-    trapezoid,
+    shape_of,
 )
 
 KEYS = ALLOWED["fll"]
 #: How many of each block a two-input unit has.
 COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
-SHAPES = Shapes(
-    {"Triangle": "abbc", "Trapezoid": "abcd", "Ramp": "ab++"},
-    {"Gaussian": "abab", "GaussianProduct": "abcd"},
-)
+#: Shape -> which of its numbers the ends are, see ``shape_of``.
+SHAPES = {"Triangle": "abbc", "Trapezoid": "abcd", "Ramp": "ab++"}
+SHAPES |= {"Gaussian": "baab", "GaussianProduct": "bacd"}
 COMMENT = re.compile("#.*")
 LINE = re.compile(r"([^:]*?)\s*:\s*(.*)")
 TERM = re.compile(r"(\S*) ?(\S*) ?(.*)")
@@ -89,18 +87,17 @@ def _input(block: Block) -> Input:
 
 def _shape(term: Token) -> Shape:
     label, kind, rest = term.match(TERM)
-    count = SHAPES.size(label, kind)
-    numbers = [word.edge() for word in rest.words()]
+    letters = SHAPES[kind.one_of(f"shape of the term {label.text}", SHAPES)]
+    numbers, count = [word.edge() for word in rest.words()], len(set(letters) - {"+"})
     if len(numbers) == count + 1 and numbers.pop() != 1.0:
         raise term.fault(f"term {label.text}: only the height 1 can be imported")
     if len(numbers) != count:
         raise term.fault(f"term {label.text}: a {kind.text} has {count} numbers")
-    if kind.text in SHAPES.gaussians:
+    if kind.text in GAUSSIANS:
         numbers = [word.number() for word in rest.words()[:count]]
     if kind.text == "Ramp" and numbers[0] >= numbers[1]:
-        start, end = numbers
-        return trapezoid(label, -inf, -inf, end, start)
-    return SHAPES.of(label, kind, numbers)
+        letters = "--ba"  # it falls
+    return shape_of(label, kind.text, letters, numbers)
 
 
 def _singleton(term: Token) -> tuple[str, float]:

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import LABELS, TriangleRecord, terms_fault
-from hfc_design.controllers.rules import FlatGaussian
 from hfc_design.core.records import TERMS
 
 #: Key -> values that can be imported.
@@ -23,6 +22,8 @@ ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
     Path(__file__).with_name("allowed.toml").read_text(encoding="utf-8")
 )
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
+#: Shapes of every language that are Gaussian.
+GAUSSIANS = ("Gaussian", "GaussianProduct", "gaussmf", "gauss2mf")
 _SHOULDER = "has to be 1 from its centre to the end of the range, as a design's outermost term is"
 
 
@@ -108,47 +109,50 @@ class Shape(NamedTuple):
     """A term as a file has it."""
 
     label: Token
-    #: A Gaussian, or the corners of a trapezoid from 0 to 1 to 1 to 0.
-    term: FlatGaussian | tuple[float, float, float, float]
+    gaussian: bool
+    left: float  # where it is no longer 0; sigma of a Gaussian
+    low: float  # it is 1 from here
+    high: float  # to here
+    right: float
+
+    def fault(self, message: str) -> ValueError:
+        """An error about the term, whose label stands before the message."""
+        return self.label.fault(f"term {self.label.text}{message}")
+
+    def centre(self, lowest: float, highest: float) -> float:
+        """Where it is 1 in a range, or the middle of that; a straight one has to be a triangle."""
+        if self.gaussian:
+            return 0.5 * (self.low + self.high)
+        if self.low == self.high:
+            return self.low
+        if (self.low <= lowest) == (self.high >= highest):
+            raise self.fault(
+                f" is flat from {self.low} to {self.high}; a design has triangles, and only the "
+                f"outermost are flat, out to the end of the range ({lowest} to {highest})"
+            )
+        return self.high if self.low <= lowest else self.low
 
 
-class Shapes(NamedTuple):
-    """The shapes of a language, each as four letters: a is a term's first number in a file.
+def shape_of(label: Token, kind: str, letters: str, numbers: Sequence[float]) -> Shape:
+    """The term with these numbers; ValueError: it is none of a design.
 
-    A corner at - or + is infinitely far. Both methods raise a ``fault``.
+    ``letters`` are a for the first number and so on, of left, low, high and right; - and + are
+    infinite.
     """
-
-    trapezoids: dict[str, str]  # the corners from 0 to 1 to 1 to 0
-    gaussians: dict[str, str]  # where the flat top begins, sigma before it, where it ends, sigma
-
-    def size(self, label: Token, kind: Token) -> int:
-        """How many numbers a term of a kind has."""
-        known = self.trapezoids | self.gaussians
-        return len(set(known[kind.one_of(f"shape of the term {label.text}", known)]) - {"-", "+"})
-
-    def of(self, label: Token, kind: Token, numbers: Sequence[float]) -> Shape:
-        """The term with these numbers."""
-        told = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
-        letters = self.trapezoids.get(kind.text) or self.gaussians[kind.text]
-        a, b, c, d = (told[letter] for letter in letters)
-        if kind.text in self.trapezoids:
-            return trapezoid(label, a, b, c, d)
-        if b != d:
-            raise label.fault(f"term {label.text}: both flanks have to be equally wide (LL eq. 3)")
-        if not (a <= c and 1e-9 <= b <= 1e9):
-            told_range = "its top may not fall, its width has to be 1e-9 to 1e9"
-            raise label.fault(f"term {label.text}: {told_range}")
-        return Shape(label, FlatGaussian(label.text, a, c, b))
-
-
-def trapezoid(label: Token, a: float, b: float, c: float, d: float) -> Shape:
-    """A trapezoid, where a left corner of -inf or a right one of inf stands for a shoulder."""
-    b = -inf if a == -inf else b
-    c = inf if d == inf else c
-    if not (a <= b <= c <= d) or c == -inf or b == inf:
-        told = "its corners have to rise, and cannot all be infinite"
-        raise label.fault(f"term {label.text}: {told}")
-    return Shape(label, (a, b, c, d))
+    told = {"-": -inf, "+": inf} | dict(zip("abcd", numbers, strict=False))
+    left, low, high, right = (told[letter] for letter in letters)
+    if kind in GAUSSIANS:
+        shape = Shape(label, True, left, low, high, right)
+        if left != right:
+            raise shape.fault(": both flanks have to be equally wide (LL eq. 3)")
+        if not (low <= high and 1e-9 <= left <= 1e9):
+            raise shape.fault(": its top may not fall, its width has to be 1e-9 to 1e9")
+        return shape
+    low, high = -inf if left == -inf else low, inf if right == inf else high  # a shoulder
+    shape = Shape(label, False, left, low, high, right)
+    if not (left <= low <= high <= right) or high == -inf or low == inf:
+        raise shape.fault(": its corners have to rise, and cannot all be infinite")
+    return shape
 
 
 class Input(NamedTuple):
@@ -159,8 +163,8 @@ class Input(NamedTuple):
     high: float
     labels: list[str]  # in the order of the file
     order: list[int]  # of each term the place of its label
-    gaussians: list[FlatGaussian]  # or none, and
-    triangles: list[TriangleRecord]
+    terms: list[Shape]
+    triangles: list[TriangleRecord]  # the same, if they are straight
 
 
 class System(NamedTuple):
@@ -185,57 +189,35 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
     if not low < high:
         raise name.fault(f"input {name.text}: its range has to rise")
     labels = [shape.label.text for shape in shapes]
-    for label, _ in shapes:
-        if labels.count(label.text) > 1:
-            raise label.fault(f"term {label.text} stands twice in input {name.text}")
-    gaussians = [term for _, term in shapes if isinstance(term, FlatGaussian)]
-    if gaussians and len(gaussians) < TERMS:
+    for shape in shapes:
+        if labels.count(shape.label.text) > 1:
+            raise shape.fault(f" stands twice in input {name.text}")
+    if len({shape.gaussian for shape in shapes}) > 1:
         raise name.fault(f"input {name.text} mixes Gaussian and straight terms; a design does not")
-    centres = [_centre(low, high, shape) for shape in shapes]
+    centres = [shape.centre(low, high) for shape in shapes]
     order = sorted(range(TERMS), key=centres.__getitem__)
-    if gaussians:
-        return Input(name, low, high, labels, order, [gaussians[k] for k in order], [])
-    triangles = _triangles(low, high, [(centres[k], shapes[k]) for k in order])
+    terms = [shapes[k] for k in order]
+    if terms[0].gaussian:
+        return Input(name, low, high, labels, order, terms, [])
+    triangles = [
+        _triangle(low, high, *each) for each in zip(LABELS, sorted(centres), terms, strict=True)
+    ]
     if message := terms_fault(tuple(triangles)):
         told = f"input {name.text}, with terms NL to PL in the order of centres: {message}"
         raise name.fault(told)
-    return Input(name, low, high, labels, order, [], triangles)
+    return Input(name, low, high, labels, order, terms, triangles)
 
 
-def _centre(low: float, high: float, shape: Shape) -> float:
-    """Where a term is 1, or the middle of that."""
-    label, term = shape
-    if isinstance(term, FlatGaussian):
-        return 0.5 * (term.low + term.high)
-    _, top, end, _ = term
-    if top == end:
-        return top
-    if (top <= low) == (end >= high):
-        raise label.fault(
-            f"term {label.text} is flat from {top} to {end}; a design has triangles, and only "
-            f"the outermost are flat, out to the end of the range ({low} to {high})"
-        )
-    return end if top <= low else top
-
-
-def _triangles(
-    low: float, high: float, shapes: Sequence[tuple[float, Shape]]
-) -> list[TriangleRecord]:
-    """Triangles of centres and trapezoids; the outermost are 1 up to the range's end and beyond."""
-    found = []
-    for name, (centre, (label, term)) in zip(LABELS, shapes, strict=True):
-        assert not isinstance(term, FlatGaussian)
-        left, top, end, right = term
-        lowest, highest = name == LABELS[0], name == LABELS[-1]
-        if lowest and not top <= low <= centre:
-            raise label.fault(f"term {label.text}, the lowest, {_SHOULDER}")
-        if highest and not centre <= high <= end:
-            raise label.fault(f"term {label.text}, the highest, {_SHOULDER}")
-        inner = ([] if lowest else [left]) + ([] if highest else [right])
-        if not all(map(isfinite, inner)):
-            raise label.fault(f"term {label.text}: only the outermost reach infinity")
-        if centre in inner:
-            raise label.fault(f"term {label.text} has a vertical edge at {centre}")
-        edges = (None if lowest else left, None if highest else right)
-        found.append(TriangleRecord(label=name, left=edges[0], centre=centre, right=edges[1]))
-    return found
+def _triangle(low: float, high: float, label: str, centre: float, term: Shape) -> TriangleRecord:
+    """A term; the outermost are 1 up to the range's end and beyond."""
+    lowest, highest = label == LABELS[0], label == LABELS[-1]
+    if lowest and not term.low <= low <= centre:
+        raise term.fault(f", the lowest, {_SHOULDER}")
+    if highest and not centre <= high <= term.high:
+        raise term.fault(f", the highest, {_SHOULDER}")
+    left, right = None if lowest else term.left, None if highest else term.right
+    if -inf in (left, right) or inf in (left, right):
+        raise term.fault(": only the outermost reach infinity")
+    if centre in (left, right):
+        raise term.fault(f" has a vertical edge at {centre}")
+    return TriangleRecord(label=label, left=left, centre=centre, right=right)
