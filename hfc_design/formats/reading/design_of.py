@@ -70,10 +70,13 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
     if not re.fullmatch(NAME, name):
         told = "a design's name is letters, digits, . _ and -, 64 at most"
         raise UserError(f"--name {name[:70]!r}: {told}")
+    make, known = _fuzzy, ["error", "error_change"]
     if kind == HIERARCHY:
-        controller = _hierarchy(base, system, _signals(system, wish, _inputs_of(plant_name)))
-    else:
-        controller = _fuzzy(base, system, _signals(system, wish, ["error", "error_change"]))
+        from hfc_design.files.machine import PlantSettings  # with JAX, and only needed here
+
+        make = _hierarchy
+        known = input_names(PlantSettings(name=plant_name).machine.drives[0].inputs)
+    controller = make(base, system, _signals(system, wish, known))
     if kind == "aflc" and wish.like is None:
         controller = _with_room(controller)
     data = {
@@ -87,13 +90,6 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
         },
     }
     return checked(Design, data, path, path.parent)
-
-
-def _inputs_of(plant: str) -> list[str]:
-    """What a hierarchy on a plant can read."""
-    from hfc_design.files.machine import PlantSettings  # with JAX, and only needed here
-
-    return input_names(PlantSettings(name=plant).machine.drives[0].inputs)
 
 
 def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
