@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping
 from operator import not_
 from pathlib import Path
-from typing import Annotated, Literal, NoReturn, TypeVar
+from typing import Annotated, Literal, NoReturn, Self
 
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
@@ -19,8 +19,6 @@ from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserE
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
 
-Own = TypeVar("Own", bound="PerAxisRecord")
-
 
 class PerAxisRecord(Record):
     """Settings of every axis; ``axes`` has what differs in one of them."""
@@ -28,7 +26,7 @@ class PerAxisRecord(Record):
     axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
-    def _axes_fit(self: Own) -> Own:
+    def _axes_fit(self) -> Self:
         for axis, own in self.axes.items():
             try:
                 self.of(axis)
@@ -38,7 +36,7 @@ class PerAxisRecord(Record):
                 raise ValueError(f"axes.{axis}.{key} = {own.get(key)!r}: {first['msg']}") from None
         return self
 
-    def of(self: Own, axis: str) -> Own:
+    def of(self, axis: str) -> Self:
         """The settings of one axis."""
         own = self.axes.get(axis)
         return self if own is None else type(self)(**self.model_dump(exclude={"axes"}) | own)

@@ -24,10 +24,10 @@ def files(path: Path) -> list[Path]:
     return [folder / name for name in FILES]
 
 
-def read(texts: dict[str, str]) -> System:
-    """The system in ``texts`` by file name; ValueError: a table is not complete."""
-    rules, *terms = (_rows(file, texts[file]) for file in FILES)
-    system = System((_input("error", terms[0]), _input("error_change", terms[1])), {})
+def read(*texts: str) -> System:
+    """The system in the texts of ``FILES``; ValueError: a table is not complete."""
+    rules, first, second = map(_rows, FILES, texts)
+    system = System((_input("error", first), _input("error_change", second)), {})
     error, change = (item.labels for item in system.inputs)
     header, *rest = rules
     if len(header) != TERMS + 1:
