@@ -125,27 +125,23 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     plants = machine(design, scenario)
     samples = scenario.samples()
     columns = []
-    for axis in samples.axes:
-        columns += [axis.reference, axis.reference_rate, _mean(axis.loads)]
+    for told in samples.axes:
+        columns += [told.reference, told.reference_rate, _mean(told.loads)]
     table = np.stack(columns, axis=1)[:MOST_ROWS]
-    names = [_prefix(name) for name in plants.axes] or [""]
-    own = [_coefficients(axis.drive.coefficients(axis.parameters)) for axis in plants.each()]
+    for axis in plants.axes:
+        if len(axis) > LONGEST_AXIS:
+            raise UserError(f"plant.axes.{axis}: the names of HAL leave {LONGEST_AXIS} characters")
+    names = [f"{identifier(axis)}-" for axis in plants.axes] or [""]
+    own = [_coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
     limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
     loop = {
         "scenario": scenario.name,
-        "axes": dict(zip(names, own, strict=True)),
+        "axes": dict(zip(names, own, strict=True)),  # prefix of names -> what the machine is set to
         "substeps": scenario.simulation.substeps,
         "limit": min(limits, default=None),
         "rows": len(table),
     }
     return loop, "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist())
-
-
-def _prefix(axis: str) -> str:
-    """What the names of an axis begin with."""
-    if len(axis) > LONGEST_AXIS:
-        raise UserError(f"plant.axes.{axis}: the names of HAL leave {LONGEST_AXIS} characters")
-    return f"{identifier(axis)}-"
 
 
 def _coefficients(record: Parameters, prefix: str = "") -> dict[str, float]:
