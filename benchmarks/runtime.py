@@ -27,7 +27,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.formats import c_source
+from hfc_design.formats import FORMATS, c_source
 from hfc_design.formats.writing import rule_units
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluation import evaluate
@@ -111,7 +111,7 @@ def _c(
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "c"
         if lookup is None:
-            c_source.write(design, folder)
+            FORMATS["c"].write(design, folder)
         else:
             c_source.write_lookup(design, folder, lookup)
         (folder / "loop.c").write_text(LOOP.format(name=name), encoding="ascii")

@@ -2,27 +2,54 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from operator import not_
 from pathlib import Path
-from typing import Annotated, Literal, NoReturn
+from typing import Annotated, Literal, NoReturn, Self
 
-from pydantic import (
-    JsonValue,
-    PrivateAttr,
-    SerializeAsAny,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-)
+from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.checkpoint import read_text
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen, missing
-from hfc_design.core.records import Finite, Label, Name, Record, UserError, checked
-from hfc_design.files.limits import Limits
+from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
+
+
+class PerAxisRecord(Record):
+    """Settings of every axis; ``axes`` has what differs in one of them."""
+
+    axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
+
+    @model_validator(mode="after")
+    def _axes_fit(self) -> Self:
+        for axis, own in self.axes.items():
+            try:
+                self.of(axis)
+            except ValidationError as error:
+                first = error.errors()[0]
+                key = ".".join(map(str, first["loc"]))
+                raise ValueError(f"axes.{axis}.{key} = {own.get(key)!r}: {first['msg']}") from None
+        return self
+
+    def of(self, axis: str) -> Self:
+        """The settings of one axis."""
+        own = self.axes.get(axis)
+        return self if own is None else type(self)(**self.model_dump(exclude={"axes"}) | own)
+
+
+class Limits(PerAxisRecord):
+    """Limits of the drives, in the units of the plant."""
+
+    command: Positive | None = None
+
+    def commands(self, axes: Iterable[str]) -> dict[str, float | None]:
+        """Largest command of each of these axes."""
+        return {axis: self.of(axis).command for axis in axes}
 
 
 class PlantRecord(Record):
@@ -41,26 +68,16 @@ class Design(Record):
     name: Name
     plant: PlantRecord
     controller: Annotated[SerializeAsAny[ControllerRecord], chosen(KINDS, "record")]
-    limits: Limits = Limits()  # the controller itself asks for no more than this
+    #: The controller itself asks for no more than this; a file without any does not speak of it.
+    limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
     score: dict[str, JsonValue] = {}
     provenance: dict[str, JsonValue] = {}
-    _axis: str = PrivateAttr("")
-
-    @model_serializer(mode="wrap")
-    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
-        data: dict[str, object] = whole(self)
-        if self.limits == Limits():
-            data.pop("limits", None)
-        return data
+    _axis: str = ""
 
     @property
     def kind(self) -> Kind:
         """The kind of the controller."""
         return KINDS.get(self.controller.kind)
-
-    def axis_limits(self, axes: tuple[str, ...]) -> dict[str, float | None]:
-        """Largest command of each of these axes."""
-        return {axis: self.limits.of(axis).command for axis in axes}
 
     @property
     def axis(self) -> str:
@@ -81,8 +98,7 @@ class Design(Record):
 
 def builtin_designs() -> list[str]:
     """Names of the designs that come with the package."""
-    found = BUILTIN.iterdir()
-    return sorted(entry.name.removesuffix(".json") for entry in found if entry.name[0] != "_")
+    return sorted(path.stem for path in BUILTIN.glob("*.json"))
 
 
 def named_design(name: str) -> Design:
@@ -91,12 +107,13 @@ def named_design(name: str) -> Design:
     Raises:
         UserError: there is no such design, or the file is not one that can run.
     """
+    path = Path(name)
     if name in builtin_designs():
-        return parse_design((BUILTIN / f"{name}.json").read_text(), name)
-    if not Path(name).exists():
+        return parse_design(read_text(BUILTIN / f"{name}.json"), name)
+    if not path.exists():
         known = ", ".join(builtin_designs())
         raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
-    return read_design(Path(name) / "design.json" if Path(name).is_dir() else Path(name))
+    return read_design(path / "design.json" if path.is_dir() else path)
 
 
 def read_design(path: str | Path) -> Design:
@@ -105,11 +122,7 @@ def read_design(path: str | Path) -> Design:
     Raises:
         UserError: the file cannot be read, is no JSON, or is not a design that can run.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: cannot be read: {error}") from None
-    return parse_design(text, path)
+    return parse_design(read_text(path), path)
 
 
 def parse_design(text: str, source: str | Path) -> Design:

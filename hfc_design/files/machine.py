@@ -1,20 +1,33 @@
 """The machine of a scenario: which drives, what their sensors see."""
 
 from collections.abc import Iterable
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Record
 from hfc_design.core.shapes import Parameters
-from hfc_design.files.limits import PerAxisRecord
+from hfc_design.files.design import PerAxisRecord
 from plants import PLANTS, Drive, Machine, alone, plant_fault, side_by_side
 
 #: Every drive and machine that a scenario can name.
 ALL_PLANTS: Group[Drive | Machine] = Group(
     "plant", (Drive, Machine), "hfc_design.plants", PLANTS, fault=plant_fault
 )
+
+
+class Axis(NamedTuple):
+    """One axis of a machine."""
+
+    name: str
+    drive: Drive
+    parameters: Parameters
+
+    @property
+    def length(self) -> float | None:
+        """Length of a unit of its position [mm]; None where it is none."""
+        return self.drive.millimetres and self.drive.millimetres(self.parameters)
 
 
 class PlantSettings(Record):
@@ -51,10 +64,14 @@ class PlantSettings(Record):
             return alone(plant)
         return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
 
+    def each(self) -> list[Axis]:
+        """The axes of the machine."""
+        pairs = zip(self.machine.axes, self.machine.drives, strict=True)
+        return [Axis(name, drive, drive.parameters(**self._changes(name))) for name, drive in pairs]
+
     def values(self) -> tuple[Parameters, ...]:
         """The parameter record of each axis."""
-        pairs = zip(self.machine.axes, self.machine.drives, strict=True)
-        return tuple(drive.parameters(**self._changes(axis)) for axis, drive in pairs)
+        return tuple(axis.parameters for axis in self.each())
 
 
 def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:

@@ -77,7 +77,7 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains]:
     """The controller of a design on the axes of a scenario, and its gains for one individual."""
-    limits = design.axis_limits(scenario.plant.machine.axes)
+    limits = design.limits.commands(scenario.plant.machine.axes)
     controller = design.kind.controller_of(design.controller, limits)
     return controller, population_of_one(design.kind.gains(design.controller))
 

@@ -14,20 +14,18 @@ from pydantic import Field, SerializeAsAny, model_validator
 
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.checkpoint import read_text
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
-from hfc_design.core.shapes import Parameters
-from hfc_design.files.design import Design, named_design
-from hfc_design.files.limits import Limits
-from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes
+from hfc_design.files.design import Design, Limits, named_design
+from hfc_design.files.machine import Axis, PlantSettings, SensorSettings, check_axes
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
 from hfc_design.objectives.metrics import Window, settled_samples
 from hfc_design.search.loop import STRATEGIES, SearchSettings
-from plants import Drive
 
 MAX_STEPS = 10_000_000
 #: The scenarios that come with the package, and the files that they name.
@@ -72,10 +70,11 @@ class Scenario(Record):
             )
         self._has_windows()
         self._can_follow()
-        self._can_be_judged()
+        objective, preset = objective_of(self.fitness), self.search.preset
+        if fault := objective.fault(len(self.plant.machine.axes), self.follows_path):
+            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
         if fault := self.controller.fault(self.target):
             raise ValueError(fault)
-        preset = self.search.preset
         if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
             raise ValueError(f"search.preset = {preset!r}: {fault}")
         return self
@@ -83,9 +82,8 @@ class Scenario(Record):
     @property
     def target(self) -> Target:
         """What a controller is designed for."""
-        machine = self.plant.machine
-        limits = {axis: self.limits.of(axis).command for axis in machine.axes}
-        every = self.simulation.sample_time_s
+        machine, every = self.plant.machine, self.simulation.sample_time_s
+        limits = self.limits.commands(machine.axes)
         return Target(machine, self.plant.values(), every, limits, self.search)
 
     def _has_windows(self) -> None:
@@ -101,11 +99,9 @@ class Scenario(Record):
 
     def _can_follow(self) -> None:
         """Whether the machine has the axes that other parts speak of, and can follow."""
-        axes = self.plant.machine.axes
-        check_axes("limits.axes", self.limits.axes, axes)
-        check_axes("sensors.axes", self.sensors.axes, axes)
-        check_axes("load.axes", self.load.axes, axes)
-        reference = self.reference
+        axes, reference = self.plant.machine.axes, self.reference
+        for key in ("limits", "sensors", "load"):
+            check_axes(f"{key}.axes", getattr(self, key).axes, axes)
         if isinstance(reference, Trajectory):
             self._can_follow_path(reference)
             return
@@ -118,63 +114,48 @@ class Scenario(Record):
                 f"reference.kind = {reference.kind!r}: a machine of {len(axes)} axes follows "
                 f"{'a path in X-Y, or ' if len(axes) == 2 else ''}kind 'per-axis'"
             )
-        for drive, own, parameters in self._axes():
-            self._is_slow_enough(drive, self.reference_of(own), parameters)
-
-    def _can_be_judged(self) -> None:
-        axes = len(self.plant.machine.axes)
-        if fault := objective_of(self.fitness).fault(axes, self.follows_path):
-            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
+        for axis in self.plant.each():
+            self._is_slow_enough(axis, self._reference_of(axis.name))
 
     def _can_follow_path(self, path: Trajectory) -> None:
-        key, axes = f"reference.kind = {path.kind!r}", self._axes()
+        key, axes = f"reference.kind = {path.kind!r}", self.plant.each()
         if len(axes) != 2:
-            raise ValueError(f"{key}: a machine of {len(axes)} axes follows {ONE_AXIS}")
-        x, y = self.lengths
-        for (drive, _, _), length in zip(axes, (x, y), strict=True):
-            if length is None:
-                raise ValueError(f"{key}: is for feed drives, not for the {drive.name}")
-        assert x is not None
+            one = "a reference for one axis, or kind 'per-axis'"
+            raise ValueError(f"{key}: a machine of {len(axes)} axes follows {one}")
+        lengths = []
+        for axis in axes:
+            if axis.length is None:
+                raise ValueError(f"{key}: is for feed drives, not for the {axis.drive.name}")
+            lengths.append(axis.length)
+        x, y = lengths
         if x != y:
             raise ValueError(
                 f"{key}: the axes of a path have to count in the same length, not in "
                 f"{x:g} and {y:g} mm"
             )
-        if fault := speed_fault(path, [drive.top_speed(own) * x for drive, _, own in axes]):
+        speeds = [axis.drive.top_speed(axis.parameters) * x for axis in axes]
+        if fault := speed_fault(path, speeds):
             raise ValueError(f"reference: {fault}")
 
-    def _is_slow_enough(self, drive: Drive, reference: Reference, parameters: Parameters) -> None:
+    def _is_slow_enough(self, axis: Axis, reference: Reference) -> None:
         """Whether the steps of the integration are short enough for the fastest reference."""
         speed = float(np.abs(reference.samples(self.simulation.time).reference_rate).max())
         substeps = self.simulation.substeps
-        limit = drive.fastest(parameters, self.simulation.sample_time_s / substeps)
+        limit = axis.drive.fastest(axis.parameters, self.simulation.sample_time_s / substeps)
         if speed > limit:
             needed = int(np.ceil(substeps * speed / limit))
             raise ValueError(
                 f"simulation.substeps = {substeps}: a reference of up to "
-                f"{speed:.3g} {drive.units['error_rate']} needs at least {needed} with this "
+                f"{speed:.3g} {axis.drive.units['error_rate']} needs at least {needed} with this "
                 "friction and sample time"
             )
-
-    def _axes(self) -> list[tuple[Drive, str, Parameters]]:
-        """Drive, name and parameters of each axis."""
-        machine = self.plant.machine
-        return list(zip(machine.drives, machine.axes, self.plant.values(), strict=True))
 
     @property
     def follows_path(self) -> bool:
         """Whether it is an X-Y machine on a path."""
         return isinstance(self.reference, Trajectory)
 
-    @property
-    def lengths(self) -> list[float | None]:
-        """Length of a unit of the position of each axis [mm]; None where it is none."""
-        return [
-            None if drive.millimetres is None else drive.millimetres(own)
-            for drive, _, own in self._axes()
-        ]
-
-    def reference_of(self, axis: str) -> Reference:
+    def _reference_of(self, axis: str) -> Reference:
         """The reference of one axis of a machine that follows no path."""
         assert not isinstance(self.reference, Trajectory)
         return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
@@ -188,29 +169,24 @@ class Scenario(Record):
         time, path = self.simulation.time, self.reference
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         generator = np.random.default_rng(self.sensors.seed)
-        frame = None
+        each, frame = self.plant.each(), None
         if isinstance(path, Trajectory):
-            told, frame = path.axis_samples(time, self.lengths[0])
+            told, frame = path.axis_samples(time, each[0].length)
         else:
-            told = [self.reference_of(axis).samples(time) for _, axis, _ in self._axes()]
+            told = [self._reference_of(axis.name).samples(time) for axis in each]
         axes = []
-        for motion, (drive, axis, _) in zip(told, self._axes(), strict=True):
-            noise = generator.standard_normal((len(drive.encoders), len(time)))
-            load = self.load.of(axis)
+        for motion, axis in zip(told, each, strict=True):
+            noise = generator.standard_normal((len(axis.drive.encoders), len(time)))
+            load = self.load.of(axis.name)
             loads = np.stack([load.at(moment) for moment in self.simulation.moments])
-            own = {"loads": loads, "noise": self.sensors.of(axis).noise * noise}
-            axes.append(motion._replace(reference=drive.commanded(motion.target), **own))
+            own = {"loads": loads, "noise": self.sensors.of(axis.name).noise * noise}
+            axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
         return Samples(tuple(axes), frame, settled, self.simulation.sample_time_s)
-
-
-#: What a machine that has not two axes follows.
-ONE_AXIS = "a reference for one axis, or kind 'per-axis'"
 
 
 def builtin_names() -> list[str]:
     """Names of the scenarios that come with the package."""
-    found = (entry.name for entry in BUILTIN.iterdir())
-    return sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml"))
+    return sorted(path.stem for path in BUILTIN.glob("*.toml"))
 
 
 def load_scenario(name: str, changes: Changes = ()) -> Scenario:
@@ -219,26 +195,19 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
     Raises:
         UserError: no such scenario, or its text, a value or a change is not allowed.
     """
-    if name in builtin_names():
-        source, folder = name, Path()
-        text = (BUILTIN / f"{name}.toml").read_text()
-    elif Path(name).is_file():
-        source, folder = name, Path(name).parent
-        try:
-            text = Path(name).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise UserError(f"{name}: cannot be read: {error}") from None
-    else:
+    built_in = name in builtin_names()
+    path = BUILTIN / f"{name}.toml" if built_in else Path(name)
+    if not path.is_file():
         known = ", ".join(builtin_names())
         raise UserError(f"{name}: no such scenario; built in are {known}, or give a TOML file")
     try:
-        data = tomllib.loads(text)
+        data = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{source}: is not valid TOML: {error}") from None
+        raise UserError(f"{name}: is not valid TOML: {error}") from None
     own = data.get("reference", {})
-    if name in builtin_names() and "file" in own:  # a file in a change lies where the user is
+    if built_in and "file" in own:  # a file in a change lies where the user is
         own["file"] = str(BUILTIN / own["file"])
-    return scenario_of(changed({"name": Path(source).stem} | data, changes), source, folder)
+    return scenario_of(changed({"name": Path(name).stem} | data, changes), name, Path(name).parent)
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:

@@ -3,7 +3,7 @@
 import importlib
 import pkgutil
 
-from hfc_design.formats.format import Format
+from hfc_design.formats.writing import Format
 
 _MODULES = [module.name for module in pkgutil.iter_modules(__path__) if not module.ispkg]
 _PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)

@@ -5,15 +5,13 @@ polygon; jFuzzyLogic knows it as GAUSS2. Triangles are exact in both.
 """
 
 import math
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 
 from hfc_design.controllers.rules import FlatGaussian, Term
-from hfc_design.files.design import Design
-from hfc_design.formats.format import Format
-from hfc_design.formats.fuzzy_files import Input
-from hfc_design.formats.fuzzy_files import write as write_files
+from hfc_design.formats.fuzzy_files import Input, texts
+from hfc_design.formats.writing import Format
 
 #: Straight lines on either side of a Gaussian.
 LINES = 64
@@ -27,20 +25,6 @@ JFUZZYLOGIC = [
     "Fuzzy Control Language, dialect of jFuzzyLogic: GAUSS2, ACCU : SUM and its place are not",
     "those of IEC 61131-7:2000.",
 ]
-
-
-def write(design: Design, path: Path) -> None:
-    """Write a folder with one function block of IEC 61131-7 a unit."""
-    # ACCU matters only to a reader that unites singletons of one value.
-    values = {"dialect": "standard", "about": STANDARD, "real": real, "shape": polygon}
-    write_files(design, path, "fcl", **values)
-
-
-def write_jfuzzylogic(design: Design, path: Path) -> None:
-    """Write the same in the dialect of jFuzzyLogic, with exact Gaussians."""
-    # ACCU is SUM because jFuzzyLogic unites singletons of one value.
-    values = {"dialect": "jfuzzylogic", "about": JFUZZYLOGIC, "real": real, "shape": gauss2}
-    write_files(design, path, "fcl-jfuzzylogic", **values)
 
 
 def real(value: float) -> str:
@@ -90,7 +74,8 @@ def _tail(sigma: float, shoulder: float, end: float, side: float) -> list[tuple[
     return list(points.items()) or [(math.nextafter(shoulder, side * math.inf), 0.0)]
 
 
-FORMATS = (
-    Format("fcl", "a folder with Fuzzy Control Language of IEC 61131-7, one block a unit", write),
-    Format("fcl-jfuzzylogic", "the same in the dialect of jFuzzyLogic", write_jfuzzylogic),
-)
+TEXT = "a folder with Fuzzy Control Language of IEC 61131-7, one block a unit"
+DIALECT = "the same in the dialect of jFuzzyLogic"
+_standard = partial(texts, target="fcl", about=STANDARD, real=real, shape=polygon)
+_dialect = partial(texts, target="fcl-jfuzzylogic", about=JFUZZYLOGIC, real=real, shape=gauss2)
+FORMATS = (Format("fcl", TEXT, _standard), Format("fcl-jfuzzylogic", DIALECT, _dialect))

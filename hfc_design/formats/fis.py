@@ -1,60 +1,44 @@
 """Fuzzy Inference Systems of MATLAB and of Octave's fuzzy-logic-toolkit, and what runs them."""
 
-import json
-import re
 from itertools import pairwise
-from pathlib import Path
 
 from hfc_design.controllers.rules import FlatGaussian
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
-from hfc_design.formats.format import Format
-from hfc_design.formats.fuzzy_files import Input, head, inputs, texts
-from hfc_design.formats.writing import (
-    RESERVED,
-    rendered,
-    rule_units,
-    signal_units,
-    write_folder,
-)
+from hfc_design.formats.fuzzy_files import Input, beside, inputs, texts, unit_head
+from hfc_design.formats.writing import Format, matlab_name, rendered, rule_units, signal_units
 
 #: exp(-700) is about the smallest number of full precision.
 FADED = 700.0
 
 
-def write(design: Design, path: Path) -> None:
-    """Write a folder with one ``.fis`` a unit and ``controller.m``, which evaluates them all.
+def systems(design: Design) -> dict[str, str]:
+    """A folder with one ``.fis`` a unit and ``controller.m``, which evaluates them all.
 
     A hierarchy also gets ``controller_tree.m``, which builds MATLAB's ``fistree``.
 
     Raises:
         UserError: a name is none of MATLAB, or there are inputs for which no rule fires.
     """
-    files = texts(design, "fis")
-    units = rule_units(design)
-    tables = {unit.name: unit.table for unit in units}
-    sides = {unit.name: inputs(unit, tables) for unit in units}
-    for unit in units:
+    files, units, about = texts(design, "fis"), rule_units(design), beside(design)
+    sides = inputs(units)
+    for name, pair in sides.items():
         # Where no rule fires a unit gives 0, Octave's evalfis an error, MATLAB's another value.
-        if sum(map(_faintest, sides[unit.name])) > FADED:
+        if sum(map(_faintest, pair)) > FADED:
             raise UserError(
-                f"--to fis: the terms of {unit.name} leave gaps in which no rule fires, and the "
+                f"--to fis: the terms of {name} leave gaps in which no rule fires, and the "
                 "programs that read the format have no common value for these"
             )
-    about = json.loads(files["controller.json"])
     signals, remembered = _signals(design, about)
-    for name in signals:
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in RESERVED["fis"]:
-            raise UserError(f"--to fis: {name} is no name of a field in MATLAB; rename it")
-    fields = ", ".join(f"{name} [{unit}]" for name, unit in signals.items())
-    values: dict[str, object] = {"units": units, "head": head(design), "about": about}
+    fields = ", ".join(f"{matlab_name('fis', name)} [{unit}]" for name, unit in signals.items())
+    values: dict[str, object] = {"units": units, "head": unit_head(design), "about": about}
     values |= {"sides": sides, "fields": fields, "remembered": remembered}
     files["controller.m"] = rendered("controller.m.j2", design, **values)
     wires = [(name, unit.name) for unit in units for name in (unit.row, unit.column)]
-    if wires := [wire for wire in wires if wire[0] in tables]:
+    if wires := [wire for wire in wires if wire[0] in sides]:
         files["controller_tree.m"] = rendered("controller_tree.m.j2", design, wires=wires, **values)
-    write_folder(path, files)
+    return files
 
 
 def _faintest(side: Input) -> float:
@@ -84,4 +68,4 @@ def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
 
 
 TEXT = "a folder for MATLAB and Octave, one .fis a unit, and controller.m"
-FORMATS = (Format("fis", TEXT, write),)
+FORMATS = (Format("fis", TEXT, systems),)

@@ -2,8 +2,8 @@
 
 from functools import partial
 
-from hfc_design.formats.format import Format
-from hfc_design.formats.fuzzy_files import write
+from hfc_design.formats.fuzzy_files import texts
+from hfc_design.formats.writing import Format
 
 TEXT = "a folder with FuzzyLite Language, one engine a unit"
-FORMATS = (Format("fll", TEXT, partial(write, target="fll")),)
+FORMATS = (Format("fll", TEXT, partial(texts, target="fll")),)

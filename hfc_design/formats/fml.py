@@ -2,18 +2,16 @@
 
 import xml.etree.ElementTree as ET
 from collections import Counter
-from pathlib import Path
 
 from hfc_design.controllers.rules import Triangle
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.format import Format
 from hfc_design.formats.fuzzy_files import Input, texts
-from hfc_design.formats.writing import write_folder
+from hfc_design.formats.writing import Format
 
 
-def write(design: Design, path: Path) -> None:
-    """Write a folder with one system a unit; UserError: two names of a system are alike."""
+def systems(design: Design) -> dict[str, str]:
+    """A folder with one system a unit; UserError: two names of a system are alike."""
     files = texts(design, "fml", domain=domain)
     for text in (text for name, text in files.items() if name.endswith(".fml")):
         # Names are XML IDs: all variables, terms and rules of a file share one space of them.
@@ -21,7 +19,7 @@ def write(design: Design, path: Path) -> None:
         for name, count in names.items():
             if name is not None and count > 1:
                 raise UserError(f"--to fml: two things are called {name} there; rename one of them")
-    write_folder(path, files)
+    return files
 
 
 def domain(place: Input) -> tuple[float, float]:
@@ -33,4 +31,4 @@ def domain(place: Input) -> tuple[float, float]:
 
 
 TEXT = "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit"
-FORMATS = (Format("fml", TEXT, write),)
+FORMATS = (Format("fml", TEXT, systems),)

@@ -7,24 +7,21 @@ and the steps of one sample in words.
 
 import json
 import math
-import re
-from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
-from hfc_design.core.records import Table, UserError
+from hfc_design.core.records import Table
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import (
-    RESERVED,
-    comment,
+    check_names,
     csv_text,
     facts,
+    head,
     rendered,
     rule_base,
     rule_units,
     signal_units,
-    write_folder,
 )
 
 LIMITED = "command = min(max(command, -largest_command), largest_command)"
@@ -33,6 +30,7 @@ NOT_WOUND_UP = (
     "where command is beyond largest_command in either direction, a sum that this sample moves "
     "further in that direction stays as it was at the sample before, and command is added up again"
 )
+CLASH = "{name} is a word of that format, or two names are {name} there"
 
 
 class Input(NamedTuple):
@@ -61,72 +59,50 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
         UserError: the design has no rule tables, or a name is a word of the language.
     """
     suffix = target.partition("-")[0]  # a dialect has that of its language
-    units = _distinct(design, target)
-    tables = {unit.name: unit.table for unit in units}
-    files = {}
+    units = rule_units(design)
+    signals = [identifier(name) for name in rule_base(design).inputs(design.controller)]
+    check_names(target, [*signals, *(unit.name for unit in units)], CLASH)
+    for terms in (units[0].row_terms, units[0].column_terms):
+        check_names(target, [term.label for term in terms], CLASH)
+    values |= {"head": unit_head(design), "infinity": math.inf, "target": target}
+    files, read = {}, inputs(units)
+    rows = [["unit", "column_input", "row_input", "file"]]
     for unit in units:
         lowest, highest = _range(unit.table)
         values |= {"lowest": lowest, "highest": highest, "rules": _rules(unit), "unit": unit}
-        values |= {"inputs": inputs(unit, tables), "head": head(design), "infinity": math.inf}
-        files[f"{unit.name}.{suffix}"] = rendered(f"unit.{suffix}.j2", design, **values)
-    rows = [["unit", "column_input", "row_input", "file"]]
-    rows += [[unit.name, unit.column, unit.row, f"{unit.name}.{suffix}"] for unit in units]
-    known = signal_units(design)
-    record = {
-        "facts": facts(design),
-        "sample_time_s": design.controller.sample_time_s,
-        "command_unit": known.get("command", ""),
-        **_about(design, known),
-    }
+        name = f"{unit.name}.{suffix}"
+        files[name] = rendered(f"unit.{suffix}.j2", design, inputs=read[unit.name], **values)
+        rows.append([unit.name, unit.column, unit.row, name])
     files["manifest.csv"] = csv_text(rows)
-    files["controller.json"] = json.dumps(record, indent=1, allow_nan=False) + "\n"
+    files["controller.json"] = json.dumps(beside(design), indent=1, allow_nan=False) + "\n"
     return files
 
 
-def _about(design: Design, units: dict[str, str]) -> Json:
+def beside(design: Design) -> Json:
     """What a command takes beside the units, a limit of the design too."""
+    units = signal_units(design)
     about = rule_base(design).about(design.controller, units)
-    if design.limits.command is None:
-        return about
-    steps = [*about["steps"], *([NOT_WOUND_UP] if "integral_gain" in about else []), LIMITED]
-    return {**about, "steps": steps, "largest_command": design.limits.command}
+    if design.limits.command is not None:
+        steps = [*about["steps"], *([NOT_WOUND_UP] if "integral_gain" in about else []), LIMITED]
+        about = about | {"steps": steps, "largest_command": design.limits.command}
+    return {
+        "facts": facts(design),
+        "sample_time_s": design.controller.sample_time_s,
+        "command_unit": units.get("command", ""),
+        **about,
+    }
 
 
-def write(design: Design, path: Path, target: str, **values: object) -> None:
-    """Write ``texts`` into the folder ``path``."""
-    write_folder(path, texts(design, target, **values))
-
-
-def _distinct(design: Design, target: str) -> list[RuleUnit]:
-    """``rule_units`` whose names and labels are identifiers, each one of its own.
-
-    None is a word of the language either. Upper and lower case are alike, as in IEC 61131.
-    """
-    units = rule_units(design)
-    inputs = [identifier(name) for name in rule_base(design).inputs(design.controller)]
-    rows = [term.label for term in units[0].row_terms]
-    columns = [term.label for term in units[0].column_terms]
-    for names in ([*inputs, *(unit.name for unit in units)], rows, columns):
-        taken = {word.casefold() for word in RESERVED.get(target, ())}
-        for name in names:
-            if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
-                raise UserError(
-                    f"--to {target}: {name} is no identifier there: a letter, then letters, digits "
-                    "and single underscores between them; rename it in the design file"
-                )
-            if name.casefold() in taken:
-                raise UserError(
-                    f"--to {target}: {name} is a word of that format, or two names are {name} "
-                    "there; rename it in the design file"
-                )
-            taken.add(name.casefold())
-    return units
-
-
-def inputs(unit: RuleUnit, tables: dict[str, Table]) -> tuple[Input, Input]:
-    """Row and column input; ``tables`` are those of all units by name."""
-    row = _input(unit.row, unit.row_terms, tables.get(unit.row))
-    return row, _input(unit.column, unit.column_terms, tables.get(unit.column))
+def inputs(units: list[RuleUnit]) -> dict[str, tuple[Input, Input]]:
+    """Row and column input of each unit by its name."""
+    tables = {unit.name: unit.table for unit in units}
+    return {
+        unit.name: (
+            _input(unit.row, unit.row_terms, tables.get(unit.row)),
+            _input(unit.column, unit.column_terms, tables.get(unit.column)),
+        )
+        for unit in units
+    }
 
 
 def _input(name: str, terms: tuple[Term, ...], source: Table | None) -> Input:
@@ -155,6 +131,6 @@ def _rules(unit: RuleUnit) -> list[Rule]:
     ]
 
 
-def head(design: Design) -> list[str]:
+def unit_head(design: Design) -> list[str]:
     """What made a unit's file, and what it leaves out."""
-    return comment([*facts(design), *rule_base(design).notes(design.controller)])
+    return head(design, rule_base(design).notes(design.controller))

@@ -4,27 +4,31 @@ The component includes the C code of ``--to c``, so there is one control law.
 """
 
 import hashlib
-from pathlib import Path
+
+import numpy as np
 
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Json
+from hfc_design.core.shapes import Json, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats import c_source
-from hfc_design.formats.format import Format
-from hfc_design.formats.linuxcnc_loop import Loop, plant_component, simulated_loop
-from hfc_design.formats.writing import comment, facts, rendered, write_folder
+from hfc_design.formats.writing import Format, comment, rendered
 from plants import Drive
 
 #: Characters of a component's name: its longest pin, NAME.0.spindle-velocity, has to fit into 47.
 LONGEST_NAME = 28
+#: Characters of an axis' name: AXIS-machine.positive-curvature has to fit into 47.
+LONGEST_AXIS = 20
+#: The queue of reference samples is filled before the first one, so it has to hold them all.
+MOST_ROWS = 2000
 #: Plant -> pin of its component with the position itself, not what an encoder makes of it.
 TRUE_POSITION = {"c-axis": "spindle_angle", "feed-drive": "true_position"}
 
 
-def write(design: Design, path: Path) -> None:
-    """Write the folder ``path`` with all that halcompile and halrun need.
+def components(design: Design) -> dict[str, str]:
+    """A folder with all that halcompile and halrun need.
 
     Where the design's scenario cannot run from here, because it names a file of its run folder
     for one, there is no loop on a simulated machine, and README.md says why.
@@ -32,23 +36,20 @@ def write(design: Design, path: Path) -> None:
     Raises:
         UserError: the design cannot run on HAL.
     """
-    values, files = _values(design), {}
-    templates = {f"{values['component']}.comp": "controller.comp.j2"}
-    templates |= {name: f"{name}.j2" for name in ("controller.hal", "README.md")}
-    loop: Loop | None = None
+    values, files = _values(design), c_source.sources(design)
+    templates = {f"{values['component']}.comp": "controller.comp"}
+    templates |= {name: name for name in ("controller.hal", "README.md")}
     try:
-        loop = simulated_loop(design)
+        loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
-        values["reason"] = comment([str(error)])[0]
+        values |= {"machine": None, "axes": [""], "reason": comment([str(error)])[0]}
     else:
-        templates["loop.hal"] = "loop.hal.j2"
-        files[f"{values['plant']}.comp"] = plant_component(design)
-        files["reference.txt"] = loop.reference
-    values |= {"machine": loop, "axes": list(loop.axes) if loop else [""]}
+        values |= {"machine": loop, "axes": list(loop["axes"])}
+        plant = f"{values['plant']}.comp"
+        templates |= {"loop.hal": "loop.hal", plant: plant}
     for name, template in templates.items():
-        files[name] = rendered(f"linuxcnc/{template}", design, **values)
-    c_source.write(design, path)
-    write_folder(path, files)
+        files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
+    return files
 
 
 def component_name(design: Design) -> str:
@@ -65,8 +66,8 @@ def _values(design: Design) -> Json:
     if design.plant.name not in TRUE_POSITION:
         known = f"{design.plant.name}; there is {', '.join(TRUE_POSITION)}"
         raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
-    plant = PlantSettings(**design.plant.model_dump())
-    drive = plant.machine.drives[0]
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    drive = axis.drive
     every = design.controller.sample_time_s
     if not 1e-6 <= every <= 1.0:
         told = f"controller.sample_time_s = {every}: the period of a HAL thread is 1e-6 to 1"
@@ -74,15 +75,14 @@ def _values(design: Design) -> Json:
     return _signals(design, drive) | {
         "component": component_name(design),
         "controller": c_source.c_name(design),
-        "head": comment(facts(design)),
-        "every": every,
+        "coefficients": _coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
         "adapts": getattr(design.controller, "adaptation", None) is not None,
         "plant": f"hfc_{identifier(drive.name)}",
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
-        "millimetres": drive.millimetres and drive.millimetres(plant.values()[0]),
+        "millimetres": axis.length,
         "true_position": TRUE_POSITION[drive.name],
     }
 
@@ -112,4 +112,53 @@ def _signals(design: Design, plant: Drive) -> Json:
     }
 
 
-FORMATS = (Format("linuxcnc", "a folder with a HAL component and a simulated machine", write),)
+def _simulated_loop(design: Design) -> tuple[Json, str]:
+    """The scenario of ``design`` for HAL, its first ``MOST_ROWS`` samples, and reference.txt.
+
+    A row of that is a sample: reference, its rate and the load of each axis.
+
+    Raises:
+        UserError: the scenario cannot run from here.
+    """
+    every = design.controller.sample_time_s
+    scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
+    plants = machine(design, scenario)
+    samples = scenario.samples()
+    columns = []
+    for told in samples.axes:
+        columns += [told.reference, told.reference_rate, _mean(told.loads)]
+    table = np.stack(columns, axis=1)[:MOST_ROWS]
+    for axis in plants.axes:
+        if len(axis) > LONGEST_AXIS:
+            raise UserError(f"plant.axes.{axis}: the names of HAL leave {LONGEST_AXIS} characters")
+    names = [f"{identifier(axis)}-" for axis in plants.axes] or [""]
+    own = [_coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
+    limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
+    loop = {
+        "scenario": scenario.name,
+        "axes": dict(zip(names, own, strict=True)),  # prefix of names -> what the machine is set to
+        "substeps": scenario.simulation.substeps,
+        "limit": min(limits, default=None),
+        "rows": len(table),
+    }
+    return loop, "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist())
+
+
+def _coefficients(record: Parameters, prefix: str = "") -> dict[str, float]:
+    """The coefficients of a drive by name; those of a part have the part's name before theirs."""
+    found: dict[str, float] = {}
+    for name, value in record._asdict().items():
+        part = hasattr(value, "_asdict")
+        found |= _coefficients(value, f"{prefix}{name}_") if part else {prefix + name: float(value)}
+    return found
+
+
+def _mean(loads: np.ndarray) -> np.ndarray:
+    """(steps,) load of each sample, which HAL holds: Simpson's mean of (2 substeps + 1, steps)."""
+    weights = np.full(len(loads), 2.0)
+    weights[1::2] = 4.0
+    weights[[0, -1]] = 1.0
+    return np.asarray(weights @ loads / weights.sum())
+
+
+FORMATS = (Format("linuxcnc", "a folder with a HAL component and a simulated machine", components),)

@@ -7,25 +7,19 @@ column_input, row_input, table) in evaluation order with ``wiring``.
 
 import io
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.io import savemat
 
-from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.formats.format import Format
-from hfc_design.formats.writing import facts
+from hfc_design.formats.writing import Format, facts, matlab_name
 
-#: Characters of a field's name.
-LONGEST = 63
 EDGES = {"left": -math.inf, "right": math.inf}
 
 
-def write(design: Design, path: Path) -> None:
-    """Write ``design`` to the MAT file ``path``; UserError: a name is none of a field in MATLAB."""
+def variables(design: Design) -> bytes:
+    """The MAT file; UserError: a name is none of a field in MATLAB."""
     lines = np.array(facts(design), dtype=object)
     plant = design.plant.model_dump(mode="json")
     data: dict[str, object] = {"design": {"name": design.name, "plant": plant, "facts": lines}}
@@ -50,7 +44,7 @@ def write(design: Design, path: Path) -> None:
     buffer: Any = io.BytesIO()  # the stubs know paths only
     savemat(buffer, {key: _matlab(value) for key, value in data.items()}, long_field_names=True)
     head = f"MATLAB 5.0 MAT-file, {facts(design)[0]}".encode("ascii")
-    write_whole(path, head.ljust(116)[:116] + buffer.getvalue()[116:])  # SciPy puts the date there
+    return head.ljust(116)[:116] + buffer.getvalue()[116:]  # SciPy puts the date there
 
 
 def _matlab(value: Any) -> object:
@@ -71,13 +65,7 @@ def _matlab(value: Any) -> object:
 
 def _struct(record: dict[str, object]) -> dict[str, object]:
     parts = ((key, EDGES.get(key) if value is None else value) for key, value in record.items())
-    return {_field(key): _matlab(value) for key, value in parts}
+    return {matlab_name("mat", key): _matlab(value) for key, value in parts}
 
 
-def _field(name: str) -> str:
-    if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST):
-        raise UserError(f"--to mat: {name} is no name of a field in MATLAB; rename it")
-    return name
-
-
-FORMATS = (Format("mat", "a MAT file with tables, terms, gains and wiring", write, ".mat"),)
+FORMATS = (Format("mat", "a MAT file with tables, terms, gains and wiring", variables, ".mat"),)

@@ -1,6 +1,7 @@
-"""What every format is written with: facts of a design, words, templates, folders.
+"""What a format is, and what every one is written with: facts of a design, names, templates.
 
-The same design gives the same bytes.
+A module beside this one that holds ``FORMATS`` makes its own known. The same design gives the same
+bytes.
 """
 
 import csv
@@ -8,16 +9,17 @@ import hashlib
 import io
 import re
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design import __version__
 from hfc_design.controllers.kind import needed
-from hfc_design.controllers.rules import RuleBase, RuleUnit
+from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import RunError
+from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 
@@ -29,6 +31,44 @@ RESERVED: dict[str, list[str]] = {
     target: words.split()
     for target, words in tomllib.loads((HERE / "reserved.toml").read_text(encoding="utf-8")).items()
 }
+#: A file, or a folder's by their names.
+Content: TypeAlias = "str | bytes | Mapping[str, Content]"
+
+
+class Format(NamedTuple):
+    """A way to write a design for another program."""
+
+    name: str
+    text: str  # what it writes
+    #: Of a design, or of the part of one axis. UserError: it is not for this kind, or a name
+    #: cannot be there.
+    content: Callable[[Design], Content]
+    suffix: str = ""  # of a part that is a file
+    whole: bool = False  # it can hold several axes
+
+    def write(self, design: Design, path: Path) -> None:
+        """Write ``design``; where its axes differ, a folder with a part for each.
+
+        Raises:
+            UserError: the format cannot hold this kind of controller.
+            RunError: ``path`` cannot be written.
+        """
+        parts = {"": design} if self.whole else design.by_axis()
+        contents = {f"{axis}{self.suffix}": self.content(part) for axis, part in parts.items()}
+        write(path, contents if len(contents) > 1 else next(iter(contents.values())))
+
+
+def write(path: Path, content: Content) -> None:
+    """Write a file or a folder; RunError: it cannot be written."""
+    if isinstance(content, str | bytes):
+        write_whole(path, content.encode() if isinstance(content, str) else content)
+        return
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+    for name, part in content.items():
+        write(path / name, part)
 
 
 def rule_base(design: Design) -> RuleBase:
@@ -56,6 +96,12 @@ def signal_units(design: Design) -> dict[str, str]:
     return machine.drives[0].units if len(set(machine.drives)) == 1 else {}
 
 
+def signals_read(design: Design) -> dict[str, str]:
+    """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
+    units = signal_units(design)
+    return {identifier(name): units.get(name, "") for name in design.kind.reads(design.controller)}
+
+
 def facts(design: Design) -> list[str]:
     """Lines for the head of a file: what made it, and from which design."""
     controller = design.controller
@@ -67,9 +113,14 @@ def facts(design: Design) -> list[str]:
     ]
 
 
-def comment(lines: list[str]) -> list[str]:
+def comment(lines: Iterable[str]) -> list[str]:
     """Lines for a comment or a string; nothing in them can end it."""
     return [re.sub(r"[^A-Za-z0-9 .,:;_+-]", "_", line) for line in lines]
+
+
+def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
+    """``facts`` and notes as a comment."""
+    return comment([*facts(design), *notes])
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
@@ -79,10 +130,38 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
     return buffer.getvalue()
 
 
+def check_names(target: str, names: Iterable[str], clash: str) -> None:
+    """Whether all are identifiers of IEC 61131-3 and of a format, each one of its own.
+
+    Upper and lower case are alike. ``clash`` says of a ``{name}`` that it is the ``{other}``.
+
+    Raises:
+        UserError: one is not.
+    """
+    taken = dict.fromkeys(RESERVED.get(target, ()), "a word of the language")
+    for name in names:
+        if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name):
+            raise UserError(
+                f"--to {target}: {name} is no identifier there: a letter, then letters, digits "
+                "and single underscores between them; rename it in the design file"
+            )
+        if other := taken.get(name.casefold()):
+            told = clash.format(name=name, other=other)
+            raise UserError(f"--to {target}: {told}; rename it in the design file")
+        taken[name.casefold()] = name
+
+
+def matlab_name(target: str, name: str) -> str:
+    """``name``, which a field can have in MATLAB; UserError: it cannot."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
+        raise UserError(f"--to {target}: {name} is no name of a field in MATLAB; rename it")
+    return name
+
+
 def rendered(
     template: str, design: Design, places: Sequence[Path | dict[str, str]] = (), /, **values: object
 ) -> str:
-    """A template of ``places`` or of ``formats/templates``, with ``design`` and its ``facts``.
+    """A template of ``places`` or of ``formats/templates``, with values that most of them need.
 
     ``x | number`` writes a float so that it reads back bit for bit.
     """
@@ -97,19 +176,17 @@ def rendered(
     )
     environment.filters["number"] = lambda value: repr(float(value))
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")
-    return environment.get_template(template).render(design=design, facts=facts(design), **values)
+    usual = {
+        "head": head(design),
+        "every": design.controller.sample_time_s,
+        "limit": design.limits.command,
+        "command_unit": signal_units(design).get("command", ""),
+    }
+    return environment.get_template(template).render(usual | values)
 
 
-def make_folder(path: Path) -> None:
-    """Make the folder ``path``, if need be; RunError: it cannot be written."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+def _json(design: Design) -> str:
+    return design_json(design) + "\n"
 
 
-def write_folder(path: Path, texts: dict[str, str]) -> None:
-    """Write ``texts`` by file name into the folder ``path``; RunError: it cannot be written."""
-    make_folder(path)
-    for name, text in texts.items():
-        write_whole(path / name, text.encode())
+FORMATS = (Format("json", "the design file itself", _json, whole=True),)

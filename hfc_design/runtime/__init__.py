@@ -76,7 +76,7 @@ class Machine:
 
     def __init__(self, design: Design, axes: tuple[str, ...] = ()):
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
-        kind, limits = design.kind, design.axis_limits(self.axes)
+        kind, limits = design.kind, design.limits.commands(self.axes)
         self._controller = kind.controller_of(design.controller, limits)
         self._gains = kind.gains(design.controller)
         self._memory = self._controller.initial_memory(0.0)

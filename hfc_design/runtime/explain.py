@@ -63,12 +63,15 @@ def explanation(
         "design": design.name,
         "kind": record.kind,
         "signals": samples[-1],
-        "units_of_signals": {name: _unit(drive, kind, name) for name in samples[-1]},
+        "units_of_signals": {
+            name: drive.units[kind.changes.get(name, name).removeprefix(PREVIOUS)]
+            for name in samples[-1]
+        },
         **kind.shown(record, parts),
         "command": command,
         "accepted": float(accepted),  # by the drive's converter
         "command_unit": drive.units["command"],
-        "adaptation_held": alone and held is not design and held.controller != record,
+        "adaptation_held": alone and held.controller != record,
     }
 
 
@@ -113,14 +116,10 @@ def _check(design: Design, kind: Explain, sample: Sample, alone: bool) -> None:
 
 def _memory(kind: Explain, sample: Sample) -> Sample:
     """Readings of the sample before, as far as ``sample`` tells them."""
-    before = [name for name in sample if name.startswith(PREVIOUS)]
+    before = (name for name in sample if name.startswith(PREVIOUS))
     found = {name.removeprefix(PREVIOUS): sample[name] for name in before}
     for new, old in kind.changes.items():
         if new in sample:
             signal = old.removeprefix(PREVIOUS)
             found[signal] = sample[signal] - sample[new]
     return found
-
-
-def _unit(drive: Drive, kind: Explain, name: str) -> str:
-    return drive.units[kind.changes.get(name, name).removeprefix(PREVIOUS)]

@@ -163,7 +163,7 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
     if not isinstance(scenario.reference, Trajectory):
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
-    length = scenario.lengths[0]
+    length = scenario.plant.each()[0].length
     assert length is not None  # the scenario has been checked
     unit = axes[0].drive.units["error"]
     return contour(scenario.reference, scenario.simulation.time, positions, unit, length)

@@ -11,7 +11,7 @@ from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import c_source
+from hfc_design.formats import FORMATS, c_source
 
 HOSTILE = 'x); system("id */ int main(void) {\n#define x'
 
@@ -27,7 +27,7 @@ def refused(*arguments):
 
 
 def source(design, folder):
-    c_source.write(design, folder)
+    FORMATS["c"].write(design, folder)
     return (folder / f"{c_source.c_name(design)}.c").read_text()
 
 
@@ -43,7 +43,7 @@ def test_the_numbers_are_those_of_the_design(tmp_path):
 
 
 def test_the_head_says_what_it_is(tmp_path):
-    c_source.write(load_design("jee-koren-2004-aflc"), tmp_path / "c")
+    FORMATS["c"].write(load_design("jee-koren-2004-aflc"), tmp_path / "c")
     header = (tmp_path / "c" / "jee_koren_2004_aflc.h").read_text()
     assert re.search(r"design jee-koren-2004-aflc, sha256 [0-9a-f]{64}\n", header)
     assert "_real error; /* [BLU] */" in header
@@ -75,7 +75,7 @@ def test_an_input_named_like_a_word_of_c_is_refused(name, tmp_path):
     text = design_json(load_design("lin-lee-1999-table-1")).replace('"deflection"', f'"{name}"')
     design = parse_design(text, "mine.json")
     with pytest.raises(UserError, match=f"input named {name.removeprefix('previous_')}"):
-        c_source.write(design, tmp_path / "c")
+        FORMATS["c"].write(design, tmp_path / "c")
 
 
 def test_lookup_needs_c_and_exponentials(tmp_path):

@@ -7,13 +7,13 @@ import pytest
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, named_design
-from hfc_design.formats import fis
+from hfc_design.formats import FORMATS
 
 
 @pytest.fixture
 def written(tmp_path):
     def write(design):
-        fis.write(design, tmp_path / "out")
+        FORMATS["fis"].write(design, tmp_path / "out")
         return {file.name: file.read_text() for file in (tmp_path / "out").iterdir()}
 
     return write
@@ -79,7 +79,7 @@ def test_what_the_format_leaves_out_stands_in_the_head(written):
 
 def test_the_same_design_gives_the_same_bytes(tmp_path):
     for folder in ("a", "b"):
-        fis.write(named_design("lin-lee-1999-table-2"), tmp_path / folder)
+        FORMATS["fis"].write(named_design("lin-lee-1999-table-2"), tmp_path / folder)
     for file in (tmp_path / "a").iterdir():
         assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes()
 

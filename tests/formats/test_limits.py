@@ -11,7 +11,7 @@ from wiring import not_adapting
 
 import hfc_design.api as hfc
 from hfc_design.files.design import builtin_designs, design_json, parse_design
-from hfc_design.formats import structured_text
+from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 
 #: Largest commands that hold the built-in designs back.
@@ -69,7 +69,7 @@ def test_structured_text_keeps_it_too(case, tmp_path):
     design = limited(name, **changes)
     same = not_adapting(design) if design.kind.adapted else design  # the block has no adaptation
     signals = samples(design)
-    structured_text.write(design, tmp_path / "block.st")
+    FORMATS["st"].write(design, tmp_path / "block.st")
     block = FunctionBlock((tmp_path / "block.st").read_text())
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     found = [block.step(**dict(zip(signals, row, strict=True))) for row in rows]

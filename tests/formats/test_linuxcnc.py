@@ -8,7 +8,7 @@ import pytest
 from hfc_design.core.records import UserError
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.formats import FORMATS, linuxcnc, linuxcnc_loop
+from hfc_design.formats import FORMATS, linuxcnc
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 AFLC = load_design("jee-koren-2004-aflc")
@@ -123,7 +123,7 @@ def test_reference_is_the_first_samples_of_the_scenario(tmp_path):
 def test_load_of_a_sample_is_its_mean():
     # two substeps, so five points; Simpson's rule is exact for the cube of the time
     points = np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None] ** 3
-    assert linuxcnc_loop._mean(points) == pytest.approx([0.25], rel=1e-15)
+    assert linuxcnc._mean(points) == pytest.approx([0.25], rel=1e-15)
 
 
 @pytest.mark.parametrize(

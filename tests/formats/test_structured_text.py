@@ -14,7 +14,7 @@ from wiring import design, not_adapting, silent, units
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, builtin_designs, named_design
-from hfc_design.formats import structured_text
+from hfc_design.formats import FORMATS
 from hfc_design.formats.fcl import real
 from hfc_design.runtime import Controller
 
@@ -30,7 +30,7 @@ LOW = CompensationRecord(
 @pytest.fixture
 def text(tmp_path):
     def write(design):
-        structured_text.write(design, tmp_path / "design.st")
+        FORMATS["st"].write(design, tmp_path / "design.st")
         return (tmp_path / "design.st").read_text()
 
     return write

@@ -4,7 +4,7 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.formats import c_source
+from hfc_design.formats import FORMATS, c_source
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion"
 MAIN = """
@@ -28,7 +28,7 @@ int main(void)
 def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     """The program of a design, compiled in a new ``folder``."""
     if lookup is None:
-        c_source.write(design, folder)
+        FORMATS["c"].write(design, folder)
     else:
         c_source.write_lookup(design, folder, lookup)
     name = c_source.c_name(design)

@@ -15,7 +15,7 @@ import pytest
 from fuzzylite_tool import in_tool
 from wiring import DESIGNS, controller_error, design, unit_error
 
-from hfc_design.formats import fcl
+from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
 
@@ -35,7 +35,7 @@ def run(program, tmp_path):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_every_unit_and_the_controller_read_back(name, run, tmp_path):
     record, folder = design(name), tmp_path / "out"
-    fcl.write(record, folder)
+    FORMATS["fcl"].write(record, folder)
     unit, whole = unit_error(record, folder, "fcl", run), controller_error(record, folder, run)
     allowed = 1e-12 if name.startswith("jee") else 1e-3
     assert max(unit, whole) <= allowed

@@ -10,8 +10,8 @@ import pytest
 from wiring import DESIGNS, design, not_adapting, random_signals, unit_error
 
 from hfc_design.controllers.flc.record import CompensationRecord
-from hfc_design.files.limits import Limits
-from hfc_design.formats import fis
+from hfc_design.files.design import Limits
+from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
@@ -27,7 +27,7 @@ def test_every_unit_reads_back(name, octave, tmp_path):
         return octave("evaluate_fis.m", file, tmp_path / "points", output)
 
     record, folder = design(name), tmp_path / "out"
-    fis.write(record, folder)
+    FORMATS["fis"].write(record, folder)
     assert unit_error(record, folder, "fis", evaluate, every=EVERY) <= 1e-9
 
 
@@ -45,7 +45,7 @@ def test_controller_m_keeps_the_limit_of_a_design(name, octave, tmp_path):
 
 
 def compare(record, octave, tmp_path):
-    fis.write(record, tmp_path / "out")
+    FORMATS["fis"].write(record, tmp_path / "out")
     signals = random_signals(record, COUNT) | {
         "velocity": 400.0 * np.random.default_rng(3).uniform(-1.0, 1.0, COUNT) ** 3
     }

@@ -13,7 +13,7 @@ from hfc_design import runtime
 from hfc_design.files.design import named_design
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import load_scenario
-from hfc_design.formats import c_source, linuxcnc
+from hfc_design.formats import FORMATS, c_source, linuxcnc
 from hfc_design.simulation.evaluation import evaluate
 from plants import feed_drive
 
@@ -24,7 +24,7 @@ TEXT = 5.001e-7
 
 
 def exported(hal, design, folder):
-    linuxcnc.write(design, folder)
+    FORMATS["linuxcnc"].write(design, folder)
     hal.install(folder)
     return folder
 

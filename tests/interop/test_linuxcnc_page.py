@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.files.design import named_design
-from hfc_design.formats import linuxcnc
+from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
 
@@ -57,7 +57,7 @@ addf motion-controller servo-thread
 
 def test_lines_for_a_machine_fit_linuxcnc_itself(hal, tmp_path):
     (block,) = re.findall(r"```text\n(.*?)```", PAGE.read_text(), re.S)
-    linuxcnc.write(named_design("jee-koren-2004-aflc"), tmp_path / "out")
+    FORMATS["linuxcnc"].write(named_design("jee-koren-2004-aflc"), tmp_path / "out")
     hal.install(tmp_path / "out")
     (tmp_path / "out" / "machine.hal").write_text(f"{MOTION}{block}start\nshow thread\n")
     shown = hal.run(tmp_path / "out", "machine.hal")

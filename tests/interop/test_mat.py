@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from wiring import DESIGNS, design, units
 
-from hfc_design.formats import mat
+from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
 HIERARCHIES = [name for name in DESIGNS if not name.startswith("jee")]
@@ -13,7 +13,7 @@ HIERARCHIES = [name for name in DESIGNS if not name.startswith("jee")]
 @pytest.mark.parametrize("name", HIERARCHIES)
 def test_octave_evaluates_a_hierarchy_from_the_file(name, octave, tmp_path):
     record = design(name)
-    mat.write(record, tmp_path / "design.mat")
+    FORMATS["mat"].write(record, tmp_path / "design.mat")
     inputs = [item.name for item in record.controller.inputs]
     points = np.random.default_rng(2).uniform(-1.0, 1.0, (2000, len(inputs)))
     corners = np.array(np.meshgrid(*[[-1.0, 0.0, 1.0]] * len(inputs))).reshape(len(inputs), -1).T
@@ -30,7 +30,7 @@ def test_octave_evaluates_a_hierarchy_from_the_file(name, octave, tmp_path):
 @pytest.mark.parametrize("name", ["jee-koren-2004-flc", "jee-koren-2004-aflc"])
 def test_octave_reads_terms_and_rules(name, octave, tmp_path):
     record = design(name)
-    mat.write(record, tmp_path / "design.mat")
+    FORMATS["mat"].write(record, tmp_path / "design.mat")
     found = octave("evaluate_mat_feed.m", tmp_path / "design.mat", tmp_path / "out")
     terms = [*record.controller.error_terms, *record.controller.error_change_terms]
     left, centre, right = found

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from wiring import design
 
-from hfc_design.formats import structured_text
+from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
 PYTHON = Path(__file__).parents[2] / ".venv-st" / "bin" / "python"
@@ -41,12 +41,12 @@ def reads(request):
 @pytest.mark.parametrize("name", ["random-2", "jee-koren-2004-aflc", "jee-koren-2004-pid"])
 def test_the_parser_finds_no_error(name, reads, tmp_path):
     file = tmp_path / "design.st"
-    structured_text.write(design(name), file)
+    FORMATS["st"].write(design(name), file)
     assert reads(file)
 
 
 def test_the_parser_finds_an_error_where_there_is_one(reads, tmp_path):
     file = tmp_path / "design.st"
-    structured_text.write(design("pd-only"), file)
+    FORMATS["st"].write(design("pd-only"), file)
     file.write_text(file.read_text().replace("command :=", "command := *"))
     assert not reads(file)

@@ -19,7 +19,7 @@ from structured_text import FunctionBlock
 import hfc_design.api as hfc
 from hfc_design import runtime
 from hfc_design.cli import main
-from hfc_design.formats import structured_text
+from hfc_design.formats import FORMATS
 
 HERE = Path(__file__).parent
 OWN = ("--plant", "toy_machine:MACHINE", "--use", "toy_kind:KIND")
@@ -122,7 +122,7 @@ def test_c_and_structured_text_do_what_the_runtime_does(toy, tmp_path):
     expected = np.array([controller.step({"error": error}) for error in errors])
     program = built("gcc", toy, tmp_path / "c")
     assert commands(program, errors[:, None]).tolist() == expected.tolist()  # bit for bit
-    structured_text.write(toy, tmp_path / "toy.st")
+    FORMATS["st"].write(toy, tmp_path / "toy.st")
     block = FunctionBlock((tmp_path / "toy.st").read_text())
     assert [block.step(error=error) for error in errors] == expected.tolist()
 

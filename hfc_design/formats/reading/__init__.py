@@ -9,6 +9,7 @@ import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
+from hfc_design.core.checkpoint import read_text
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.reading import csv_tables, fis, fll
@@ -18,7 +19,11 @@ from hfc_design.formats.reading.system import System
 __all__ = ["READERS", "Wish", "imported"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
-READERS: dict[str, Callable[[str], System]] = {".fll": fll.read, ".fis": fis.read}
+READERS: dict[str, Callable[..., System]] = {
+    ".fll": fll.read,
+    ".fis": fis.read,
+    ".csv": csv_tables.read,
+}
 
 
 def imported(path: Path, wish: Wish) -> Design:
@@ -27,25 +32,13 @@ def imported(path: Path, wish: Wish) -> Design:
     Raises:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
-    ending = path.suffix.lower()
-    tables = path.is_dir() or ending == ".csv"
-    if not tables and ending not in READERS:
-        known = ", ".join(READERS)
-        raise UserError(f"{path}: is neither {known} nor a folder of .csv tables")
+    ending = ".csv" if path.is_dir() else path.suffix.lower()
+    if ending not in READERS:
+        raise UserError(f"{path}: is neither .fll, .fis nor a folder of .csv tables")
     try:
-        texts = {file.name: _text(file) for file in (csv_tables.files(path) if tables else [path])}
-        system = csv_tables.read(texts) if tables else READERS[ending](texts[path.name])
-        digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+        files = csv_tables.files(path) if ending == ".csv" else [path]
+        system = READERS[ending](*map(read_text, files))
+        digests = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
         return design_of(system, wish, path, digests)
     except ValueError as error:
         raise UserError(f"{path}: {error}") from None
-
-
-def _text(file: Path) -> str:
-    """What stands in ``file``, its line ends as they are."""
-    try:
-        return file.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise ValueError("is not a text in UTF-8") from None

@@ -2,28 +2,16 @@
 
 import csv
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
 from math import inf
 from pathlib import Path
 
 from hfc_design.core.records import TERMS
-from hfc_design.formats.reading.system import (
-    Input,
-    Shape,
-    System,
-    add_rule,
-    fault,
-    input_of,
-    number,
-    place,
-    trapezoid,
-)
+from hfc_design.formats.reading.system import Input, Shape, System, Token, input_of, shape_of
 
 FILES = ("rules.csv", "error_terms.csv", "error_change_terms.csv")
 HEADER = ["label", "left_BLU", "centre_BLU", "right_BLU"]
 
-Rows = list[tuple[int, list[str]]]
+Rows = list[list[Token]]
 
 
 def files(path: Path) -> list[Path]:
@@ -36,61 +24,47 @@ def files(path: Path) -> list[Path]:
     return [folder / name for name in FILES]
 
 
-def read(texts: dict[str, str]) -> System:
-    """The system in ``texts`` by file name; ValueError: a table is not complete."""
-    with _in(FILES[1]):
-        first = _input("error", _rows(texts[FILES[1]]))
-    with _in(FILES[2]):
-        second = _input("error_change", _rows(texts[FILES[2]]))
-    with _in(FILES[0]):
-        return _with_rules(System((first, second), {}), _rows(texts[FILES[0]]))
+def read(*texts: str) -> System:
+    """The system in the texts of ``FILES``; ValueError: a table is not complete."""
+    rules, first, second = map(_rows, FILES, texts)
+    system = System((_input("error", first), _input("error_change", second)), {})
+    error, change = (item.labels for item in system.inputs)
+    header, *rest = rules
+    if len(header) != TERMS + 1:
+        told = f"{len(header)} cells; needed are a corner and {TERMS} labels"
+        raise header[0].fault(told)
+    columns = [label.place(change, f"label in {FILES[2]}") for label in header[1:]]
+    for label, *cells in rest:
+        row = label.place(error, f"label in {FILES[1]}")
+        if len(cells) != TERMS:
+            raise label.fault(f"{len(cells)} numbers; needed are {TERMS}")
+        for column, cell in zip(columns, cells, strict=True):
+            system.add(cell, (row, column), cell.number())
+    return system
 
 
-@contextmanager
-def _in(file: str) -> Iterator[None]:
-    try:
-        yield
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from None
-
-
-def _rows(text: str) -> Rows:
-    """Lines that are not empty, and their cells."""
+def _rows(file: str, text: str) -> Rows:
+    """The cells of the lines that are not empty, at least one."""
     reader = csv.reader(io.StringIO(text))
     try:
-        return [(reader.line_num, [c.strip() for c in row]) for row in reader if any(row)]
+        rows = [[Token(reader.line_num, c.strip(), file) for c in r] for r in reader if any(r)]
     except csv.Error as error:
-        raise fault(reader.line_num, str(error)) from None
+        raise Token(reader.line_num, "", file).fault(str(error)) from None
+    return rows or [[Token(1, "", file)]]
 
 
 def _input(name: str, rows: Rows) -> Input:
-    header, *rest = rows or [(1, [])]
-    if header[1] != HEADER:
-        raise fault(header[0], f"the first line has to be {','.join(HEADER)}")
-    return input_of(header[0], name, -inf, inf, [_shape(*row) for row in rest])
+    header, *rest = rows
+    if [cell.text for cell in header] != HEADER:
+        raise header[0].fault(f"the first line has to be {','.join(HEADER)}")
+    return input_of(header[0]._replace(text=name), -inf, inf, [_shape(cells) for cells in rest])
 
 
-def _shape(line: int, cells: list[str]) -> Shape:
+def _shape(cells: list[Token]) -> Shape:
     if len(cells) != len(HEADER):
-        raise fault(line, f"{len(cells)} cells; needed are {','.join(HEADER)}")
+        raise cells[0].fault(f"{len(cells)} cells; needed are {','.join(HEADER)}")
     label, left, centre, right = cells
-    middle = number(line, centre)
-    below = number(line, left) if left else -inf
-    above = number(line, right) if right else inf
-    return trapezoid(line, label, below, middle, middle, above)
-
-
-def _with_rules(system: System, rows: Rows) -> System:
-    rows_of, columns_of = ([term.label for term in item.terms] for item in system.inputs)
-    (line, header), *rest = rows or [(1, [])]
-    if len(header) != TERMS + 1:
-        raise fault(line, f"{len(header)} cells; needed are a corner and {TERMS} labels")
-    where = "label in error_change_terms.csv"
-    columns = [place(line, label, columns_of, where) for label in header[1:]]
-    for line, (label, *cells) in rest:
-        row = place(line, label, rows_of, "label in error_terms.csv")
-        if len(cells) != TERMS:
-            raise fault(line, f"{len(cells)} numbers; needed are {TERMS}")
-        for column, cell in zip(columns, cells, strict=True):
-            add_rule(system, line, (row, column), number(line, cell))
-    return system
+    middle = centre.number()
+    below = left.number() if left.text else -inf
+    above = right.number() if right.text else inf
+    return shape_of(label, "Triangle", "abbc", (below, middle, above))

@@ -5,153 +5,126 @@ product, weighted average, rules of weight 1. Whatever else would change the out
 """
 
 import re
-from math import inf
-from typing import NamedTuple
 
 from hfc_design.formats.reading.system import (
     ALLOWED,
+    GAUSSIANS,
+    Block,
     Input,
     Shape,
     System,
-    add_rule,
-    edge,
-    fault,
-    flat_gaussian,
+    Token,
+    check_known,
     input_of,
-    known,
-    number,
-    one_of,
-    place,
-    trapezoid,
+    lines,
+    shape_of,
 )
 
 KEYS = ALLOWED["fll"]
 #: How many of each block a two-input unit has.
 COUNTS = {"InputVariable": 2, "OutputVariable": 1, "RuleBlock": 1}
 NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "activation")}
+#: Shape -> which of its numbers the ends are, see ``shape_of``.
+SHAPES = {"Triangle": "abbc", "Trapezoid": "abcd", "Ramp": "ab++"}
+SHAPES |= {"Gaussian": "baab", "GaussianProduct": "bacd"}
+COMMENT = re.compile("#.*")
+LINE = re.compile(r"([^:]*?)\s*:\s*(.*)")
+TERM = re.compile(r"(\S*) ?(\S*) ?(.*)")
+SINGLETON = re.compile(r"(\S+) Constant (\S+)")
 RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: with (\S+))?")
-#: Term -> how many numbers it has.
-SHAPES = {"Triangle": 3, "Trapezoid": 4, "Ramp": 2, "Gaussian": 2, "GaussianProduct": 4}
-
-
-class Block(NamedTuple):
-    """A block and its lines as (line, key, value)."""
-
-    line: int
-    kind: str
-    name: str
-    lines: list[tuple[int, str, str]]
-
-    def values(self, key: str) -> list[tuple[int, str]]:
-        """Line and value of each ``key``."""
-        return [(line, value) for line, found, value in self.lines if found == key]
 
 
 def read(text: str) -> System:
     """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
-    blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
-    for block in _blocks(text):
-        blocks[block.kind].append(block)
+    blocks = _blocks(text)
     for kind, count in COUNTS.items():
         if len(blocks[kind]) != count:
-            last = blocks[kind][-1].line if blocks[kind] else 1
-            raise fault(last, f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
+            last = blocks[kind][-1].name if blocks[kind] else Token(1, "")
+            raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
     first, second = map(_input, blocks["InputVariable"])
     (output,), (rules,) = blocks["OutputVariable"], blocks["RuleBlock"]
     system = System((first, second), {})
-    singletons = dict(_singleton(line, value) for line, value in output.values("term"))
-    for line, rule in rules.values("rule"):
-        _add(system, line, rule, output.name, singletons)
+    singletons = dict(map(_singleton, output.all("term")))
+    for rule in rules.all("rule"):
+        _add(system, rule, output.name.text, singletons)
     return system
 
 
-def _blocks(text: str) -> list[Block]:
-    blocks: list[Block] = []
-    for line, content in enumerate(text.splitlines(), 1):
-        stripped = content.split("#")[0].strip()
-        if not stripped:
-            continue
-        key, colon, value = (part.strip() for part in stripped.partition(":"))
-        if not colon:
-            raise fault(line, f"{stripped[:40]!r} is no line of FLL, which is key: value")
+def _blocks(text: str) -> dict[str, list[Block]]:
+    """The blocks of each kind."""
+    blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
+    kind, block = "", None
+    for line in lines(text, COMMENT):
+        if not (pair := line.match(LINE)):
+            raise line.fault(f"{line.text[:40]!r} is no line of FLL, which is key: value")
+        key, value = pair[0].text, pair[1]
         if key in KEYS:
-            blocks.append(Block(line, key, value, []))
-        elif not blocks:
-            raise fault(line, f"{key[:40]!r} stands before any block; an FLL starts with Engine:")
+            kind, block = key, Block(value, [])
+            blocks[kind].append(block)
+        elif block is None:
+            raise line.fault(f"{key[:40]!r} stands before any block; an FLL starts with Engine:")
         else:
-            _, kind, name, lines = block = blocks[-1]
-            value = " ".join(value.split())
-            known(line, key, value, KEYS[kind], f"{kind} {name}")
-            if key not in ("term", "rule") and block.values(key):
-                raise fault(line, f"{key} stands twice in {kind} {name}")
-            lines.append((line, key, value))
-    for block in blocks:
-        for key in NEEDED.get(block.kind, ()):
-            if not block.values(key):
-                raise fault(block.line, f"{block.kind} {block.name} has no {key}")
+            value = value._replace(text=" ".join(value.text.split()))
+            check_known(key, value, KEYS[kind], f"{kind} {block.name.text}")
+            if key not in ("term", "rule") and block.all(key):
+                raise line.fault(f"{key} stands twice in {kind} {block.name.text}")
+            block.entries.append((key, value))
+    for kind, needed in NEEDED.items():
+        for block in blocks[kind]:
+            for key in needed:
+                if not block.all(key):
+                    raise block.name.fault(f"{kind} {block.name.text} has no {key}")
     return blocks
 
 
 def _input(block: Block) -> Input:
-    low, high = -inf, inf
-    for line, value in block.values("range"):
-        ends = [edge(line, end) for end in value.split()]
-        if len(ends) != 2:
-            raise fault(line, f"range: {value!r} has to be two numbers")
-        low, high = ends
-    shapes = [_shape(line, value) for line, value in block.values("term")]
-    return input_of(block.line, block.name, low, high, shapes)
+    told = block.get("range", "-inf inf")
+    ends = [word.edge() for word in told.words()]
+    if len(ends) != 2:
+        raise told.fault(f"range: {told.text!r} has to be two numbers")
+    return input_of(block.name, ends[0], ends[1], [_shape(term) for term in block.all("term")])
 
 
-def _shape(line: int, value: str) -> Shape:
-    label, kind, *words = [*value.split(), "", ""][: max(2, len(value.split()))]
-    one_of(line, f"shape of the term {label}", kind, SHAPES)
-    numbers = [edge(line, word) for word in words]
-    count = SHAPES[kind]
+def _shape(term: Token) -> Shape:
+    label, kind, rest = term.match(TERM)
+    letters = SHAPES[kind.one_of(f"shape of the term {label.text}", SHAPES)]
+    numbers, count = [word.edge() for word in rest.words()], len(set(letters) - {"+"})
     if len(numbers) == count + 1 and numbers.pop() != 1.0:
-        raise fault(line, f"term {label}: only the height 1 can be imported")
+        raise term.fault(f"term {label.text}: only the height 1 can be imported")
     if len(numbers) != count:
-        raise fault(line, f"term {label}: a {kind} has {count} numbers")
-    if kind in ("Gaussian", "GaussianProduct"):
-        numbers = [number(line, word) for word in words[:count]]
-        mean, sigma = numbers[:2]
-        return flat_gaussian(line, label, mean, sigma, *(numbers[2:] or numbers))
-    if kind == "Ramp":
-        start, end = numbers
-        if start < end:
-            return trapezoid(line, label, start, end, inf, inf)
-        return trapezoid(line, label, -inf, -inf, end, start)
-    if kind == "Triangle":
-        numbers.insert(1, numbers[1])
-    return trapezoid(line, label, *numbers)
+        raise term.fault(f"term {label.text}: a {kind.text} has {count} numbers")
+    if kind.text in GAUSSIANS:
+        numbers = [word.number() for word in rest.words()[:count]]
+    if kind.text == "Ramp" and numbers[0] >= numbers[1]:
+        letters = "--ba"  # it falls
+    return shape_of(label, kind.text, letters, numbers)
 
 
-def _singleton(line: int, value: str) -> tuple[str, float]:
-    words = value.split()
-    if len(words) != 3 or words[1] != "Constant":
-        raise fault(line, f"output term {value[:40]!r}: only NAME Constant NUMBER can be imported")
-    return words[0], number(line, words[2])
+def _singleton(term: Token) -> tuple[str, float]:
+    if not (found := term.match(SINGLETON)):
+        told = f"output term {term.text[:40]!r}: only NAME Constant NUMBER can be imported"
+        raise term.fault(told)
+    return found[0].text, found[1].number()
 
 
-def _add(system: System, line: int, rule: str, output: str, singletons: dict[str, float]) -> None:
-    found = RULE.fullmatch(rule)
-    names = tuple(item.name for item in system.inputs)
-    if not found:
-        raise fault(
-            line,
-            f"rule {rule[:60]!r} cannot be imported, only: if {names[0]} is TERM and {names[1]} "
-            f"is TERM then {output} is TERM",
+def _add(system: System, rule: Token, output: str, singletons: dict[str, float]) -> None:
+    names = [item.name.text for item in system.inputs]
+    if not (found := rule.match(RULE)):
+        raise rule.fault(
+            f"rule {rule.text[:60]!r} cannot be imported, only: if {names[0]} is TERM and "
+            f"{names[1]} is TERM then {output} is TERM"
         )
-    *pairs, target, conclusion, weight = found.groups()
-    if weight is not None and number(line, weight) != 1.0:
-        raise fault(line, f"a rule of weight {weight} cannot be imported, only of weight 1")
-    one_of(line, "output of the rule", target, (output,))
-    terms = dict(zip(pairs[::2], pairs[1::2], strict=True))
+    *pairs, target, conclusion, weight = found
+    if weight.text and weight.number() != 1.0:
+        told = f"a rule of weight {weight.text} cannot be imported, only of weight 1"
+        raise rule.fault(told)
+    target.one_of("output of the rule", (output,))
+    terms = {name.text: term for name, term in zip(pairs[::2], pairs[1::2], strict=True)}
     if sorted(terms) != sorted(names):
-        raise fault(line, f"a rule has to read both inputs, {names[0]} and {names[1]}")
+        raise rule.fault(f"a rule has to read both inputs, {names[0]} and {names[1]}")
     first, second = (
-        place(line, terms[item.name], [term.label for term in item.terms], f"term of {item.name}")
-        for item in system.inputs
+        terms[name].place(item.labels, f"term of {name}")
+        for name, item in zip(names, system.inputs, strict=True)
     )
-    place(line, conclusion, list(singletons), f"term of {output}")
-    add_rule(system, line, (first, second), singletons[conclusion])
+    conclusion.place(list(singletons), f"term of {output}")
+    system.add(rule, (first, second), singletons[conclusion.text])
