@@ -33,11 +33,10 @@ CHOICES = {
     "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
     "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
-KNOWN = {
+KNOWN = CHOICES | {
     "plant": "Make an own plant known, as module:OBJECT.",
     "fitness": "Make an own fitness known, as module:OBJECT.",
     "controller": "Make an own controller's law known, as module:OBJECT.",
-    "strategy": CHOICES["strategy"],
 }
 
 
@@ -71,37 +70,30 @@ def on_scenario(command: Command) -> Command:
     return wrapped
 
 
-def choosing_plugins(command: Command) -> Command:
-    """A command with --plant, --fitness, --controller and --strategy.
+def _plugins(choose: bool) -> Callable[[Command], Command]:
+    """Adds --plant, --fitness, --controller, --strategy and --use; what they name is made known.
 
-    What they name is made known; the changes of a scenario that choose it come to the command as
-    ``chosen``, by the option.
+    To ``choose`` is to give the command the changes of a scenario that choose them, by the option,
+    as ``chosen``.
     """
-    return _with_options(CHOICES, command)
+    helps = CHOICES if choose else KNOWN
+
+    def decorated(command: Command) -> Command:
+        @click.option("--use", "used", multiple=True, metavar="MODULE:OBJECT", help=USE)
+        @wraps(command)
+        def wrapped(used: Texts, **given: Any) -> None:
+            texts = {key: given.pop(key) for key in helps}
+            changes = chosen({key: text for key, text in texts.items() if text}, used)
+            command(**given | ({"chosen": changes} if choose else {}))
+
+        for key, text in reversed(helps.items()):
+            wrapped = click.option(f"--{key}", help=text)(wrapped)
+        return wrapped
+
+    return decorated
 
 
-def knowing_plugins(command: Command) -> Command:
-    """A command with the same options, which only make known what files name."""
-
-    @wraps(command)
-    def unchosen(chosen: Chosen, **given: object) -> None:
-        command(**given)
-
-    return _with_options(KNOWN, unchosen)
-
-
-def _with_options(helps: dict[str, str], command: Command) -> Command:
-
-    @click.option("--use", "used", multiple=True, metavar="MODULE:OBJECT", help=USE)
-    @wraps(command)
-    def wrapped(used: Texts, **given: Any) -> None:
-        texts = {key: given.pop(key) for key in helps}
-        told = {key: text for key, text in texts.items() if text}
-        command(chosen=chosen(told, used), **given)
-
-    for key, text in reversed(helps.items()):
-        wrapped = click.option(f"--{key}", help=text)(wrapped)
-    return wrapped
+choosing_plugins, knowing_plugins = _plugins(choose=True), _plugins(choose=False)
 
 
 def chosen(texts: dict[str, str], used: Texts) -> Chosen:

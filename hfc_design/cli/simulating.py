@@ -1,4 +1,4 @@
-"""Commands that simulate one design on one scenario: design, which searches it, score, simulate."""
+"""Commands that simulate: design, score and simulate one design; batch many, for report."""
 
 import json
 from pathlib import Path
@@ -13,6 +13,7 @@ from hfc_design.cli.options import (
     Texts,
     as_json,
     choosing_plugins,
+    knowing_plugins,
     on_scenario,
     setting,
 )
@@ -25,6 +26,7 @@ KEYS = {
     "preset": "search.preset",
     "precision": "run.precision",
 }
+BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
 @click.command()
@@ -46,12 +48,12 @@ def design(
 
     Without arguments: the no-load ramp of the C-axis.
     """
-    from hfc_design.cli import search_run
+    from hfc_design.cli import shown
 
     given = {key: options.pop(name) for name, key in KEYS.items()}
     own = [f"{key}={value}" for key, value in given.items() if value is not None]
     plugins = () if resume else chosen.values()  # they only have to be known then
-    search_run.design(scenario, [*plugins, *own, *changes], resume, **options)
+    shown.design(scenario, [*plugins, *own, *changes], resume, **options)
 
 
 @click.command()
@@ -70,6 +72,7 @@ def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **opt
     in whose last quarter no error is larger than the reference ever is and no drive stands at a
     limit of its command for more than a tenth of the time.
     """
+    from hfc_design.cli import shown
     from hfc_design.core.records import UserError
     from hfc_design.simulation.evaluation import evaluate
 
@@ -78,19 +81,15 @@ def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **opt
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
     found, where = load(chosen)
     if spread is not None:
-        from hfc_design.cli.spread import score_spread
-
-        score_spread(found, where, spread, as_json, **given)
+        shown.score_spread(found, where, spread, as_json, **given)
         return
     evaluation = evaluate(found, where)
     if as_json:
         names = {"design": found.name, "scenario": where.name, "diverged": evaluation.diverged}
         click.echo(json.dumps(names | evaluation.score(where.judge())))
     else:
-        from hfc_design.cli.terminal import show_table
-
         click.echo(f"scenario {where.name}")
-        show_table(where, {found.name: evaluation})
+        shown.show_table(where, {found.name: evaluation})
 
 
 @click.command()
@@ -115,3 +114,59 @@ def simulate(load: Load, chosen: Chosen, csv_file: Path | None, plot: Path | Non
         write_whole(csv_file, trajectory_csv(evaluation).encode())
     if csv_file is None and plot is None:
         click.echo(trajectory_csv(evaluation), nl=False)
+
+
+@click.command()
+@click.argument("folder", type=PATH)
+@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
+@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
+@knowing_plugins
+def report(folder: Path, each: bool, parquet: bool) -> None:
+    """Write report.html of a run FOLDER, or of all runs below a FOLDER.
+
+    Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
+    the same numbers as runs.csv, groups.csv and comparisons.csv.
+    """
+    from hfc_design.batch.report import report
+
+    report(folder, each, parquet)
+
+
+@click.command()
+@click.argument("file", required=False, type=PATH)
+@click.option("--out", type=PATH, help="Folder [default: runs/NAME].")
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)
+@click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
+@click.option("--status", type=PATH, help="What became of a batch's cells.")
+@click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
+@click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
+@knowing_plugins
+def batch(
+    file: Path | None,
+    status: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    shared: bool,
+    changes: Texts,
+    dry_run: bool,
+    out: Path | None,
+) -> None:
+    """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
+
+    What is finished is skipped, what broke off goes on where it stopped, what fails stops nothing.
+    Without --workers or --scheduler one cell after the other, each on every core.
+    """
+    from hfc_design.batch import session
+    from hfc_design.core.records import UserError
+
+    if (file is None) == (status is None):
+        raise UserError("give either a batch file or --status DIR")
+    if workers is not None and scheduler is not None:
+        raise UserError("give either --workers N or --scheduler ADDRESS")
+    if shared and scheduler is None:
+        raise UserError("--shared needs --scheduler ADDRESS")
+    if status is not None:
+        session.show_status(status)
+    elif file is not None:
+        session.batch(file, out, dry_run, session.Where(workers, scheduler, shared), changes)
