@@ -1,4 +1,4 @@
-"""How groups of runs converge, and where they end."""
+"""How groups of runs converge and where they end; how a design's metrics spread over machines."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -11,7 +11,8 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from hfc_design.core.shapes import Floats
-from hfc_design.pictures.figure import WIDTH, finish, framed, logarithmic
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, finish, framed, gridded, logarithmic
+from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 #: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -22,6 +23,7 @@ POINTS = 150
 LABEL = 52
 #: Width of a picture with long labels [in].
 WIDE = 8.4
+COLUMNS, PANEL = 2, 1.45  # panels of distributions side by side; height of each [in]
 #: Ratios of less than this, either way, count as close.
 CLOSE = 1.1
 #: Height of a line of the legend [in].
@@ -40,14 +42,13 @@ def convergence(
         order: of each group the number that chooses its colour and line style.
     """
     top = 0.15 + LINE * len(labels)
-    figure = framed(3.6 + top, top=top)
-    figure.subplots_adjust(right=1 - 0.25 / WIDTH)  # half of the last number stands outside
+    figure = framed(3.6 + top, top, right=0.25)  # half of the last number stands outside
     axes = figure.subplots()
     bands = [_band(runs) for runs in searches]
     for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
         style = STYLES[k % len(STYLES)]
         axes.plot(generation, median, color=_colour(k), ls=style, lw=1.6, label=plain(label))
-    finish(axes, "best merit so far")
+    finish(axes, "best merit so far", "generation")
     logarithmic(axes)
     floor = _smallest(axes)
     for (generation, low, _, high), k in zip(bands, order, strict=True):
@@ -56,7 +57,6 @@ def convergence(
             color=_colour(k), alpha=0.2 if len(labels) < 5 else 0.1, lw=0,
         )  # fmt: skip
     axes.margins(x=0)
-    axes.set_xlabel("generation")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     legend = figure.legend(
         fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(0.9 / WIDTH, 1),
@@ -91,11 +91,10 @@ def outcomes(
         low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
         axes.plot([place] * 2, [low, high], color="0.25", lw=1)
         axes.plot([place - 0.3, place + 0.3], [median] * 2, color="0.1", lw=2)
-    finish(axes, f"final {measure}")
+    finish(axes, f"final {measure}", "group")
     logarithmic(axes)
     axes.set_xlim(-0.6, len(numbers) - 0.4)
     axes.set_xticks(range(len(numbers)), [str(number) for number in numbers])
-    axes.set_xlabel("group")
     return figure
 
 
@@ -121,6 +120,53 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     axes.set_axisbelow(True)
     axes.set_xlabel("simulated / published")
     return figure
+
+
+def distributions(found: Robustness, title: str) -> Figure:
+    """Of each metric, the share of stable machines up to a value, and the nominal one's value.
+
+    The band reaches from the 5 % to the 95 % quantile. A metric that is the same on every machine
+    is left out.
+    """
+    drawn = [key for key in found.values if np.unique(found.spread_of(key)).size > 1]
+    rows = max(-(-len(drawn) // COLUMNS), 1)
+    height = PANEL * rows + 1.35
+    figure = framed(height, top=0.75, left=0.65, right=0.2, bottom=0.6)
+    panels = figure.subplots(
+        rows, COLUMNS, sharey=True, squeeze=False, gridspec_kw={"hspace": 0.75, "wspace": 0.12}
+    )
+    for axes, key in zip(panels.flat, drawn, strict=False):
+        values = found.spread_of(key)
+        only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
+        _distribution(axes, key + only, values, found.nominal[key])
+    for axes in panels.flat[len(drawn) :]:
+        axes.set_visible(False)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("share [1]")
+    share = 100 * found.stable.mean()
+    figure.suptitle(
+        f"{title}\n{len(found.stable)} machines, parameters ±{100 * found.spread:g} %, "
+        f"{share:.4g} % stable",
+        fontsize=11,
+        y=1 - 0.08 / height,
+    )
+    if drawn:
+        handles = panels.flat[0].get_legend_handles_labels()
+        figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
+    return figure
+
+
+def _distribution(axes: Axes, title: str, values: Floats, nominal: float) -> None:
+    low, *_, high = np.quantile(values, QUANTILES)
+    axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
+    axes.ecdf(values, color=OWN, lw=1.6, label="machines")
+    if np.isfinite(nominal):
+        axes.axvline(nominal, color=OTHER, lw=1.2, ls="--", label="nominal")
+    gridded(axes)
+    axes.set_title(title, fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
+    axes.set_yticks([0.0, 0.5, 1.0])
 
 
 def logarithmic_ticks(axis: Axis, most: float) -> None:

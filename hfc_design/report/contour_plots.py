@@ -9,7 +9,7 @@ from hfc_design.core.shapes import Floats
 from hfc_design.motion.contour import glitches, nearest
 from hfc_design.motion.metrics import Contour
 from hfc_design.motion.trajectories import PathSamples
-from hfc_design.pictures.figure import OTHER, OWN, framed, round_above
+from hfc_design.pictures.figure import OTHER, OWN, framed, gridded, round_above
 from hfc_design.report.plots import response
 from hfc_design.simulation.evaluation import Evaluation
 
@@ -73,21 +73,15 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
     if len(worst):
         axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.grid(color="0.95")
-    axes.set_axisbelow(True)
-    axes.set_xlabel("X [mm]")
-    axes.set_ylabel("Y [mm]")
+    gridded(axes, "X [mm]", "Y [mm]", color="0.95")
     axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
 
 
 def _draw_error(axes: Axes, time: Floats, error: Floats, worst: Places, unit: str) -> None:
     axes.plot(time, error, color=OWN, lw=1)
     axes.plot(time[worst], error[worst], "o", color=OTHER, ms=4)
-    axes.grid(color="0.9")
-    axes.set_axisbelow(True)
+    gridded(axes, "time [s]", f"contour error [{unit}]")
     axes.margins(x=0)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"contour error [{unit}]")
 
 
 def _beside(samples: PathSamples, left: float) -> Floats:

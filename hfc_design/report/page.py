@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,37 +19,37 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.section import Listing, Rows, Section, score
-from hfc_design.report import contour_plots, plots
-from hfc_design.report.template import rendered
+from hfc_design.report import REPORT, contour_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
 from hfc_design.search.loop import Archive, Search
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
 
-REPORT, TABLES = "report.html", "tables"
+TABLES = "tables"
 OWN = "this design"
 #: This many structures are listed.
 BEST = 10
-#: Plant -> designs shown beside every result, and their names in the table.
+
+
+class Baseline(NamedTuple):
+    """What a published design is called."""
+
+    short: str  # in the table
+    name: str = ""  # in the summary; "": it is not compared with there
+
+
+#: Plant -> built-in designs shown beside every result.
 BASELINES = {
     "c-axis": {
-        "lin-lee-1999-table-1": "LL Table I",
-        "lin-lee-1999-table-2": "LL Table II",
-        "pd-only": "PD only",
+        "lin-lee-1999-table-1": Baseline("LL Table I", "Table I of Lin & Lee (1999)"),
+        "lin-lee-1999-table-2": Baseline("LL Table II", "Table II"),
+        "pd-only": Baseline("PD only"),
     },
     "feed-drive": {
-        "jee-koren-2004-aflc": "JK04 AFLC",
-        "jee-koren-2004-flc": "JK04 FLC",
-        "jee-koren-2004-pid": "JK04 PID",
+        "jee-koren-2004-aflc": Baseline("JK04 AFLC", "the AFLC of Jee & Koren (2004)"),
+        "jee-koren-2004-flc": Baseline("JK04 FLC", "their FLC"),
+        "jee-koren-2004-pid": Baseline("JK04 PID", "their PID"),
     },
-}
-#: What the summary compares with: name of the built-in design -> what a reader calls it.
-PUBLISHED = {
-    "lin-lee-1999-table-1": "Table I of Lin & Lee (1999)",
-    "lin-lee-1999-table-2": "Table II",
-    "jee-koren-2004-aflc": "the AFLC of Jee & Koren (2004)",
-    "jee-koren-2004-flc": "their FLC",
-    "jee-koren-2004-pid": "their PID",
 }
 
 
@@ -57,18 +59,12 @@ def write_page(scenario: Scenario, result: Result, folder: Path) -> dict[str, Ev
     Raises:
         RunError: the folder cannot be written.
     """
-    baselines = BASELINES.get(scenario.plant.name, {})
-    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
+    rivals = {}
+    for name in BASELINES.get(scenario.plant.name, {}):
+        with suppress(UserError):  # it does not fit the plant or the sampling
+            rivals[name] = evaluate(load_design(name), scenario)
     write_report(scenario, result, rivals, folder)
     return rivals
-
-
-def _rival(name: str, scenario: Scenario) -> Evaluation | None:
-    """A published design on this scenario; None where it does not fit the plant or sampling."""
-    try:
-        return evaluate(load_design(name), scenario)
-    except UserError:
-        return None
 
 
 def write_report(
@@ -156,7 +152,9 @@ def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluatio
     if own.contour is not None:
         achieved = f"a contour error of {_rms(own):.3g} {own.contour.unit} rms"
     line = f"The controller reaches {achieved} on {scenario.name}"
-    parts = [_compared(own, rivals[key], name) for key, name in PUBLISHED.items() if key in rivals]
+    known = BASELINES.get(scenario.plant.name, {})
+    names = {key: known[key].name for key in known if key in rivals}
+    parts = [_compared(own, rivals[key], name) for key, name in names.items() if name]
     if not parts:
         return f"{line}."
     *others, last = parts

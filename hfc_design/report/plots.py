@@ -92,10 +92,9 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
         largest = np.maximum.reduceat(factor * np.abs(_error(evaluation)[:count]), starts)
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=label, **style)
-    finish(axes, f"largest error [{unit}]")
+    finish(axes, f"largest error [{unit}]", "time [s]")
     logarithmic(axes)
     axes.margins(x=0)
-    axes.set_xlabel("time [s]")
     figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
     return figure
 
@@ -117,10 +116,8 @@ def history(history: History, title: str) -> Figure:
     place, bars = _thinned(generation, history.diverged)
     place = np.concatenate([[0.5], place, [count + 0.5]])
     diverged.fill_between(place, np.pad(bars, 1, mode="edge"), step="mid", color="0.6")
-    finish(diverged, "diverged [1]")
-    diverged.set_xlabel("generation")
-    diverged.set_xlim(0.5, count + 0.5)
-    diverged.set_ylim(0, 1.05 * max(int(history.diverged.max()), 1))
+    finish(diverged, "diverged [1]", "generation")
+    diverged.set(xlim=(0.5, count + 0.5), ylim=(0, 1.05 * max(int(history.diverged.max()), 1)))
     diverged.xaxis.set_major_locator(MaxNLocator(integer=True))
     diverged.yaxis.set_major_locator(MaxNLocator(nbins=3, integer=True))
     return figure

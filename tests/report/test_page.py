@@ -16,8 +16,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.pictures.figure import image, save
-from hfc_design.report import plots, write_report
-from hfc_design.report.page import _sections
+from hfc_design.report import plots
+from hfc_design.report.page import _sections, write_report
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluation import evaluate

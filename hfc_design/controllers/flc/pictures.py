@@ -11,8 +11,7 @@ from hfc_design.controllers.flc.law import infer, memberships
 from hfc_design.controllers.flc.record import LABELS, FuzzyRecord, Triangles
 from hfc_design.core.scalars import ARRAYS
 from hfc_design.core.shapes import Floats
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, round_above
-from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, heat_map, round_above
 
 ERROR, CHANGE = "error e [BLU]", "change of error [BLU per sample]"
 #: The terms are drawn up to this share of the outermost centre.

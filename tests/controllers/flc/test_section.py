@@ -17,8 +17,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.report import write_report
-from hfc_design.report.page import _sections, _summary
+from hfc_design.report.page import _sections, _summary, write_report
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
