@@ -163,7 +163,7 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
         RunError: ``path`` cannot be written.
     """
     from hfc_design.pictures.figure import save
-    from hfc_design.report.contour_plots import motion
+    from hfc_design.report.plots import motion
 
     save(motion(evaluation, title), Path(path))
     return Path(path)

@@ -1,5 +1,6 @@
 """The page of many runs: what came out first, every single run last."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 from urllib.parse import quote
@@ -9,7 +10,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.batch import summary
 from hfc_design.batch.plan import LABEL, OWN_KEYS
-from hfc_design.batch.runs import SEED, Run, counted, text
+from hfc_design.batch.runs import SEED, listed, text
 from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
 from hfc_design.pictures.section import Rows, score
 from hfc_design.report import REPORT, batch_plots, rendered
@@ -34,31 +35,34 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
     differing = list(groups[0].settings) if groups else []
     labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
+    counts = Counter(run.state for run in runs)
     troubles = [run for run in runs if run.reason or run.state != "finished"]
-    few = _too_few(comparisons)
+    too_few = _too_few(comparisons)
+    searched = [group for group in groups if any(run.searched for run in group.runs)]
+    known = next((run.settings for run in runs if run.settings), {})
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     return rendered(
         "batch.html.j2",
         name=name,
         descriptions=descriptions,
-        counts=counted(run.state for run in runs),
+        counts=listed(counts),
         tasks=tasks,
-        same=_same(runs, differing),
+        same=[(key, text(known[key])) for key in known if key not in (*differing, SEED)],
         labelled=labelled,
         published=[figure_row(item) for item in figures],
-        published_head=summary.HEAD,
+        published_head=Reproduced._fields,
         ratios=_ratios(figures),
         random=any(run.searched for run in runs),
-        repeated=sum(group.repeated for group in groups),
+        repeated=counts["finished"] - sum(len(group.finished) for group in groups),
         merits=any(group.measure != FITNESS for group in groups),
-        few=_few(groups),
+        few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
         group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
         groups=len(groups),
         metrics=_metrics(groups[:GROUPS]),
-        comparison_rows=[_comparison_row(item) for item in comparisons[:COMPARISONS] if not few],
+        comparison_rows=[_comparison_row(x) for x in comparisons[:COMPARISONS] if not too_few],
         comparisons=len(comparisons),
-        too_few=few,
+        too_few=too_few,
         alpha=summary.ALPHA,
         compared=summary.COMPARED,
         left_out=any(task["groups"] > summary.COMPARED for task in tasks),
@@ -73,15 +77,10 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
 
 def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
     """The ratios that there are and that a logarithm can show."""
-    found = [(item, item.ratio) for item in figures]
-    shown = [(item.published, ratio) for item, ratio in found if ratio and 0 < ratio < np.inf]
-    if not shown:
-        return None
-    labels = [
-        ", ".join(filter(None, (f"{paper.figure} {paper.quantity}".strip(), paper.remark)))
-        for paper, _ in shown[:RATIOS]
-    ]
-    return batch_plots.ratios(labels, [ratio for _, ratio in shown[:RATIOS]])
+    shown = [item for item in figures if 0 < (item.ratio or 0) < np.inf][:RATIOS]
+    told = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
+    labels = [", ".join(filter(None, parts)) for parts in told]
+    return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
 
 
 def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> dict[str, Any]:
@@ -96,8 +95,8 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         labels = [drawn[k].label for k in curves]
         convergence = batch_plots.convergence(labels, list(curves.values()), list(curves))
     if any(np.isfinite(group.scores).any() for group in drawn):
-        numbers, scores = [group.number for group in drawn], [group.scores for group in drawn]
-        outcomes = batch_plots.outcomes(numbers, scores, range(len(drawn)), groups[0].key)
+        scores = {group.number: group.scores for group in drawn}
+        outcomes = batch_plots.outcomes(scores, groups[0].key)
     return {
         "name": groups[0].task,
         "sentence": _sentence(groups, comparisons),
@@ -127,18 +126,6 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     if shown:
         return f"{told}. The other group is lower by more than chance."
     return f"{told}. That the other group is lower may be chance."
-
-
-def _same(runs: Sequence[Run], differing: Sequence[str]) -> list[tuple[str, str]]:
-    """Settings that all runs share, as far as they are known."""
-    known = next((run.settings for run in runs if run.settings), {})
-    return [(key, text(value)) for key, value in known.items() if key not in (*differing, SEED)]
-
-
-def _few(groups: Sequence[Group]) -> int:
-    """Groups whose quartiles say next to nothing; a given design is scored the same each time."""
-    random = (group for group in groups if any(run.searched for run in group.runs))
-    return sum(len(group.finished) < 5 for group in random)
 
 
 def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
@@ -201,10 +188,10 @@ def _run_rows(
 
 
 def figure_row(item: Reproduced) -> list[str]:
-    """``HEAD`` of a published figure as a reader sees it."""
-    figure, quantity, paper, simulated, ratio, runs, remark = item.row
-    shown = "–" if ratio is None or not np.isfinite(ratio) else f"{ratio:.2f}"
-    return [figure, quantity, _number(paper), _number(simulated), shown, str(runs), remark]
+    """What a reader sees of a published figure."""
+    ratio = "–" if item.ratio is None or np.isinf(item.ratio) else f"{item.ratio:.2f}"
+    told = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
+    return [item.figure, item.quantity, *told, item.remark]
 
 
 def _number(value: float | None) -> str:

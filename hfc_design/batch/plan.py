@@ -104,8 +104,13 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     found: dict[str, Cell] = {}
     others = set_keys(changes, "--set")
     for settings in _combinations(file, path):
-        cell = _cell(settings | others, path)
-        found.setdefault(cell.name, cell)
+        own = settings | others
+        try:
+            scenario, design = _asked(own, path.parent)
+        except UserError as error:
+            raise UserError(f"{path}: cell with {_listed(own)}: {error}") from None
+        name = _name(scenario, design)
+        found.setdefault(name, Cell(name, own, scenario, design))
     for k, item in enumerate(file.published):
         try:
             for own, metric in item.sides:
@@ -158,14 +163,6 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
     for own in file.cells or ({},):
         for values in product(*grid.values()):
             yield common | dict(zip(grid, values, strict=True)) | flat(own)
-
-
-def _cell(settings: Json, path: Path) -> Cell:
-    try:
-        scenario, design = _asked(settings, path.parent)
-    except UserError as error:
-        raise UserError(f"{path}: cell with {_listed(settings)}: {error}") from None
-    return Cell(_name(scenario, design), settings, scenario, design)
 
 
 def _listed(settings: Json) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from hfc_design.batch import folder
 from hfc_design.batch.page import page
 from hfc_design.batch.runs import JUDGED_BY, Run, batches_below, is_run, runs_below, text
-from hfc_design.batch.summary import HEAD, Comparison, Findings, Group, findings
+from hfc_design.batch.summary import Comparison, Findings, Group, Reproduced, findings
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.formats.writing import csv_text
@@ -79,7 +79,7 @@ def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
         COMPARISONS: _comparison_rows(found.comparisons),
     }
     if found.figures:
-        rows[PUBLISHED] = [HEAD, *(item.row for item in found.figures)]
+        rows[PUBLISHED] = [Reproduced._fields, *found.figures]
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:

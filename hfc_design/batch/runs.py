@@ -5,10 +5,10 @@ Only what a summary needs is read; whatever is damaged is told beside the run an
 
 import json
 import tomllib
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -187,9 +187,9 @@ def _told(file: str, error: Exception) -> str:
     return " ".join(f"{file}: {why}".split())
 
 
-def counted(states: Iterable[str]) -> str:
+def listed(counts: Mapping[Any, int]) -> str:
     """How many there are of each state."""
-    return ", ".join(f"{count} {state}" for state, count in Counter(states).items())
+    return ", ".join(f"{count} {state}" for state, count in counts.items())
 
 
 def text(value: object) -> str:

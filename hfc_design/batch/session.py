@@ -2,7 +2,7 @@
 
 import statistics
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
@@ -13,7 +13,7 @@ from rich.table import Table
 
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import LABEL, Cell, read_batch
-from hfc_design.batch.runs import counted
+from hfc_design.batch.runs import listed
 from hfc_design.batch.work import Outcome, Place, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.records import RunError
@@ -82,7 +82,7 @@ def show_status(out: Path) -> None:
     """``hfc batch --status DIR``: what became of every cell."""
     found = folder.entries(out)
     seconds = [entry.seconds for entry in found if entry.seconds is not None]
-    print(f"{len(found)} cells in {out}: {counted(entry.state for entry in found)}")
+    print(f"{len(found)} cells in {out}: {listed(Counter(entry.state for entry in found))}")
     if seconds:
         print(f"median time of a finished cell {statistics.median(seconds):.2g} s")
     left = [entry for entry in found if entry.state != "finished"]

@@ -3,7 +3,7 @@ published figures that they stand beside.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from math import comb
 from pathlib import Path
@@ -21,12 +21,12 @@ from hfc_design.core.shapes import Floats
 ALPHA = 0.05
 #: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
 MERIT, FITNESS = "merit", "fitness"
+#: What keys begin with that the fitness depends on.
+OF_FITNESS = "fitness."
 #: So many groups of a task are compared with each other: those with the highest medians.
 COMPARED = 20
 #: Up to this many runs in the smaller group, and without ties, p is exact.
 EXACT = 8
-#: What the tables say of a published figure.
-HEAD = ("figure", "quantity", "published", "simulated", "ratio", "runs", "remark")
 Quartiles = tuple[float, float, float]
 
 
@@ -62,15 +62,10 @@ class Group(NamedTuple):
         return {key: quartiles(np.array(found)) for key, found in values.items()}
 
     @property
-    def repeated(self) -> int:
-        """Finished runs with the seed of another one."""
-        return sum(run.state == "finished" for run in self.runs) - len(self.finished)
-
-    @property
     def label(self) -> str:
         """Its number and what sets it apart from the other groups of its task."""
-        named = (item for item in self.settings.items() if not _of_task(item[0]))
-        own = [f"{key.rpartition('.')[2]} {value}" for key, value in named]
+        named = (k for k in self.settings if k != SCENARIO and not k.startswith(OF_FITNESS))
+        own = [f"{key.rpartition('.')[2]} {self.settings[key]}" for key in named]
         if LABEL in self.settings:
             own = [self.settings[LABEL]]
         return f"{self.number}: {', '.join(own)}" if own else str(self.number)
@@ -94,21 +89,13 @@ class Comparison(NamedTuple):
 class Reproduced(NamedTuple):
     """A published figure with the simulated one."""
 
-    published: Published
+    figure: str  # of the paper
+    quantity: str
+    published: float | None
     simulated: float | None  # median over the finished runs; None without any
+    ratio: float | None  # simulated over published
     runs: int
-
-    @property
-    def ratio(self) -> float | None:
-        """Simulated over published."""
-        value = self.published.value
-        return self.simulated / value if value and self.simulated is not None else None
-
-    @property
-    def row(self) -> tuple[str, str, float | None, float | None, float | None, int, str]:
-        """``HEAD`` in full precision."""
-        paper, own = self.published, (self.simulated, self.ratio, self.runs)
-        return paper.figure, paper.quantity, paper.value, *own, paper.remark
+    remark: str
 
 
 class Findings(NamedTuple):
@@ -155,7 +142,11 @@ def grouped(runs: Sequence[Run]) -> list[Group]:
 
 def compared(groups: Sequence[Group]) -> list[Comparison]:
     """Every two groups of a task that have at least two finished runs each."""
-    pairs = list(_pairs(groups))
+    tasks: dict[str, list[Group]] = defaultdict(list)
+    for group in groups:
+        if len(group.scores) >= 2:
+            tasks[group.task].append(group)
+    pairs = [pair for inside in tasks.values() for pair in combinations(inside[:COMPARED], 2)]
     a12, p = np.empty(len(pairs)), np.empty(len(pairs))
     alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(pairs):
@@ -193,20 +184,10 @@ def runs_needed(comparisons: int) -> int:
     return count
 
 
-def _pairs(groups: Sequence[Group]) -> Iterator[tuple[Group, Group]]:
-    for task in dict.fromkeys(group.task for group in groups):
-        inside = [group for group in groups if group.task == task and len(group.scores) >= 2]
-        yield from combinations(inside[:COMPARED], 2)
-
-
 def _task(run: Run, differing: Sequence[str]) -> str:
     """The scenario, and what else the fitness depends on."""
-    own = [f"{key} {run.setting(key)}" for key in differing if key.startswith("fitness.")]
+    own = [f"{key} {run.setting(key)}" for key in differing if key.startswith(OF_FITNESS)]
     return ", ".join([run.setting(SCENARIO), *own])
-
-
-def _of_task(key: str) -> bool:
-    return key == SCENARIO or key.startswith("fitness.")
 
 
 def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -> Group:
@@ -234,7 +215,7 @@ def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
     """Every published figure of the batches below ``path`` beside the median of its runs."""
     found = []
     for batch in batches_below(path):
-        own = [run for run in runs if (path / run.path).parent == batch]
+        own = (run for run in runs if (path / run.path).parent == batch)
         finished = [run for run in own if run.state == "finished"]
         found += [_figure(x, finished) for told in folder.told(batch) for x in told.published]
     return found
@@ -245,8 +226,10 @@ def _figure(item: Published, finished: list[Run]) -> Reproduced:
     for wanted, metric in item.sides:
         found = (run.score.get(metric) for run in finished if matches(wanted, run.settings))
         sides.append([value for value in found if value is not None])
-    simulated = None
+    simulated = ratio = None
     if all(sides):
         simulated, *over = (float(np.median(values)) for values in sides)
         simulated /= over[0] if over else 1.0
-    return Reproduced(item, simulated, len(sides[0]))
+        ratio = simulated / item.value if item.value else None
+    told = (item.value, simulated, ratio, len(sides[0]))
+    return Reproduced(item.figure, item.quantity, *told, item.remark)

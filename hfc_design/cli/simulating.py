@@ -2,21 +2,25 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hfc_design.cli.options import (
+    CHOICES,
     PATH,
-    Chosen,
-    Load,
     Texts,
     as_json,
-    choosing_plugins,
+    chosen,
     knowing_plugins,
     on_scenario,
     setting,
+    with_plugins,
 )
+
+if TYPE_CHECKING:
+    from hfc_design.files.design import Design
+    from hfc_design.files.scenario import Scenario
 
 #: Option of hfc design -> key of the scenario.
 KEYS = {
@@ -40,20 +44,19 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--quiet", is_flag=True, help="No progress.")
-@choosing_plugins
-def design(
-    scenario: str | None, changes: Texts, resume: bool, chosen: Chosen, **options: Any
-) -> None:
+@with_plugins(CHOICES)
+def design(scenario: str | None, changes: Texts, resume: bool, **options: Any) -> None:
     """Search a controller for SCENARIO (a built-in name or a TOML file).
 
     Without arguments: the no-load ramp of the C-axis.
     """
     from hfc_design.cli import shown
 
+    plugins = chosen(options).values()
     given = {key: options.pop(name) for name, key in KEYS.items()}
     own = [f"{key}={value}" for key, value in given.items() if value is not None]
-    plugins = () if resume else chosen.values()  # they only have to be known then
-    shown.design(scenario, [*plugins, *own, *changes], resume, **options)
+    known = () if resume else plugins  # they only have to be known then
+    shown.design(scenario, [*known, *own, *changes], resume, **options)
 
 
 @click.command()
@@ -63,8 +66,10 @@ def design(
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
 @as_json
-@choosing_plugins
-def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **options: Any) -> None:
+@with_plugins(CHOICES)
+def score(
+    found: "Design", where: "Scenario", spread: float | None, as_json: bool, **options: Any
+) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
     With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
@@ -79,7 +84,6 @@ def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **opt
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    found, where = load(chosen)
     if spread is not None:
         shown.score_spread(found, where, spread, as_json, **given)
         return
@@ -96,16 +100,15 @@ def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **opt
 @on_scenario
 @click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
 @click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
-@choosing_plugins
-def simulate(load: Load, chosen: Chosen, csv_file: Path | None, plot: Path | None) -> None:
+@with_plugins(CHOICES)
+def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
-    found, where = load(chosen)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.figure import save
-        from hfc_design.report.contour_plots import motion
+        from hfc_design.report.plots import motion
 
         save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:

@@ -1,7 +1,8 @@
-"""How groups of runs converge and where they end; how a design's metrics spread over machines."""
+"""How searches converge and where they end; how a design's metrics spread over machines."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import ceil
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from hfc_design.core.shapes import Floats
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, finish, framed, gridded, logarithmic
+from hfc_design.report.plots import thinned
+from hfc_design.search.loop import History
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 #: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
@@ -28,6 +31,30 @@ COLUMNS, PANEL = 2, 1.45  # panels of distributions side by side; height of each
 CLOSE = 1.1
 #: Height of a line of the legend [in].
 LINE = 0.16
+
+
+def history(history: History, title: str) -> Figure:
+    """Best and median merit, by its ``title``, and how many individuals diverged."""
+    figure = framed(4.15, top=0.4)
+    ratios = {"height_ratios": (3, 1), "hspace": 0.12}
+    scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
+    count = len(history.best)
+    generation = np.arange(1.0, count + 1)
+    style: dict[str, Any] = {"marker": "." if count < 30 else None}
+    scores.plot(*thinned(generation, history.best), color=OWN, label="best so far", **style)
+    scores.plot(*thinned(generation, history.median), color=OTHER, label="median", **style)
+    scores.legend(fontsize=9, frameon=False)
+    scores.set_title(title, fontsize=11, parse_math=False)
+    finish(scores, "merit")
+    logarithmic(scores)
+    place, bars = thinned(generation, history.diverged)
+    place = np.concatenate([[0.5], place, [count + 0.5]])
+    diverged.fill_between(place, np.pad(bars, 1, mode="edge"), step="mid", color="0.6")
+    finish(diverged, "diverged [1]", "generation")
+    diverged.set(xlim=(0.5, count + 0.5), ylim=(0, 1.05 * max(int(history.diverged.max()), 1)))
+    diverged.xaxis.set_major_locator(MaxNLocator(integer=True))
+    diverged.yaxis.set_major_locator(MaxNLocator(nbins=3, integer=True))
+    return figure
 
 
 def convergence(
@@ -50,7 +77,9 @@ def convergence(
         axes.plot(generation, median, color=_colour(k), ls=style, lw=1.6, label=plain(label))
     finish(axes, "best merit so far", "generation")
     logarithmic(axes)
-    floor = _smallest(axes)
+    medians = np.concatenate([median for _, _, median, _ in bands])
+    # A band may reach down to everything, or to what has a logarithm.
+    floor = medians[medians > 0].min() if axes.get_yscale() == "log" else -np.inf
     for (generation, low, _, high), k in zip(bands, order, strict=True):
         axes.fill_between(
             generation, np.maximum(low, floor), np.maximum(high, floor),
@@ -67,34 +96,30 @@ def convergence(
     return figure
 
 
-def outcomes(
-    numbers: Sequence[int], scores: Sequence[Floats], order: Sequence[int], measure: str
-) -> Figure:
+def outcomes(scores: Mapping[int, Floats], measure: str) -> Figure:
     """The final score of every run, a column each group, with median and quartiles.
 
     Args:
-        numbers: of the groups.
-        scores: of each group (runs,), at least one; what is not finite is not drawn.
-        order: as for ``convergence``.
+        scores: by the number of each group, (runs,), at least one; what is not finite is not drawn.
         measure: what the scores are, merit or fitness.
     """
     figure = framed(3.2, top=0.15)
     axes = figure.subplots()
-    for place, (found, k) in enumerate(zip(scores, order, strict=True)):
+    for k, found in enumerate(scores.values()):
         values = found[np.isfinite(found)]
         if len(values) == 0:
             continue
         share = (np.arange(len(values)) + 0.5) / len(values) - 0.5
         dots = np.unique(np.round(np.linspace(0, len(values) - 1, 400)).astype(int))
-        around, heights = place + 0.5 * share[dots], np.sort(values)[dots]
+        around, heights = k + 0.5 * share[dots], np.sort(values)[dots]
         axes.plot(around, heights, "o", ms=4.5, mew=0, color=_colour(k), alpha=0.6)
         low, median, high = np.quantile(values, (0.25, 0.5, 0.75))
-        axes.plot([place] * 2, [low, high], color="0.25", lw=1)
-        axes.plot([place - 0.3, place + 0.3], [median] * 2, color="0.1", lw=2)
+        axes.plot([k] * 2, [low, high], color="0.25", lw=1)
+        axes.plot([k - 0.3, k + 0.3], [median] * 2, color="0.1", lw=2)
     finish(axes, f"final {measure}", "group")
     logarithmic(axes)
-    axes.set_xlim(-0.6, len(numbers) - 0.4)
-    axes.set_xticks(range(len(numbers)), [str(number) for number in numbers])
+    axes.set_xlim(-0.6, len(scores) - 0.4)
+    axes.set_xticks(range(len(scores)), map(str, scores))
     return figure
 
 
@@ -199,14 +224,6 @@ def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Flo
     known = np.isfinite(scores).any(axis=0)
     low, median, high = np.nanquantile(scores[:, known], (0.25, 0.5, 0.75), axis=0)
     return drawn[known] + 1, low, median, high
-
-
-def _smallest(axes: Axes) -> float:
-    """What a band may reach down to: everything, or the smallest number that has a logarithm."""
-    if axes.get_yscale() != "log":
-        return -np.inf
-    values = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
-    return float(values[values > 0].min())
 
 
 def _colour(k: int) -> str:

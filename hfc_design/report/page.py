@@ -19,7 +19,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.section import Listing, Rows, Section, score
-from hfc_design.report import REPORT, contour_plots, plots, rendered
+from hfc_design.report import REPORT, batch_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
 from hfc_design.search.loop import Archive, Search
@@ -92,7 +92,7 @@ def write_report(
         scores=_scores(scenario, evaluations),
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
-        response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
+        response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
         sections=_sections(design, own, scenario),
         tables=tables,
@@ -113,7 +113,7 @@ def _found(search: Search, scenario: Scenario) -> dict[str, object]:
         "generations": search.generation,
         "diverged": int(search.history.diverged.sum()),
         "title": scenario.judge().title,
-        "history": plots.history(search.history, scenario.judge().title),
+        "history": batch_plots.history(search.history, scenario.judge().title),
         "structures": _structures(search.archive, scenario),
     }
 

@@ -16,7 +16,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.pictures.figure import image, save
-from hfc_design.report import plots
+from hfc_design.report import batch_plots, plots
 from hfc_design.report.page import _sections, write_report
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
@@ -230,7 +230,7 @@ def test_long_curves_keep_their_peaks(report):
 
 def test_history_of_one_generation_where_everything_diverged():
     history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
-    assert image(plots.history(history, "merit"), "svg")
+    assert image(batch_plots.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])
