@@ -7,7 +7,7 @@ batch lies in ``batch.json`` and in ``.batch/``.
 import fcntl
 import json
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -44,12 +44,7 @@ def note_plan(out: Path, plan: Plan) -> None:
     Raises:
         RunError: the folder cannot be written.
     """
-    try:
-        (out / NOTES).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
-    with _locked(out, "plan") as mine:
-        assert mine
+    with locked(out, "plan"):
         noted = _noted(out) if (out / PLAN).exists() else Noted()
         cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
         whole = Noted(cells=cells, files=noted.files | {plan.name: plan.told})
@@ -102,21 +97,18 @@ def claimed(out: Path, name: str) -> AbstractContextManager[bool]:
 
     The system gives the claim back when the process ends, however it ends.
     """
-    return _locked(out, name, wait=False)
+    return locked(out, name, wait=False)
 
 
 @contextmanager
-def reporting(out: Path) -> Iterator[None]:
-    """Only one process at a time writes the report of a batch; others wait."""
-    with suppress(OSError):  # the lock says it better
-        (out / NOTES).mkdir(exist_ok=True)
-    with _locked(out, "report"):
-        yield
+def locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
+    """One process at a time holds the lock; others ``wait``, or get False.
 
-
-@contextmanager
-def _locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
+    Raises:
+        RunError: the folder cannot be written.
+    """
     try:
+        (out / NOTES).mkdir(parents=True, exist_ok=True)
         file = (out / NOTES / f"{name}.lock").open("a")
     except OSError as error:
         raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None

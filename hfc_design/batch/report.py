@@ -39,7 +39,8 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         write_page(*finished_run(path), path)
         print(path / REPORT)
         return
-    with folder.reporting(path) if (path / folder.PLAN).exists() else nullcontext():
+    batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
+    with folder.locked(path, "report") if batch else nullcontext():
         runs = runs_below(path)
         failed = 0
         if each:

@@ -1,7 +1,6 @@
 """The report of a run: one page that needs nothing else, and the rule tables as CSV."""
 
 import json
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -26,6 +25,7 @@ from hfc_design.search.loop import Archive, Search
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
 
 TABLES = "tables"
+Evaluations = dict[str, Evaluation]  # by the names of the designs
 OWN = "this design"
 #: This many structures are listed.
 BEST = 10
@@ -53,31 +53,22 @@ BASELINES = {
 }
 
 
-def write_page(scenario: Scenario, result: Result, folder: Path) -> dict[str, Evaluation]:
-    """Write the page of a run beside the published designs; returns what these do.
+def write_page(
+    scenario: Scenario, result: Result, folder: Path, rivals: Evaluations | None = None
+) -> Evaluations:
+    """Write ``report.html`` and ``tables/`` into the run folder; returns the ``rivals``.
+
+    These are other designs on the same scenario, the published ones if none are given. The page
+    has everything inside it, and the same run gives the same bytes.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    rivals = {}
-    for name in BASELINES.get(scenario.plant.name, {}):
-        with suppress(UserError):  # it does not fit the plant or the sampling
-            rivals[name] = evaluate(load_design(name), scenario)
-    write_report(scenario, result, rivals, folder)
-    return rivals
-
-
-def write_report(
-    scenario: Scenario, result: Result, rivals: Mapping[str, Evaluation], folder: Path
-) -> None:
-    """Write ``report.html`` and ``tables/`` into the run folder.
-
-    ``rivals`` are other designs on the same scenario. The page has everything inside it, and the
-    same run gives the same bytes.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
+    if rivals is None:
+        rivals = {}
+        for name in BASELINES.get(scenario.plant.name, {}):
+            with suppress(UserError):  # it does not fit the plant or the sampling
+                rivals[name] = evaluate(load_design(name), scenario)
     design, own, search = result
     tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
@@ -105,6 +96,7 @@ def write_report(
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
     write_whole(folder / REPORT, page)
+    return rivals
 
 
 def _found(search: Search, scenario: Scenario) -> dict[str, object]:
@@ -144,7 +136,7 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
     return sections(design.controller, Shown(plant.machine, plant.values(), signals))
 
 
-def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
+def _summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
     """What the run achieved, in a sentence."""
     if own.diverged:
         return f"The controller diverges on {scenario.name}."
@@ -187,7 +179,7 @@ def _measure(judge: Judge) -> str:
     return told + (f"; designs are ranked by {judge.title}" if "merit" in judge.titles else "")
 
 
-def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
+def _scores(scenario: Scenario, evaluations: Evaluations) -> Rows:
     """Fitness, merit and metrics, a row each; a column for each evaluation."""
     found, told = evaluations.values(), meanings(scenario)
     rows = []
