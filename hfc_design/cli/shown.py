@@ -5,7 +5,7 @@ import sys
 import time
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from rich.table import Table
 
@@ -14,10 +14,10 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario, load_scenario
-from hfc_design.runs import run as designs
-from hfc_design.search.loop import Search
 from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.simulation.monte_carlo import robustness
+
+if TYPE_CHECKING:
+    from hfc_design.search.loop import Search
 
 
 def design(
@@ -29,6 +29,9 @@ def design(
         UserError: the scenario, an option or the folder cannot be used.
         RunError: the run failed or was interrupted.
     """
+    from hfc_design.report.page import BASELINES, write_page
+    from hfc_design.runs import run as designs
+
     if resume:
         if out is None or name is not None or changes:
             raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
@@ -44,8 +47,6 @@ def design(
             result = designs.run(scenario, folder, *told)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
-    from hfc_design.report.page import BASELINES, write_page
-
     rivals = write_page(scenario, result, folder)
     names = BASELINES.get(scenario.plant.name, {})
     beside = {names[name].short: rival for name, rival in rivals.items()}
@@ -78,7 +79,7 @@ class Watch(ProgressBar):
             self.console.print(self._title, markup=False)
         return super().__enter__()
 
-    def generation(self, search: Search) -> None:
+    def generation(self, search: "Search") -> None:
         """Show one finished generation."""
         now = time.monotonic()
         done, history = search.generation, search.history
@@ -134,6 +135,7 @@ def score_spread(
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
+    from hfc_design.simulation.monte_carlo import robustness
 
     def progress(done: int, total: int) -> None:
         bar.show(description="simulating", completed=done, total=total)
