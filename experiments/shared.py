@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from hfc_design.batch.page import figure_row
 from hfc_design.batch.plan import LABEL, matches
-from hfc_design.batch.published import reproduced, row
 from hfc_design.batch.runs import Run, runs_below
+from hfc_design.batch.summary import reproduced
 from hfc_design.core.records import UserError
 from hfc_design.report.plots import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
@@ -50,7 +51,7 @@ class Batch:
 
     def published(self) -> list[list[str]]:
         """``HEAD`` of every published figure."""
-        found = (row(item) for item in reproduced(self.folder, self.runs))
+        found = (figure_row(item) for item in reproduced(self.folder, self.runs))
         return [[*cells[:5], cells[6]] for cells in found]
 
 

@@ -162,7 +162,7 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
         RunError: ``path`` cannot be written.
     """
     from hfc_design.pictures.figure import save
-    from hfc_design.report.contour_plots import motion
+    from hfc_design.report.plots import motion
 
     save(motion(evaluation, title), Path(path))
     return Path(path)
@@ -170,29 +170,11 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
 
 # Parts of one's own, and what they are made of.
 __all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drive", "Explain", "Fitness"]
-__all__ += [
-    "Kind",
-    "Law",
-    "Listing",
-    "Machine",
-    "Moment",
-    "Objective",
-    "ObjectiveSettings",
-    "Plant",
-]
-__all__ += [
-    "Section",
-    "Shown",
-    "Strategy",
-    "StrategySettings",
-    "Target",
-    "Task",
-    "Template",
-    "View",
-]
-__all__ += ["Xp", "clipped", "coupled", "genome_of_gains", "held", "only_positive", "per_axis"]
-__all__ += ["Genome", "register", "rk4", "settings_of", "side_by_side", "strategies", "taken"]
-__all__ += ["total"]
+__all__ += ["Kind", "Law", "Listing", "Machine", "Moment", "Objective", "ObjectiveSettings"]
+__all__ += ["Plant", "Section", "Shown", "Strategy", "StrategySettings", "Target", "Task"]
+__all__ += ["Template", "View", "Xp", "clipped", "coupled", "genome_of_gains", "held"]
+__all__ += ["only_positive", "per_axis", "register", "rk4", "settings_of", "side_by_side"]
+__all__ += ["Genome", "strategies", "taken", "total"]
 # What is loaded, searched, evaluated and written.
 __all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]
 __all__ += ["Scenario", "Search", "UserError", "design", "evaluate", "evaluate_many", "export"]

@@ -6,27 +6,23 @@ references to own plug-ins that the command line gave.
 
 import logging
 import os
-import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 from hfc_design import __version__
-from hfc_design.batch import folder, work
 from hfc_design.batch.plan import Cell
-from hfc_design.batch.work import PATIENCE, Outcome
-from hfc_design.core.checkpoint import write_whole
+from hfc_design.batch.work import PATIENCE, Lost, Outcome, Place, told
 from hfc_design.core.plugins import given
 from hfc_design.core.records import RunError, UserError
-from hfc_design.runs import run as design
 
 try:
     import dask
     from distributed import Client, Future, LocalCluster, wait
 
-    from hfc_design.batch.worker import Result, contents, gpus, run_cell
+    from hfc_design.batch.worker import contents, gpus, run_cell
 except ImportError:
     raise UserError(
         "--workers and --scheduler need the package distributed: pip install 'hfc-design[cluster]'"
@@ -35,14 +31,68 @@ except ImportError:
 
 #: How long a scheduler is waited for.
 ANSWER_WITHIN = "10s"
-#: A cell's run on a worker, the cell, and our claim of it unless the worker has it.
-Task = Future[Result]
-Running = tuple[Cell, ExitStack]
+#: A cell's run on a worker.
+Task = Future[Outcome]
+
+
+class Workers(Place):
+    """Worker processes, each with one cell at a time; ``on_count`` is told how many there are.
+
+    Raises:
+        Lost: by every method, if the scheduler is.
+    """
+
+    def __init__(self, client: Client, sees_folder: bool, on_count: Callable[[int], None]):
+        self._client, self.claims, self._on_count = client, sees_folder, on_count
+
+    def room(self) -> int:
+        """As many as there are workers."""
+        with self._reached():
+            workers = len(self._client.nthreads())
+        self._on_count(workers)
+        return workers
+
+    def start(self, cell: Cell, path: Path) -> Task:
+        """Send the cell: the folder of the batch, or what is in its own."""
+        where, files = (str(path.parent.resolve()), {}) if self.claims else ("", contents(path))
+        sent = (__version__, cell.name, where, files, given())
+        with self._reached():
+            key = f"{cell.name}-{uuid.uuid4().hex}"
+            return self._client.submit(run_cell, *sent, key=key, pure=False)
+
+    def done(self, tasks: Collection[Task]) -> Iterator[tuple[Task, Outcome]]:
+        """Wait for the first one; what leaves no worker alive to tell of it has failed."""
+        if not tasks:
+            return
+        with self._reached():
+            try:
+                found = wait(list(tasks), timeout=PATIENCE, return_when="FIRST_COMPLETED").done
+            except TimeoutError:
+                return
+            for task in found:
+                try:
+                    yield task, Outcome(*task.result())
+                except (CancelledError, OSError):
+                    raise
+                except Exception as error:  # killed each time, or no hfc-design on the worker
+                    yield task, Outcome("failed", f"on a worker: {told(error)}")
+
+    @contextmanager
+    def _reached(self) -> Iterator[None]:
+        lost = Lost("the scheduler is lost; the same command goes on where the batch stopped")
+        try:
+            yield
+        except (CancelledError, OSError):
+            raise lost from None
+        if self._client.status != "running":
+            raise lost
 
 
 @contextmanager
-def connected(workers: int | None, scheduler: str | None) -> Iterator[Client]:
-    """Workers to be used: ``workers`` processes of our own, or those of a scheduler.
+def connected(
+    workers: int | None, scheduler: str | None, shared: bool, on_count: Callable[[int], None]
+) -> Iterator[Workers]:
+    """``workers`` processes of our own, or those of a scheduler, which may share our disk.
 
     Raises:
         UserError: so many workers, or such an address, cannot be.
@@ -54,7 +104,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Client]:
     if scheduler is None:
         assert workers is not None
         with _local(workers) as cluster, Client(cluster) as client:
-            yield client
+            yield Workers(client, True, on_count)
         return
     try:
         client = Client(scheduler, timeout=ANSWER_WITHIN)
@@ -63,7 +113,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Client]:
     except OSError:
         raise RunError(f"--scheduler {scheduler}: no scheduler answers there") from None
     with client:
-        yield client
+        yield Workers(client, shared, on_count)
 
 
 def _local(workers: int) -> LocalCluster:
@@ -80,124 +130,3 @@ def _local(workers: int) -> LocalCluster:
         silence_logs=logging.CRITICAL,
         preload="hfc_design.batch.worker",
     )
-
-
-def run_cells(
-    client: Client,
-    out: Path,
-    cells: Sequence[Cell],
-    on_outcome: Callable[[Outcome], None],
-    on_workers: Callable[[int], None],
-    shared: bool,
-) -> None:
-    """Finish every cell that is not, as many at once as there are workers.
-
-    Args:
-        on_workers: is told now and then how many workers there are.
-        shared: the workers see ``out`` under the same path and write into it.
-
-    Raises:
-        RunError: the scheduler is lost, or the folder of the batch cannot be written.
-    """
-    waiting, busy = list(reversed(cells)), list[Cell]()
-    running: dict[Task, Running] = {}
-    try:
-        while waiting or busy or running:
-            if not waiting:
-                waiting, busy = busy[::-1], []
-            with _reaching(client):
-                workers = len(client.nthreads())
-            on_workers(workers)
-            while waiting and len(running) < workers:
-                cell = waiting.pop()
-                found = _sent(client, out, cell, shared)
-                if isinstance(found, Outcome):
-                    on_outcome(found)
-                elif found is None:
-                    busy.append(cell)
-                else:
-                    task, running[task] = found
-            for task in _done(client, running):
-                cell, claim = running.pop(task)
-                with claim:
-                    outcome = _settled(client, out, cell, task)
-                if outcome is None:
-                    busy.append(cell)
-                else:
-                    on_outcome(outcome)
-    finally:
-        for _, claim in running.values():
-            claim.close()
-
-
-def _sent(
-    client: Client, out: Path, cell: Cell, shared: bool
-) -> tuple[Task, Running] | Outcome | None:
-    """A cell on its way to a worker; its outcome if there is one; None if another batch has it."""
-    if folder.state(out, cell.name) == "finished":
-        return Outcome(cell, "finished")
-    path = out / cell.name
-    with ExitStack() as claim:
-        if not claim.enter_context(folder.claimed(out, cell.name)):
-            return None
-        if folder.state(out, cell.name) == "finished":  # by another batch, since we looked
-            return Outcome(cell, "finished")
-        folder.forget_failure(out, cell.name)
-        try:
-            work.begun(cell, path)
-            files = {} if shared else contents(path)
-        except Exception as error:  # whatever it is, the other cells may still be fine
-            return work.failed(out, cell, work.told(error))
-        kept = ExitStack() if shared else claim.pop_all()
-    where = str(out.resolve()) if shared else ""
-    key = f"{cell.name}-{uuid.uuid4().hex}"
-    with _reaching(client):
-        sent = (__version__, cell.name, where, files, given())
-        task = client.submit(run_cell, *sent, key=key, pure=False)
-    return task, (cell, kept)
-
-
-def _done(client: Client, running: Iterable[Task]) -> Iterable[Task]:
-    """The tasks that are done; waits a little for the first one."""
-    if not running:
-        time.sleep(PATIENCE)
-        return ()
-    with _reaching(client):
-        try:
-            return wait(list(running), timeout=PATIENCE, return_when="FIRST_COMPLETED").done
-        except TimeoutError:
-            return ()
-
-
-def _settled(client: Client, out: Path, cell: Cell, task: Task) -> Outcome | None:
-    """What became of a cell whose task is done; None if it has to be tried again."""
-    with _reaching(client):
-        try:
-            state, reason, seconds, files = task.result()
-        except (CancelledError, OSError):
-            raise
-        except Exception as error:  # killed each time, or no hfc-design on the worker
-            return work.failed(out, cell, f"on a worker: {work.told(error)}")
-    try:
-        for name in sorted(files, key=lambda name: name == design.DESIGN):  # what finishes it last
-            write_whole(out / cell.name / name, files[name])
-    except RunError as error:
-        return work.failed(out, cell, work.told(error))
-    if state == "again":
-        return None
-    if state == "failed":
-        return work.failed(out, cell, reason)
-    if not seconds:  # another batch has finished it
-        return Outcome(cell, "finished")
-    return work.finished(out, cell, seconds)
-
-
-@contextmanager
-def _reaching(client: Client) -> Iterator[None]:
-    lost = RunError("the scheduler is lost; the same command goes on where the batch stopped")
-    try:
-        yield
-    except (CancelledError, OSError):
-        raise lost from None
-    if client.status != "running":
-        raise lost

@@ -7,11 +7,11 @@ batch lies in ``batch.json`` and in ``.batch/``.
 import fcntl
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from hfc_design.batch.plan import Plan, Published
+from hfc_design.batch.plan import Plan, Told
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import Record, RunError, UserError, checked
 from hfc_design.core.shapes import Json
@@ -19,13 +19,6 @@ from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 PLAN, NOTES = "batch.json", ".batch"
 State = Literal["finished", "failed", "running", "broken off", "waiting"]
-
-
-class Told(Record):
-    """What a batch file says beside its cells."""
-
-    description: str = ""
-    published: tuple[Published, ...] = ()
 
 
 class Noted(Record):
@@ -51,16 +44,10 @@ def note_plan(out: Path, plan: Plan) -> None:
     Raises:
         RunError: the folder cannot be written.
     """
-    try:
-        (out / NOTES).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
-    with _locked(out, "plan") as mine:
-        assert mine
+    with locked(out, "plan"):
         noted = _noted(out) if (out / PLAN).exists() else Noted()
         cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
-        told = Told(description=plan.description, published=plan.published)
-        whole = Noted(cells=cells, files=noted.files | {plan.name: told})
+        whole = Noted(cells=cells, files=noted.files | {plan.name: plan.told})
         write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
 
 
@@ -73,20 +60,16 @@ def entries(out: Path) -> list[Entry]:
         reason, seconds = _text(out, name, "failed"), _text(out, name, "seconds")
         time = float(seconds) if seconds else None
         now = state(out, name)
-        if now != "finished" and _is_claimed(out, name):
-            now, reason = "running", ""
+        if now != "finished" and (out / NOTES / f"{name}.lock").exists():
+            with claimed(out, name) as free:  # else somebody is at it, or has sent it to a worker
+                now, reason = (now, reason) if free else ("running", "")
         found.append(Entry(name, settings, now, reason, time))
     return found
 
 
-def descriptions(out: Path) -> list[str]:
-    """What the batches of a folder are."""
-    return [told.description for told in _noted(out).files.values() if told.description]
-
-
-def published(out: Path) -> list[Published]:
-    """The published figures that a batch's runs stand beside."""
-    return [item for told in _noted(out).files.values() for item in told.published]
+def told(out: Path) -> list[Told]:
+    """What the files of the batches in a folder say beside their cells."""
+    return list(_noted(out).files.values())
 
 
 def state(out: Path, name: str) -> State:
@@ -109,37 +92,23 @@ def forget_failure(out: Path, name: str) -> None:
     (out / NOTES / f"{name}.failed").unlink(missing_ok=True)
 
 
-@contextmanager
-def claimed(out: Path, name: str) -> Iterator[bool]:
+def claimed(out: Path, name: str) -> AbstractContextManager[bool]:
     """Whether this process alone may run the cell; another batch may be at it.
 
     The system gives the claim back when the process ends, however it ends.
     """
-    with _locked(out, name, wait=False) as mine:
-        yield mine
+    return locked(out, name, wait=False)
 
 
 @contextmanager
-def reporting(out: Path) -> Iterator[None]:
-    """Only one process at a time writes the report of a batch; others wait."""
-    with suppress(OSError):  # the lock says it better
-        (out / NOTES).mkdir(exist_ok=True)
-    with _locked(out, "report"):
-        yield
+def locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
+    """One process at a time holds the lock; others ``wait``, or get False.
 
-
-def _is_claimed(out: Path, name: str) -> bool:
-    """Whether a process is at a cell, or has sent it to a worker."""
-    lock = out / NOTES / f"{name}.lock"
-    if not lock.exists():
-        return False
-    with _locked(out, name, wait=False) as free:
-        return not free
-
-
-@contextmanager
-def _locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
+    Raises:
+        RunError: the folder cannot be written.
+    """
     try:
+        (out / NOTES).mkdir(parents=True, exist_ok=True)
         file = (out / NOTES / f"{name}.lock").open("a")
     except OSError as error:
         raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None

@@ -1,20 +1,19 @@
 """The page of many runs: what came out first, every single run last."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from hfc_design.batch import summary
 from hfc_design.batch.plan import LABEL, OWN_KEYS
-from hfc_design.batch.published import HEAD, Findings, Reproduced, row
-from hfc_design.batch.runs import SEED, Run, counted, text
-from hfc_design.batch.summary import ALPHA, COMPARED, FITNESS, MERIT, Comparison, Group, runs_needed
-from hfc_design.batch.tables import medians
+from hfc_design.batch.runs import SEED, listed, text
+from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
 from hfc_design.pictures.section import Rows, score
-from hfc_design.report import REPORT, batch_plots
-from hfc_design.report.template import rendered
+from hfc_design.report import REPORT, batch_plots, rendered
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10
@@ -26,60 +25,51 @@ RATIOS = 60
 UNFOLDED = 60
 
 
-class Task(NamedTuple):
-    """What the page says and draws of the groups that can be compared."""
-
-    name: str
-    sentence: str
-    measure: str
-    groups: int
-    drawn: int
-    convergence: Figure | None
-    outcomes: Figure | None
-
-
-def page(name: str, descriptions: Sequence[str], found: Findings) -> bytes:
+def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
     """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
     runs, groups, comparisons, figures = found
     tasks = [
-        _task(task, [group for group in groups if group.task == task], comparisons, k < TASKS)
+        _task([group for group in groups if group.task == task], comparisons, k < TASKS)
         for k, task in enumerate(dict.fromkeys(group.task for group in groups))
     ]
     differing = list(groups[0].settings) if groups else []
     labelled = LABEL in differing and all(LABEL in run.settings for run in runs)
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
+    counts = Counter(run.state for run in runs)
     troubles = [run for run in runs if run.reason or run.state != "finished"]
-    few = _too_few(comparisons)
+    too_few = _too_few(comparisons)
+    searched = [group for group in groups if any(run.searched for run in group.runs)]
+    known = next((run.settings for run in runs if run.settings), {})
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     return rendered(
         "batch.html.j2",
         name=name,
         descriptions=descriptions,
-        counts=counted(run.state for run in runs),
+        counts=listed(counts),
         tasks=tasks,
-        same=_same(runs, differing),
+        same=[(key, text(known[key])) for key in known if key not in (*differing, SEED)],
         labelled=labelled,
-        published=[row(item) for item in figures],
-        published_head=HEAD,
+        published=[figure_row(item) for item in figures],
+        published_head=Reproduced._fields,
         ratios=_ratios(figures),
         random=any(run.searched for run in runs),
-        repeated=sum(group.repeated for group in groups),
+        repeated=counts["finished"] - sum(len(group.finished) for group in groups),
         merits=any(group.measure != FITNESS for group in groups),
-        few=_few(groups),
+        few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
         group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
         groups=len(groups),
         metrics=_metrics(groups[:GROUPS]),
-        comparison_rows=[_comparison_row(item) for item in comparisons[:COMPARISONS] if not few],
+        comparison_rows=[_comparison_row(x) for x in comparisons[:COMPARISONS] if not too_few],
         comparisons=len(comparisons),
-        too_few=few,
-        alpha=ALPHA,
-        compared=COMPARED,
-        left_out=any(task.groups > COMPARED for task in tasks),
+        too_few=too_few,
+        alpha=summary.ALPHA,
+        compared=summary.COMPARED,
+        left_out=any(task["groups"] > summary.COMPARED for task in tasks),
         trouble_rows=[[run.path, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
         run_head=["run", "group", *keys, "seed", "state", *scores, "generations"],
-        run_rows=_run_rows(runs[:RUNS], groups, keys, scores),
+        run_rows=_run_rows(found, keys, scores),
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
@@ -87,34 +77,35 @@ def page(name: str, descriptions: Sequence[str], found: Findings) -> bytes:
 
 def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
     """The ratios that there are and that a logarithm can show."""
-    found = [(item, item.ratio) for item in figures]
-    shown = [(item.published, ratio) for item, ratio in found if ratio and 0 < ratio < np.inf]
-    if not shown:
-        return None
-    labels = [
-        ", ".join(filter(None, (f"{paper.figure} {paper.quantity}".strip(), paper.remark)))
-        for paper, _ in shown[:RATIOS]
-    ]
-    return batch_plots.ratios(labels, [ratio for _, ratio in shown[:RATIOS]])
+    shown = [item for item in figures if 0 < (item.ratio or 0) < np.inf][:RATIOS]
+    told = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
+    labels = [", ".join(filter(None, parts)) for parts in told]
+    return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
 
 
-def _task(name: str, groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> Task:
-    finished = [group for group in groups if group.finished][: DRAWN if draw else 0]
-    order = range(len(finished))
-    bests = [
-        [run.best for run in group.finished if np.isfinite(run.best).any()] for group in finished
-    ]
-    searched = [k for k in order if bests[k]]
+def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> dict[str, Any]:
+    """What the page says and draws of groups that can be compared."""
+    drawn = [group for group in groups if group.finished][: DRAWN if draw else 0]
+    curves = {}
+    for k, group in enumerate(drawn):
+        if bests := [run.best for run in group.finished if np.isfinite(run.best).any()]:
+            curves[k] = bests
     convergence = outcomes = None
-    if searched:
-        labels = [finished[k].label for k in searched]
-        convergence = batch_plots.convergence(labels, [bests[k] for k in searched], searched)
-    if any(np.isfinite(group.scores).any() for group in finished):
-        numbers, scores = [group.number for group in finished], [group.scores for group in finished]
-        outcomes = batch_plots.outcomes(numbers, scores, order, groups[0].key)
-    sentence = _sentence(groups, comparisons)
-    measure = groups[0].measure
-    return Task(name, sentence, measure, len(groups), len(finished), convergence, outcomes)
+    if curves:
+        labels = [drawn[k].label for k in curves]
+        convergence = batch_plots.convergence(labels, list(curves.values()), list(curves))
+    if any(np.isfinite(group.scores).any() for group in drawn):
+        scores = {group.number: group.scores for group in drawn}
+        outcomes = batch_plots.outcomes(scores, groups[0].key)
+    return {
+        "name": groups[0].task,
+        "sentence": _sentence(groups, comparisons),
+        "measure": groups[0].measure,
+        "groups": len(groups),
+        "drawn": len(drawn),
+        "convergence": convergence,
+        "outcomes": outcomes,
+    }
 
 
 def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
@@ -129,24 +120,12 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     against = [item for item in comparisons if item.first is best]
     if not against:
         return f"{told}."
-    shown = sum(item.holm <= ALPHA for item in against)
+    shown = sum(item.holm <= summary.ALPHA for item in against)
     if len(against) > 1:
         return f"{told}; by more than chance higher than {shown} of {len(against)} others."
     if shown:
         return f"{told}. The other group is lower by more than chance."
     return f"{told}. That the other group is lower may be chance."
-
-
-def _same(runs: Sequence[Run], differing: Sequence[str]) -> list[tuple[str, str]]:
-    """Settings that all runs share, as far as they are known."""
-    known = next((run.settings for run in runs if run.settings), {})
-    return [(key, text(value)) for key, value in known.items() if key not in (*differing, SEED)]
-
-
-def _few(groups: Sequence[Group]) -> int:
-    """Groups whose quartiles say next to nothing; a given design is scored the same each time."""
-    random = (group for group in groups if any(run.searched for run in group.runs))
-    return sum(len(group.finished) < 5 for group in random)
 
 
 def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
@@ -161,7 +140,7 @@ def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
 
 def _metrics(groups: Sequence[Group]) -> tuple[list[str], Rows]:
     """Head and rows of the medians of all metrics."""
-    found = [medians(group) for group in groups]
+    found = [group.metrics() for group in groups]
     shown = {group.key for group in groups}  # of which the page has a table already
     names = list(dict.fromkeys(key for item in found for key in item if {key} != shown))
     rows = [
@@ -175,7 +154,7 @@ def _comparison_row(item: Comparison) -> list[str]:
     if not item.testable:
         verdict = "too few runs"
     else:
-        verdict = f"{item.first.number} is higher" if item.holm <= ALPHA else "not shown"
+        verdict = f"{item.first.number} is higher" if item.holm <= summary.ALPHA else "not shown"
     pair = f"{item.first.number} and {item.second.number}"
     counts = f"{len(item.first.scores)}, {len(item.second.scores)}"
     return [pair, counts, f"{item.a12:.2f}", _p(item.p), _p(item.holm), verdict]
@@ -187,22 +166,36 @@ def _p(value: float) -> str:
 
 def _too_few(comparisons: Sequence[Comparison]) -> int:
     """Runs in each group that were needed; 0 where there are enough to show something."""
-    needed = runs_needed(len(comparisons))
+    needed = summary.runs_needed(len(comparisons))
     sizes = (min(len(item.first.scores), len(item.second.scores)) for item in comparisons)
     return needed if comparisons and max(sizes) < needed else 0
 
 
 def _run_rows(
-    runs: Sequence[Run], groups: Sequence[Group], keys: Sequence[str], scores: Sequence[str]
+    found: Findings, keys: Sequence[str], scores: Sequence[str]
 ) -> list[tuple[str, list[str]]]:
     """Of each run the address of its own page, if it has one, and what the table says."""
-    number = {run.path: group.number for group in groups for run in group.runs}
+    number = found.number_of()
     rows = []
-    for run in runs:
-        own = [text(run.settings[key]) if key in run.settings else "–" for key in (*keys, SEED)]
+    for run in found.runs[:RUNS]:
+        own = (run.setting(key) for key in (*keys, SEED))
         told = [run.path, str(number.get(run.path, "–")), *own, run.state]
         values = [run.score.get(key, "–") for key in scores]  # None: the design diverged
         told += [x if isinstance(x, str) else score(-np.inf if x is None else x) for x in values]
         told.append(str(len(run.best)))
         rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
     return rows
+
+
+def figure_row(item: Reproduced) -> list[str]:
+    """What a reader sees of a published figure."""
+    ratio = "–" if item.ratio is None or np.isinf(item.ratio) else f"{item.ratio:.2f}"
+    told = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
+    return [item.figure, item.quantity, *told, item.remark]
+
+
+def _number(value: float | None) -> str:
+    """Three digits, or all that stand before the point."""
+    if value is None:
+        return "–"
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"

@@ -50,16 +50,29 @@ class Published(Record):
     over_metric: str = ""  # left out: the same metric
     remark: str = ""
 
+    @property
+    def sides(self) -> list[tuple[Json, str]]:
+        """Settings and metric of the runs, and of those that they are put over in a ratio."""
+        found = [(self.of, self.metric)]
+        if self.over or self.over_metric:
+            found.append((self.over or self.of, self.over_metric or self.metric))
+        return found
 
-class BatchFile(Record):
+
+class Told(Record):
+    """What a batch file says beside its cells."""
+
+    description: str = ""
+    published: tuple[Published, ...] = ()
+
+
+class BatchFile(Told):
     """``hfc batch``: keys are dotted ones of a scenario, and those named in ``OWN_KEYS``."""
 
     name: Name | None = None  # of the folder in runs/; None: that of the file
-    description: str = ""
     set: Json = {}  # the same in every cell
     grid: Json = {}  # lists: every combination is a cell
     cells: tuple[Json, ...] = Field((), max_length=MAX_CELLS)  # each with the whole grid
-    published: tuple[Published, ...] = ()
 
 
 class Cell(NamedTuple):
@@ -75,9 +88,8 @@ class Plan(NamedTuple):
     """A batch file, read."""
 
     name: str  # of its folder
-    description: str
     cells: list[Cell]
-    published: tuple[Published, ...]
+    told: Told
 
 
 def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
@@ -92,17 +104,21 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     found: dict[str, Cell] = {}
     others = set_keys(changes, "--set")
     for settings in _combinations(file, path):
-        cell = _cell(settings | others, path)
-        found.setdefault(cell.name, cell)
+        own = settings | others
+        try:
+            scenario, design = _asked(own, path.parent)
+        except UserError as error:
+            raise UserError(f"{path}: cell with {_listed(own)}: {error}") from None
+        name = _name(scenario, design)
+        found.setdefault(name, Cell(name, own, scenario, design))
     for k, item in enumerate(file.published):
-        over = item.over or (item.of if item.over_metric else {})
-        for own, metric in ((item.of, item.metric), (over, item.over_metric or item.metric)):
-            try:
+        try:
+            for own, metric in item.sides:
                 if own:
                     _check_figure(own, metric, found.values())
-            except UserError as error:
-                raise UserError(f"{path}: published.{k}: {error}") from None
-    return Plan(file.name or path.stem, file.description, list(found.values()), file.published)
+        except UserError as error:
+            raise UserError(f"{path}: published.{k}: {error}") from None
+    return Plan(file.name or path.stem, list(found.values()), file)
 
 
 def _read(path: Path) -> BatchFile:
@@ -127,8 +143,7 @@ def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
     """Refuse a metric that no cell with the wanted settings has."""
     own = [cell for cell in cells if matches(wanted, cell.settings)]
     if not own:
-        told = ", ".join(f"{key} = {value!r}" for key, value in flat(wanted).items())
-        raise UserError(f"no cell has {told}")
+        raise UserError(f"no cell has {_listed(flat(wanted))}")
     found = (key for cell in own for key in meanings(cell.scenario))
     known = list(dict.fromkeys(["fitness", "merit", *found]))
     if metric not in known:
@@ -150,13 +165,8 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
             yield common | dict(zip(grid, values, strict=True)) | flat(own)
 
 
-def _cell(settings: Json, path: Path) -> Cell:
-    try:
-        scenario, design = _asked(settings, path.parent)
-    except UserError as error:
-        told = ", ".join(f"{key} = {value!r}" for key, value in settings.items())
-        raise UserError(f"{path}: cell with {told}: {error}") from None
-    return Cell(_name(scenario, design), settings, scenario, design)
+def _listed(settings: Json) -> str:
+    return ", ".join(f"{key} = {value!r}" for key, value in settings.items())
 
 
 def _asked(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:

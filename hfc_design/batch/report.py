@@ -1,25 +1,36 @@
-"""``hfc report``: pages of single runs, page and tables of many."""
+"""``hfc report``: pages of single runs; page and tables of many, these in full precision."""
 
+import io
 import sys
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
-from hfc_design.batch import folder, tables
+from hfc_design.batch import folder
 from hfc_design.batch.page import page
-from hfc_design.batch.published import findings
-from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
+from hfc_design.batch.runs import JUDGED_BY, Run, batches_below, is_run, runs_below, text
+from hfc_design.batch.summary import Comparison, Findings, Group, Reproduced, findings
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
+from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
 from hfc_design.runs.run import finished_run
+
+RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
+PUBLISHED = "published.csv"
+Column = list[str | int | float | None]
+Rows = Iterable[Sequence[object]]
+QUARTILES = ("lower_quartile", "median", "upper_quartile")
 
 
 def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
     Raises:
-        UserError: there is no run, or none that has finished where one is needed.
+        UserError: there is no run, or none that has finished where one is needed; or Parquet is
+            asked for and pyarrow is not installed.
         RunError: a page could not be written.
     """
     if is_run(path):
@@ -28,25 +39,20 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         write_page(*finished_run(path), path)
         print(path / REPORT)
         return
-    with folder.reporting(path) if (path / folder.PLAN).exists() else nullcontext():
-        failed = _write_all(path, each, parquet)
+    batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
+    with folder.locked(path, "report") if batch else nullcontext():
+        runs = runs_below(path)
+        failed = 0
+        if each:
+            failed = _write_missing(path, runs)
+            runs = runs_below(path)
+        found = findings(path, runs)
+        _write_tables(path, found, parquet)
+        told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
+        write_whole(path / REPORT, page(path.resolve().name, filter(None, told), found))
     print(path / REPORT)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")
-
-
-def _write_all(path: Path, each: bool, parquet: bool) -> int:
-    """Page and tables; returns how many runs got no page of their own though they should."""
-    runs = runs_below(path)
-    failed = 0
-    if each:
-        failed = _write_missing(path, runs)
-        runs = runs_below(path)
-    found = findings(path, runs)
-    tables.write(path, found, parquet)
-    told = [text for batch in batches_below(path) for text in folder.descriptions(batch)]
-    write_whole(path / REPORT, page(path.resolve().name, told, found))
-    return failed
 
 
 def _write_missing(path: Path, runs: list[Run]) -> int:
@@ -55,10 +61,82 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
     failed = 0
     for k, run in enumerate(missing, 1):
         place = path / run.path
+        told: object = place / REPORT
         try:
             write_page(*finished_run(place), place)
-            print(f"page {k}/{len(missing)}  {place / REPORT}", file=sys.stderr)
         except UserError as error:
             failed += 1
-            print(f"page {k}/{len(missing)}  {error}", file=sys.stderr)
+            told = error
+        print(f"page {k}/{len(missing)}  {told}", file=sys.stderr)
     return failed
+
+
+def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
+    columns = _run_columns(found)
+    content = _parquet(columns) if parquet else b""  # first: nothing is written if it cannot be
+    rows: dict[str, Rows] = {
+        RUNS: [list(columns), *zip(*columns.values(), strict=True)],
+        GROUPS: _group_rows(found.groups),
+        COMPARISONS: _comparison_rows(found.comparisons),
+    }
+    if found.figures:
+        rows[PUBLISHED] = [Reproduced._fields, *found.figures]
+    for name, table in rows.items():
+        write_whole(out / name, csv_text(table).encode())
+    if parquet:
+        write_whole(out / PARQUET, content)
+
+
+def _run_columns(found: Findings) -> dict[str, Column]:
+    """Name -> values of all runs; None where a run has no such value."""
+    runs, number = found.runs, found.number_of()
+    columns: dict[str, Column] = {
+        "run": [run.path for run in runs],
+        "group": [number.get(run.path) for run in runs],
+        "state": [run.state for run in runs],
+        "generations": [len(run.best) for run in runs],
+    }
+    for key in dict.fromkeys(key for run in runs for key in run.settings):
+        columns[key] = _of_one_type([run.settings.get(key) for run in runs])
+    for key in dict.fromkeys(key for run in runs for key in run.score):
+        columns[key] = [run.score.get(key) for run in runs]
+    columns[JUDGED_BY] = [run.judged_by or None for run in runs]
+    columns["reason"] = [run.reason or None for run in runs]
+    return columns
+
+
+def _of_one_type(values: list[Any]) -> Column:
+    """Numbers where all of a setting's values are, else what a reader sees of each."""
+    if all(value is None or type(value) in (int, float) for value in values):
+        return values
+    return [None if value is None else text(value) for value in values]
+
+
+def _group_rows(groups: Sequence[Group]) -> Rows:
+    found = [group.metrics() for group in groups]
+    metrics = list(dict.fromkeys(key for item in found for key in item))
+    keys = list(groups[0].settings) if groups else []
+    head = ["group", "task", "measure", *keys, "runs", "finished"]
+    yield [*head, *(f"{key}_{part}" for key in metrics for part in QUARTILES)]
+    for group, item in zip(groups, found, strict=True):
+        own = [group.number, group.task, group.measure, *group.settings.values(), len(group.runs)]
+        told = [value for key in metrics for value in item.get(key, (None, None, None))]
+        yield [*own, len(group.scores), *told]
+
+
+def _comparison_rows(comparisons: Sequence[Comparison]) -> Rows:
+    yield ["task", "measure", "group", "other_group", "runs", "other_runs", "a12", "p", "p_holm"]
+    for first, second, *tested in comparisons:
+        which = (first.task, first.measure, first.number, second.number)
+        yield [*which, len(first.scores), len(second.scores), *tested]
+
+
+def _parquet(columns: dict[str, Column]) -> bytes:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise UserError("--parquet: needs pyarrow; pip install 'hfc-design[parquet]'") from None
+    buffer = io.BytesIO()
+    parquet.write_table(pyarrow.table(columns), buffer)
+    return buffer.getvalue()

@@ -5,14 +5,15 @@ Only what a summary needs is read; whatever is damaged is told beside the run an
 
 import json
 import tomllib
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from hfc_design.batch import folder
+from hfc_design.batch.plan import SCENARIO
 from hfc_design.core.dotted import flat
 from hfc_design.core.records import UserError
 from hfc_design.core.shapes import Floats, Json
@@ -20,7 +21,7 @@ from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
 State = folder.State | Literal["unreadable"]
-SCENARIO, SEED, JUDGED_BY = "scenario", "run.seed", "judged_by"
+SEED, JUDGED_BY = "run.seed", "judged_by"
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
 
@@ -32,11 +33,15 @@ class Run(NamedTuple):
     settings: Json  # dotted key -> value; also scenario and run.seed
     state: State
     reason: str  # why it is not finished or not all of it could be read; "" if it is
-    score: dict[str, float | None]  # fitness, merit and metrics of a finished run, else empty
-    best: Floats  # (generations,) best merit so far, nan while all failed; empty if not known
-    page: bool  # has a report of its own
+    score: dict[str, float | None] = {}  # fitness, merit and metrics if it is finished
+    best: Floats = np.empty(0)  # (generations,) best merit so far, nan while all failed
+    page: bool = False  # has a report of its own
     searched: bool = True  # else its design was given, and nothing is random
     judged_by: str = ""  # title of the merit; "" where an earlier version made the run
+
+    def setting(self, key: str) -> str:
+        """A setting as a reader sees it, a dash where there is none."""
+        return text(self.settings[key]) if key in self.settings else "–"
 
 
 def is_run(path: Path) -> bool:
@@ -57,11 +62,12 @@ def runs_below(path: Path) -> list[Run]:
     alone: list[Run] = []
     for place in _folders(path):
         if (place / folder.PLAN).exists():
-            planned += [_cell(place, entry, path) for entry in folder.entries(place)]
+            for cell in folder.entries(place):
+                settings = {SCENARIO: "c-axis-ramp", SEED: 0} | cell.settings
+                planned.append(_read(place / cell.name, path, settings, cell.state, cell.reason))
         else:
             alone.append(_alone(place, path))
-    known = {key for run in planned for key in run.settings}
-    found = planned + _told_apart(alone, known)
+    found = planned + _told_apart(alone, {key for run in planned for key in run.settings})
     if not found:
         raise UserError(f"{path}: holds no runs ({folder.PLAN}, or folders with a {CONFIG})")
     return found
@@ -87,21 +93,15 @@ def _folders(path: Path) -> Iterator[Path]:
             yield from _folders(inner)
 
 
-def _cell(batch: Path, entry: folder.Entry, top: Path) -> Run:
-    settings = {SCENARIO: "c-axis-ramp", SEED: 0} | entry.settings
-    return _read(batch / entry.name, top, settings, entry.state, entry.reason)
-
-
 def _alone(path: Path, top: Path) -> Run:
     """A run outside of every batch; its settings are all that its configuration says."""
     try:
         config = tomllib.loads((path / CONFIG).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error), {}, _NONE, False)
-    settings = {SCENARIO: config.get("name", ""), **flat(config)}
-    settings = {key: value for key, value in settings.items() if key not in SAID}
-    state: State = "finished" if (path / DESIGN).exists() else "broken off"
-    return _read(path, top, settings, state, "")
+        return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error))
+    said = {key: value for key, value in flat(config).items() if key not in SAID}
+    settings = {SCENARIO: config.get("name", "")} | said
+    return _read(path, top, settings, "finished" if (path / DESIGN).exists() else "broken off")
 
 
 def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
@@ -112,7 +112,7 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
     values: dict[tuple[str, str], set[str]] = defaultdict(set)
     for run in runs:
         for key, value in run.settings.items():
-            values[text(run.settings[SCENARIO]), key].add(text(value))
+            values[run.setting(SCENARIO), key].add(text(value))
     differing = {key for (_, key), found in values.items() if len(found) > 1}
     kept = differing | known | {SCENARIO, SEED}
     return [
@@ -121,15 +121,14 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
     ]
 
 
-def _read(path: Path, top: Path, settings: Json, state: State, reason: str) -> Run:
+def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
     score: dict[str, float | None] = {}
-    judged_by = ""
+    judged_by, best, searched = "", np.empty(0), not (path / GIVEN).exists()
     if state == "finished":
         try:
             score, judged_by = _score(path)
         except (OSError, ValueError) as error:
             state, reason = "unreadable", _told(DESIGN, error)
-    best, searched = _NONE, not (path / GIVEN).exists()
     if (path / HISTORY).exists() or (state == "finished" and searched):
         try:
             best = _best(path)
@@ -153,10 +152,9 @@ def _score(path: Path) -> tuple[dict[str, float | None], str]:
         raise ValueError("has no score")
     judged_by = score.pop(JUDGED_BY, "")
     found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
-    fitness = found.pop("fitness", None)
-    if fitness is None and score.get("fitness", "") is not None:  # null: the design diverged
-        raise ValueError("has no fitness that is a number")
-    return {"fitness": fitness, **found}, text(judged_by)
+    if found.get("fitness") is None and score.get("fitness", "") is not None:
+        raise ValueError("has no fitness that is a number")  # null: the design diverged
+    return {"fitness": None} | found, text(judged_by)
 
 
 def _number(value: object) -> float | None:
@@ -170,16 +168,14 @@ def _best(path: Path) -> Floats:
         ValueError: a row is damaged or missing.
     """
     lines = (path / HISTORY).read_text(encoding="utf-8").splitlines()
-    if len(lines) < 2 or "best" not in lines[0].split(","):
+    names, *rows = (line.split(",") for line in lines or [""])
+    if not rows or "best" not in names:
         raise ValueError("has no column best or no generation")
-    head, *rows = lines
-    column, width = head.split(",").index("best"), head.count(",")
     numbers = np.empty(len(rows))
     for k, row in enumerate(rows):
-        cells = row.split(",")
-        if len(cells) != width + 1 or cells[0] != str(k):
+        if len(row) != len(names) or row[0] != str(k):
             raise ValueError(f"row {k + 2} is damaged")
-        numbers[k] = float(cells[column])
+        numbers[k] = float(row[names.index("best")])
     if np.isinf(numbers).any():
         raise ValueError("a score is no number")
     return numbers
@@ -191,9 +187,9 @@ def _told(file: str, error: Exception) -> str:
     return " ".join(f"{file}: {why}".split())
 
 
-def counted(states: Iterable[str]) -> str:
+def listed(counts: Mapping[Any, int]) -> str:
     """How many there are of each state."""
-    return ", ".join(f"{count} {state}" for state, count in Counter(states).items())
+    return ", ".join(f"{count} {state}" for state, count in counts.items())
 
 
 def text(value: object) -> str:
@@ -204,6 +200,3 @@ def text(value: object) -> str:
 
 def _below(path: Path, top: Path) -> str:
     return text(path.relative_to(top).as_posix())
-
-
-_NONE: Floats = np.empty(0)

@@ -1,26 +1,33 @@
-"""Groups of runs that differ in nothing but the seed, and how their scores compare."""
+"""What runs give: groups that differ in nothing but the seed, how their scores compare, and the
+published figures that they stand beside.
+"""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from math import comb
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import mannwhitneyu
 
-from hfc_design.batch.plan import LABEL
-from hfc_design.batch.runs import SCENARIO, SEED, Run, text
+from hfc_design.batch import folder
+from hfc_design.batch.plan import LABEL, SCENARIO, Published, matches
+from hfc_design.batch.runs import SEED, Run, batches_below
 from hfc_design.core.shapes import Floats
 
 #: A difference counts as shown where the corrected p is not above this.
 ALPHA = 0.05
 #: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
 MERIT, FITNESS = "merit", "fitness"
+#: What keys begin with that the fitness depends on.
+OF_FITNESS = "fitness."
 #: So many groups of a task are compared with each other: those with the highest medians.
 COMPARED = 20
 #: Up to this many runs in the smaller group, and without ties, p is exact.
 EXACT = 8
+Quartiles = tuple[float, float, float]
 
 
 class Group(NamedTuple):
@@ -33,7 +40,7 @@ class Group(NamedTuple):
     runs: list[Run]
     finished: list[Run]  # one a seed: run again, it would give the same and tell nothing more
     scores: Floats  # (finished,) in float64; -inf where a design diverged
-    quartiles: tuple[float, float, float]  # of the scores; nan without a finished run
+    quartiles: Quartiles  # of the scores; nan without a finished run
 
     @property
     def key(self) -> str:
@@ -45,16 +52,20 @@ class Group(NamedTuple):
         """Median of the final score."""
         return self.quartiles[1]
 
-    @property
-    def repeated(self) -> int:
-        """Finished runs with the seed of another one."""
-        return sum(run.state == "finished" for run in self.runs) - len(self.finished)
+    def metrics(self) -> dict[str, Quartiles]:
+        """Quartiles of each metric over the finished runs that have it."""
+        values: dict[str, list[float]] = defaultdict(list)
+        for run in self.finished:
+            for key, value in run.score.items():
+                if value is not None:
+                    values[key].append(value)
+        return {key: quartiles(np.array(found)) for key, found in values.items()}
 
     @property
     def label(self) -> str:
         """Its number and what sets it apart from the other groups of its task."""
-        named = (item for item in self.settings.items() if not _of_task(item[0]))
-        own = [f"{key.rpartition('.')[2]} {value}" for key, value in named]
+        named = (k for k in self.settings if k != SCENARIO and not k.startswith(OF_FITNESS))
+        own = [f"{key.rpartition('.')[2]} {self.settings[key]}" for key in named]
         if LABEL in self.settings:
             own = [self.settings[LABEL]]
         return f"{self.number}: {', '.join(own)}" if own else str(self.number)
@@ -75,31 +86,67 @@ class Comparison(NamedTuple):
         return smallest_p(len(self.first.scores), len(self.second.scores)) <= ALPHA
 
 
+class Reproduced(NamedTuple):
+    """A published figure with the simulated one."""
+
+    figure: str  # of the paper
+    quantity: str
+    published: float | None
+    simulated: float | None  # median over the finished runs; None without any
+    ratio: float | None  # simulated over published
+    runs: int
+    remark: str
+
+
+class Findings(NamedTuple):
+    """What pages and tables tell of the runs below a folder."""
+
+    runs: list[Run]
+    groups: list[Group]
+    comparisons: list[Comparison]
+    figures: list[Reproduced]
+
+    def number_of(self) -> dict[str, int]:
+        """Path of each run in a group -> the group's number."""
+        return {run.path: group.number for group in self.groups for run in group.runs}
+
+
+def findings(path: Path, runs: list[Run]) -> Findings:
+    """What the runs below ``path`` give."""
+    groups = grouped(runs)
+    return Findings(runs, groups, compared(groups), reproduced(path, runs))
+
+
 def grouped(runs: Sequence[Run]) -> list[Group]:
     """The groups, task by task, the highest median first."""
     known = [run for run in runs if run.settings]
-    values: dict[str, set[str]] = defaultdict(set)
-    for key in {key: None for run in known for key in run.settings}:
-        values[key] = {_value(run, key) for run in known}
-    differing = [key for key, found in values.items() if len(found) > 1 and key != SEED]
-    members: dict[tuple[str, ...], list[Run]] = defaultdict(list)
+    keys = dict.fromkeys(key for run in known for key in run.settings if key != SEED)
+    differing = [key for key in keys if len({run.setting(key) for run in known}) > 1]
+    tasks: dict[str, dict[tuple[str, ...], list[Run]]] = {}
     for run in known:
-        members[_task(run, differing), *(_value(run, key) for key in differing)].append(run)
-    judges: dict[str, set[str]] = defaultdict(set)
-    for (task, *_), inside in members.items():
-        judges[task] |= {run.judged_by for run in inside if run.state == "finished"}
-    found = [
-        _group(task, _measure(judges[task]), dict(zip(differing, own, strict=True)), inside)
-        for (task, *own), inside in members.items()
-    ]
-    tasks = list(judges)
-    found.sort(key=lambda x: (tasks.index(x.task), np.isnan(x.median), -x.median))
+        members = tasks.setdefault(_task(run, differing), {})
+        members.setdefault(tuple(run.setting(key) for key in differing), []).append(run)
+    found: list[Group] = []
+    for task, members in tasks.items():
+        finished = [run for inside in members.values() for run in inside if run.state == "finished"]
+        judge, *others = {run.judged_by for run in finished} or {FITNESS}
+        # Runs of an earlier version do not name their judge.
+        measure = FITNESS if others else judge or FITNESS
+        groups = [
+            _group(task, measure, dict(zip(differing, own, strict=True)), inside)
+            for own, inside in members.items()
+        ]
+        found += sorted(groups, key=lambda group: (np.isnan(group.median), -group.median))
     return [group._replace(number=k) for k, group in enumerate(found, 1)]
 
 
 def compared(groups: Sequence[Group]) -> list[Comparison]:
     """Every two groups of a task that have at least two finished runs each."""
-    pairs = list(_pairs(groups))
+    tasks: dict[str, list[Group]] = defaultdict(list)
+    for group in groups:
+        if len(group.scores) >= 2:
+            tasks[group.task].append(group)
+    pairs = [pair for inside in tasks.values() for pair in combinations(inside[:COMPARED], 2)]
     a12, p = np.empty(len(pairs)), np.empty(len(pairs))
     alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(pairs):
@@ -137,43 +184,24 @@ def runs_needed(comparisons: int) -> int:
     return count
 
 
-def _pairs(groups: Sequence[Group]) -> Iterator[tuple[Group, Group]]:
-    for task in dict.fromkeys(group.task for group in groups):
-        inside = [group for group in groups if group.task == task and len(group.scores) >= 2]
-        yield from combinations(inside[:COMPARED], 2)
-
-
 def _task(run: Run, differing: Sequence[str]) -> str:
     """The scenario, and what else the fitness depends on."""
-    own = [f"{key} {_value(run, key)}" for key in differing if key.startswith("fitness.")]
-    return ", ".join([_value(run, SCENARIO), *own])
-
-
-def _of_task(key: str) -> bool:
-    return key == SCENARIO or key.startswith("fitness.")
-
-
-def _value(run: Run, key: str) -> str:
-    return text(run.settings[key]) if key in run.settings else "–"
-
-
-def _measure(judges: set[str]) -> str:
-    """The one judge of all; runs of an earlier version do not name theirs."""
-    return next(iter(judges)) or FITNESS if len(judges) == 1 else FITNESS
+    own = [f"{key} {run.setting(key)}" for key in differing if key.startswith(OF_FITNESS)]
+    return ", ".join([run.setting(SCENARIO), *own])
 
 
 def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -> Group:
     once: dict[str, Run] = {}
     for run in runs:
         if run.state == "finished":
-            once.setdefault(text(run.settings[SEED]), run)
+            once.setdefault(run.setting(SEED), run)
     group = Group(0, task, measure, settings, runs, list(once.values()), np.empty(0), (np.nan,) * 3)
     found = [run.score.get(group.key) for run in group.finished]
     scores = np.array([-np.inf if value is None else value for value in found], float)
     return group._replace(scores=scores, quartiles=quartiles(scores))
 
 
-def quartiles(values: Floats) -> tuple[float, float, float]:
+def quartiles(values: Floats) -> Quartiles:
     """Lower quartile, median and upper quartile, which may be -inf; nan of nothing."""
     if not len(values):
         return np.nan, np.nan, np.nan
@@ -181,3 +209,27 @@ def quartiles(values: Floats) -> tuple[float, float, float]:
         found = np.quantile(values, (0.25, 0.5, 0.75))
     low, median, high = np.nan_to_num(found, nan=-np.inf, neginf=-np.inf).tolist()
     return low, median, high
+
+
+def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
+    """Every published figure of the batches below ``path`` beside the median of its runs."""
+    found = []
+    for batch in batches_below(path):
+        own = (run for run in runs if (path / run.path).parent == batch)
+        finished = [run for run in own if run.state == "finished"]
+        found += [_figure(x, finished) for told in folder.told(batch) for x in told.published]
+    return found
+
+
+def _figure(item: Published, finished: list[Run]) -> Reproduced:
+    sides = []
+    for wanted, metric in item.sides:
+        found = (run.score.get(metric) for run in finished if matches(wanted, run.settings))
+        sides.append([value for value in found if value is not None])
+    simulated = ratio = None
+    if all(sides):
+        simulated, *over = (float(np.median(values)) for values in sides)
+        simulated /= over[0] if over else 1.0
+        ratio = simulated / item.value if item.value else None
+    told = (item.value, simulated, ratio, len(sides[0]))
+    return Reproduced(item.figure, item.quantity, *told, item.remark)

@@ -1,68 +1,112 @@
-"""Running the cells of a batch, one after the other; each uses every core."""
+"""Running the cells of a batch: one loop for this process and for workers elsewhere."""
 
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Mapping
+from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Cell
+from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
-from hfc_design.files.scenario import Scenario
 from hfc_design.runs import run as design
 from hfc_design.search.loop import Search
 
-#: Seconds between looks at a cell that another batch is at.
+#: Seconds between looks at cells that other batches are at.
 PATIENCE = 0.5
 
 
 class Outcome(NamedTuple):
-    """What became of a cell just now."""
+    """What became of a cell just now; "again" is one that somebody else is at, or had to leave."""
 
-    cell: Cell
-    state: folder.State
-    reason: str = ""
-    seconds: float = 0.0
+    state: Literal["finished", "failed", "again"]
+    reason: str = ""  # of a failure
+    seconds: float = 0.0  # that it took; 0 if another batch has finished it
+    files: Mapping[str, bytes] = {}  # of its run folder, by their names, that came from afar
+
+
+class Left(Exception):
+    """Nobody waits for the cell any more, or the worker has to stop."""
+
+
+class Lost(RunError):
+    """The place can no longer be reached, and what its cells do is not known."""
+
+
+class Place:
+    """Where cells run: this process, one cell after the other, each on every core."""
+
+    #: Whether who runs a cell sees the folder of the batch and claims the cell himself.
+    claims = False
+
+    def __init__(self, on_generation: Callable[[Cell, Search], None] = lambda cell, search: None):
+        self._on_generation = on_generation
+
+    def room(self) -> int:
+        """How many cells can run at once."""
+        return 1
+
+    def start(self, cell: Cell, path: Path) -> Any:
+        """A task that runs the cell in its folder; here it does when its outcome is asked for."""
+        on_generation = partial(self._on_generation, cell)
+        return partial(attempt, partial(design.run, cell.scenario, path, on_generation))
+
+    def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
+        """Tasks that are done and what became of their cells; waits a little for the first."""
+        return [(task, task()) for task in tasks]
 
 
 def run_cells(
-    out: Path,
-    cells: Sequence[Cell],
-    on_outcome: Callable[[Outcome], None],
-    on_generation: Callable[[Cell, Search], None] = lambda cell, search: None,
+    out: Path, cells: Iterable[Cell], place: Place, on_outcome: Callable[[Cell, Outcome], None]
 ) -> None:
     """Finish every cell that is not, those that another batch is at last of all.
 
     A cell that fails does not stop the others. Raises:
-        RunError: the folder of the batch cannot be written.
+        RunError: the folder of the batch cannot be written, or the place is lost.
     """
-    waiting = list(cells)
-    while waiting:
-        busy = []
-        for cell in waiting:
-            if folder.state(out, cell.name) == "finished":
-                on_outcome(Outcome(cell, "finished"))
-                continue
-            with folder.claimed(out, cell.name) as mine:
-                if mine:
-                    on_outcome(_tried(out, cell, on_generation))
+    waiting = deque(cells)
+    running: dict[Any, tuple[Cell, ExitStack]] = {}
+    try:
+        while waiting or running:
+            ended: list[tuple[Cell, Outcome]] = []
+            room = place.room()
+            while waiting and len(running) < room:
+                cell = waiting.popleft()
+                found = _started(out, cell, place)
+                if isinstance(found, Outcome):
+                    ended.append((cell, found))
                 else:
-                    busy.append(cell)
-        waiting = busy
-        if busy:
-            time.sleep(PATIENCE)
+                    task, claim = found
+                    running[task] = cell, claim
+            for task, outcome in place.done(running):
+                cell, claim = running.pop(task)
+                with claim:
+                    ended.append((cell, _noted(out, cell, outcome)))
+            for cell, outcome in ended:
+                if outcome.state == "again":
+                    waiting.append(cell)
+                else:
+                    on_outcome(cell, outcome)
+            if waiting and not running and all(found.state == "again" for _, found in ended):
+                time.sleep(PATIENCE)
+    finally:
+        for _, claim in running.values():
+            claim.close()
 
 
-def begun(cell: Cell, path: Path) -> Scenario:
-    """The cell's run folder, new or from an earlier try; returns the scenario that it holds.
-
-    Raises:
-        UserError: the folder holds no run, or cannot be written.
-    """
-    if (path / design.CONFIG).exists():
-        return design.opened_run(path)
-    return design.new_run(cell.scenario, path, cell.design)
+def attempt(work: Callable[[], object]) -> Outcome:
+    """Do the work on a cell."""
+    start = time.monotonic()
+    try:
+        work()
+    except Left:
+        return Outcome("again")
+    except Exception as error:  # whatever it is, the other cells may still be fine
+        return Outcome("failed", told(error))
+    return Outcome("finished", seconds=time.monotonic() - start)
 
 
 def told(error: Exception) -> str:
@@ -71,28 +115,40 @@ def told(error: Exception) -> str:
     return "".join(letter if letter.isprintable() else "?" for letter in line)
 
 
-def failed(out: Path, cell: Cell, reason: str) -> Outcome:
-    """Note a failure."""
-    with suppress(RunError):  # a full disk takes no notes either
-        folder.note(out, cell.name, "failed", reason)
-    return Outcome(cell, "failed", reason)
-
-
-def finished(out: Path, cell: Cell, seconds: float) -> Outcome:
-    """Note how long a finished cell took."""
-    folder.note(out, cell.name, "seconds", f"{seconds:.3f}")
-    return Outcome(cell, "finished", seconds=seconds)
-
-
-def _tried(out: Path, cell: Cell, on_generation: Callable[[Cell, Search], None]) -> Outcome:
-    if folder.state(out, cell.name) == "finished":  # by another batch, since we looked
-        return Outcome(cell, "finished")
-    start = time.monotonic()
-    folder.forget_failure(out, cell.name)
+def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:
+    """The task of a cell and our claim of it, or what became of the cell without one."""
     path = out / cell.name
+    with ExitStack() as claim:
+        if not claim.enter_context(folder.claimed(out, cell.name)):
+            return Outcome("again")
+        if folder.state(out, cell.name) == "finished":
+            return Outcome("finished")
+        folder.forget_failure(out, cell.name)
+        try:
+            if (path / design.CONFIG).exists():  # from an earlier try
+                scenario = design.opened_run(path)
+            else:
+                scenario = design.new_run(cell.scenario, path, cell.design)
+            if place.claims:
+                claim.close()
+            return place.start(cell._replace(scenario=scenario), path), claim.pop_all()
+        except Lost:
+            raise
+        except Exception as error:  # whatever it is, the other cells may still be fine
+            return _noted(out, cell, Outcome("failed", told(error)))
+
+
+def _noted(out: Path, cell: Cell, found: Outcome) -> Outcome:
+    """Keep what has come from afar, and note why a cell failed or how long it took."""
     try:
-        own = begun(cell, path)
-        design.run(own, path, lambda search: on_generation(cell, search))
-    except Exception as error:  # whatever it is, the other cells may still be fine
-        return failed(out, cell, told(error))
-    return finished(out, cell, time.monotonic() - start)
+        order = sorted(found.files, key=lambda name: name == design.DESIGN)  # that finishes it
+        for name in order:
+            write_whole(out / cell.name / name, found.files[name])
+    except RunError as error:
+        found = Outcome("failed", told(error))
+    if found.state == "failed":
+        with suppress(RunError):  # a full disk takes no notes either
+            folder.note(out, cell.name, "failed", found.reason)
+    elif found.seconds:
+        folder.note(out, cell.name, "seconds", f"{found.seconds:.3f}")
+    return found

@@ -8,14 +8,13 @@ import os
 import signal
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
+from typing import TYPE_CHECKING
 
 from distributed import Status, Worker, get_worker
 
@@ -23,10 +22,11 @@ from hfc_design import __version__
 from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError
 
+if TYPE_CHECKING:
+    from hfc_design.batch.work import Outcome
+
 #: Contents of the files of a run folder, by their names.
 Files = dict[str, bytes]
-#: "again" is a cell that somebody else is at, or that the worker had to leave.
-Result = tuple[Literal["finished", "failed", "again"], str, float, Files]
 #: What claims of cores and GPUs begin with.
 CLAIM = "hfc-design"
 
@@ -34,37 +34,31 @@ _alone = threading.Lock()  # a worker with many threads is given many cells
 _taken: list[socket.socket] = []
 
 
-class Left(Exception):
-    """Nobody waits for the cell any more, or the worker has to stop."""
-
-
 def dask_setup(worker: Worker) -> None:
     """Leave Ctrl-C, which a terminal sends to every process, to the batch that began this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def run_cell(version: str, name: str, shared: str, files: Files, plugins: References) -> Result:
+def run_cell(version: str, name: str, shared: str, files: Files, plugins: References) -> "Outcome":
     """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
 
     ``plugins`` is what the command line of the batch named; no others of earlier cells are known.
-    Returns what became of it, the reason of a failure, its seconds, and the files that changed.
     """
     worker = get_worker()
     key = worker.get_current_task()
-
-    def go_on(search: object) -> None:
-        task = worker.state.tasks.get(key)
-        running = task is not None and task.state in ("executing", "long-running")
-        if not running or worker.status not in (Status.running, Status.paused):
-            raise Left
-
-    if version != __version__:
-        reason = f"the worker {worker.address} has hfc-design {__version__}, the batch {version}"
-        return "failed", reason, 0.0, {}
     with _alone:
         take_share(worker.state.nthreads)
-        from hfc_design.batch.work import told  # with it comes every group of plug-ins
+        from hfc_design.batch import work  # with it comes every group of plug-ins
 
+        def go_on(search: object) -> None:
+            task = worker.state.tasks.get(key)
+            running = task is not None and task.state in ("executing", "long-running")
+            if not running or worker.status not in (Status.running, Status.paused):
+                raise work.Left
+
+        if version != __version__:
+            own = f"the worker {worker.address} has hfc-design {__version__}"
+            return work.Outcome("failed", f"{own}, the batch {version}")
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)
@@ -73,7 +67,7 @@ def run_cell(version: str, name: str, shared: str, files: Files, plugins: Refere
             with TemporaryDirectory(dir=worker.local_directory) as place:
                 return _run_sent(Path(place) / name, files, go_on)
         except Exception as error:  # a full disk, for one; the worker may run other cells
-            return "failed", told(error), 0.0, {}
+            return work.Outcome("failed", work.told(error))
 
 
 @contextmanager
@@ -86,44 +80,41 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
         raise UserError(f"{place}: {error}{hint}") from error
 
 
-def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> Result:
+def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> "Outcome":
     from hfc_design.batch import folder
+    from hfc_design.batch.work import Outcome
 
     if not (out / folder.PLAN).exists():
         host = socket.gethostname()
-        return "failed", f"{out}: the worker on {host} has no such folder; see --shared", 0.0, {}
+        return Outcome("failed", f"{out}: the worker on {host} has no such folder; see --shared")
     with folder.claimed(out, name) as mine:
         if not mine:
-            return "again", "", 0.0, {}
+            return Outcome("again")
         if folder.state(out, name) == "finished":
-            return "finished", "", 0.0, {}
+            return Outcome("finished")
         return _run(out / name, go_on)
 
 
-def _run_sent(path: Path, files: Files, go_on: Callable[[object], None]) -> Result:
+def _run_sent(path: Path, files: Files, go_on: Callable[[object], None]) -> "Outcome":
     path.mkdir()
     for name, content in files.items():
         (path / name).write_bytes(content)
-    state, reason, seconds, _ = _run(path, go_on)
+    found = _run(path, go_on)  # if it fails, what it has written is sent all the same
     now = contents(path)
-    return state, reason, seconds, {k: v for k, v in now.items() if files.get(k) != v}
+    return found._replace(files={k: v for k, v in now.items() if files.get(k) != v})
 
 
-def _run(path: Path, go_on: Callable[[object], None]) -> Result:
-    from hfc_design.batch.work import told
+def _run(path: Path, go_on: Callable[[object], None]) -> "Outcome":
+    from hfc_design.batch.work import attempt
     from hfc_design.runs import run as design
 
-    start = time.monotonic()
-    try:
+    def work() -> None:
         go_on(None)  # it may have waited for long
         with _of_this_worker():  # a package that the batch has may be missing
             scenario = design.opened_run(path)
         design.run(scenario, path, go_on)
-    except Left:
-        return "again", "", 0.0, {}
-    except Exception as error:
-        return "failed", told(error), 0.0, {}  # with what it has written
-    return "finished", "", time.monotonic() - start, {}
+
+    return attempt(work)
 
 
 def contents(path: Path) -> Files:

@@ -6,10 +6,8 @@ import click
 
 from hfc_design import __version__
 from hfc_design.cli.exchange import export, import_
-from hfc_design.cli.insight import explain, stability
-from hfc_design.cli.listing import list_
-from hfc_design.cli.many import batch, report
-from hfc_design.cli.simulating import design, score, simulate
+from hfc_design.cli.insight import explain, list_, stability
+from hfc_design.cli.simulating import batch, design, report, score, simulate
 
 #: In the order in which a user meets them.
 COMMANDS = (list_, design, score, simulate, export, import_, explain, stability, report, batch)

@@ -3,19 +3,12 @@
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-if TYPE_CHECKING:
-    from hfc_design.files.design import Design
-    from hfc_design.files.scenario import Scenario
-
 Command = Callable[..., None]
 Texts = tuple[str, ...]
-#: Option of a plug-in -> a change of the scenario that chooses it.
-Chosen = dict[str, str]
-Load = Callable[[Chosen], "tuple[Design, Scenario]"]
 PATH = click.Path(path_type=Path)
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
@@ -33,83 +26,76 @@ CHOICES = {
     "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
     "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
-KNOWN = {
+KNOWN = CHOICES | {
     "plant": "Make an own plant known, as module:OBJECT.",
     "fitness": "Make an own fitness known, as module:OBJECT.",
     "controller": "Make an own controller's law known, as module:OBJECT.",
-    "strategy": CHOICES["strategy"],
 }
 
 
+def with_plugins(helps: dict[str, str] = KNOWN) -> Callable[[Command], Command]:
+    """Adds --use and the options with these helps; ``chosen`` makes known what they name."""
+
+    def decorated(command: Command) -> Command:
+        found = click.option("--use", multiple=True, metavar="MODULE:OBJECT", help=USE)(command)
+        for key, text in reversed(helps.items()):
+            found = click.option(f"--{key}", help=text)(found)
+        return found
+
+    return decorated
+
+
+def knowing_plugins(command: Command) -> Command:
+    """A command with these options, which make known what files name."""
+
+    @with_plugins()
+    @wraps(command)
+    def wrapped(**given: Any) -> None:
+        chosen(given)
+        command(**given)
+
+    return wrapped
+
+
 def on_scenario(command: Command) -> Command:
-    """A command on a DESIGN and a scenario: ``load`` gives both, of what ``choosing_plugins`` gave.
+    """A command ``with_plugins`` on a DESIGN and a scenario: it gets both, and its other options.
 
     The scenario is --scenario or the design's own, with every --set.
     """
 
-    @click.argument("design")
+    @click.argument("name", metavar="DESIGN")
     @changing_design
     @click.option("--scenario", help=SCENARIO_HELP)
     @setting
     @wraps(command)
     def wrapped(
-        design: str, others: Texts, scenario: str | None, changes: Texts, **given: object
+        name: str, others: Texts, scenario: str | None, changes: Texts, **given: Any
     ) -> None:
-        def load(chosen: Chosen) -> "tuple[Design, Scenario]":
-            from hfc_design.files.pairing import load_design, own_scenario
-            from hfc_design.files.scenario import load_scenario
+        from hfc_design.files.pairing import load_design, own_scenario
+        from hfc_design.files.scenario import load_scenario
 
-            found = load_design(design, others)
-            # The controller is the design's, whatever a search of the scenario would vary.
-            plugins = [change for key, change in chosen.items() if key != "controller"]
-            if scenario is not None:
-                return found, load_scenario(scenario, [*plugins, *changes])
-            return found, own_scenario(found, design, [*plugins, *changes])
-
-        command(load=load, **given)
+        # The controller is the design's, whatever a search of the scenario would vary.
+        plugins = [change for key, change in chosen(given).items() if key != "controller"]
+        changes = (*plugins, *changes)
+        design = load_design(name, others)
+        if scenario is None:
+            command(design, own_scenario(design, name, changes), **given)
+        else:
+            command(design, load_scenario(scenario, changes), **given)
 
     return wrapped
 
 
-def choosing_plugins(command: Command) -> Command:
-    """A command with --plant, --fitness, --controller and --strategy.
+def chosen(given: dict[str, Any]) -> dict[str, str]:
+    """Take the options of ``with_plugins`` out of what is given and make known what they name.
 
-    What they name is made known; the changes of a scenario that choose it come to the command as
-    ``chosen``, by the option.
-    """
-    return _with_options(CHOICES, command)
-
-
-def knowing_plugins(command: Command) -> Command:
-    """A command with the same options, which only make known what files name."""
-
-    @wraps(command)
-    def unchosen(chosen: Chosen, **given: object) -> None:
-        command(**given)
-
-    return _with_options(KNOWN, unchosen)
-
-
-def _with_options(helps: dict[str, str], command: Command) -> Command:
-
-    @click.option("--use", "used", multiple=True, metavar="MODULE:OBJECT", help=USE)
-    @wraps(command)
-    def wrapped(used: Texts, **given: Any) -> None:
-        texts = {key: given.pop(key) for key in helps}
-        told = {key: text for key, text in texts.items() if text}
-        command(chosen=chosen(told, used), **given)
-
-    for key, text in reversed(helps.items()):
-        wrapped = click.option(f"--{key}", help=text)(wrapped)
-    return wrapped
-
-
-def chosen(texts: dict[str, str], used: Texts) -> Chosen:
-    """Make known what each option names, and what is ``used``.
+    Returns the changes of a scenario that choose it, by the option.
 
     Raises:
         UserError: something cannot be imported or used.
     """
+    used: Texts = given.pop("use")
+    texts: dict[str, str] = {key: text for key in CHOICES if (text := given.pop(key))}
     if not texts and not used:
         return {}
     import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario

@@ -1,21 +1,26 @@
-"""Commands that simulate one design on one scenario: design, which searches it, score, simulate."""
+"""Commands that simulate: design, score and simulate one design; batch many, for report."""
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hfc_design.cli.options import (
+    CHOICES,
     PATH,
-    Chosen,
-    Load,
     Texts,
     as_json,
-    choosing_plugins,
+    chosen,
+    knowing_plugins,
     on_scenario,
     setting,
+    with_plugins,
 )
+
+if TYPE_CHECKING:
+    from hfc_design.files.design import Design
+    from hfc_design.files.scenario import Scenario
 
 #: Option of hfc design -> key of the scenario.
 KEYS = {
@@ -25,6 +30,7 @@ KEYS = {
     "preset": "search.preset",
     "precision": "run.precision",
 }
+BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
 @click.command()
@@ -38,20 +44,19 @@ KEYS = {
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--quiet", is_flag=True, help="No progress.")
-@choosing_plugins
-def design(
-    scenario: str | None, changes: Texts, resume: bool, chosen: Chosen, **options: Any
-) -> None:
+@with_plugins(CHOICES)
+def design(scenario: str | None, changes: Texts, resume: bool, **options: Any) -> None:
     """Search a controller for SCENARIO (a built-in name or a TOML file).
 
     Without arguments: the no-load ramp of the C-axis.
     """
-    from hfc_design.cli import search_run
+    from hfc_design.cli import shown
 
+    plugins = chosen(options).values()
     given = {key: options.pop(name) for name, key in KEYS.items()}
     own = [f"{key}={value}" for key, value in given.items() if value is not None]
-    plugins = () if resume else chosen.values()  # they only have to be known then
-    search_run.design(scenario, [*plugins, *own, *changes], resume, **options)
+    known = () if resume else plugins  # they only have to be known then
+    shown.design(scenario, [*known, *own, *changes], resume, **options)
 
 
 @click.command()
@@ -61,8 +66,10 @@ def design(
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
 @as_json
-@choosing_plugins
-def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **options: Any) -> None:
+@with_plugins(CHOICES)
+def score(
+    found: "Design", where: "Scenario", spread: float | None, as_json: bool, **options: Any
+) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
     With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
@@ -70,43 +77,38 @@ def score(load: Load, chosen: Chosen, spread: float | None, as_json: bool, **opt
     in whose last quarter no error is larger than the reference ever is and no drive stands at a
     limit of its command for more than a tenth of the time.
     """
+    from hfc_design.cli import shown
     from hfc_design.core.records import UserError
     from hfc_design.simulation.evaluation import evaluate
 
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    found, where = load(chosen)
     if spread is not None:
-        from hfc_design.cli.spread import score_spread
-
-        score_spread(found, where, spread, as_json, **given)
+        shown.score_spread(found, where, spread, as_json, **given)
         return
     evaluation = evaluate(found, where)
     if as_json:
         names = {"design": found.name, "scenario": where.name, "diverged": evaluation.diverged}
         click.echo(json.dumps(names | evaluation.score(where.judge())))
     else:
-        from hfc_design.cli.terminal import show_table
-
         click.echo(f"scenario {where.name}")
-        show_table(where, {found.name: evaluation})
+        shown.show_table(where, {found.name: evaluation})
 
 
 @click.command()
 @on_scenario
 @click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
 @click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
-@choosing_plugins
-def simulate(load: Load, chosen: Chosen, csv_file: Path | None, plot: Path | None) -> None:
+@with_plugins(CHOICES)
+def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
-    found, where = load(chosen)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.figure import save
-        from hfc_design.report.contour_plots import motion
+        from hfc_design.report.plots import motion
 
         save(motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:
@@ -115,3 +117,59 @@ def simulate(load: Load, chosen: Chosen, csv_file: Path | None, plot: Path | Non
         write_whole(csv_file, trajectory_csv(evaluation).encode())
     if csv_file is None and plot is None:
         click.echo(trajectory_csv(evaluation), nl=False)
+
+
+@click.command()
+@click.argument("folder", type=PATH)
+@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
+@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
+@knowing_plugins
+def report(folder: Path, each: bool, parquet: bool) -> None:
+    """Write report.html of a run FOLDER, or of all runs below a FOLDER.
+
+    Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
+    the same numbers as runs.csv, groups.csv and comparisons.csv.
+    """
+    from hfc_design.batch.report import report
+
+    report(folder, each, parquet)
+
+
+@click.command()
+@click.argument("file", required=False, type=PATH)
+@click.option("--out", type=PATH, help="Folder [default: runs/NAME].")
+@click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)
+@click.option("--dry-run", is_flag=True, help="Show the plan and how long it will take.")
+@click.option("--status", type=PATH, help="What became of a batch's cells.")
+@click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
+@click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
+@knowing_plugins
+def batch(
+    file: Path | None,
+    status: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    shared: bool,
+    changes: Texts,
+    dry_run: bool,
+    out: Path | None,
+) -> None:
+    """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
+
+    What is finished is skipped, what broke off goes on where it stopped, what fails stops nothing.
+    Without --workers or --scheduler one cell after the other, each on every core.
+    """
+    from hfc_design.batch import session
+    from hfc_design.core.records import UserError
+
+    if (file is None) == (status is None):
+        raise UserError("give either a batch file or --status DIR")
+    if workers is not None and scheduler is not None:
+        raise UserError("give either --workers N or --scheduler ADDRESS")
+    if shared and scheduler is None:
+        raise UserError("--shared needs --scheduler ADDRESS")
+    if status is not None:
+        session.show_status(status)
+    elif file is not None:
+        session.batch(file, out, dry_run, session.Where(workers, scheduler, shared), changes)

@@ -4,7 +4,9 @@ Every picture is a ``matplotlib.figure.Figure`` of its own; none touches pyplot.
 purpose: they are to be read on a phone too.
 """
 
+import base64
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
+from hfc_design.core.shapes import Floats
 
 WIDTH = 5.4  # of every figure [in]
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
@@ -50,21 +53,34 @@ def image(figure: Figure, kind: str) -> bytes:
     return buffer.getvalue()
 
 
-def framed(height: float, top: float) -> Figure:
+def address(figure: Figure) -> str:
+    """A figure as the address of an image, so that its names cannot clash with a page's."""
+    return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()
+
+
+def framed(
+    height: float, top: float, left: float = 0.9, right: float = 0.15, bottom: float = 0.5
+) -> Figure:
     """A figure with margins in inches; measuring the labels would draw everything twice."""
     figure = Figure(figsize=(WIDTH, height))
     figure.subplots_adjust(
-        left=0.9 / WIDTH, right=1 - 0.15 / WIDTH, bottom=0.5 / height, top=1 - top / height
+        left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height
     )
     return figure
 
 
-def finish(axes: Axes, label: str) -> None:
-    """Label the y axis at a fixed place and draw a grid behind the curves."""
-    axes.set_ylabel(label)
-    axes.yaxis.set_label_coords(-0.155, 0.5)
-    axes.grid(color="0.9")
+def gridded(axes: Axes, x: str = "", y: str = "", color: str = "0.9") -> None:
+    """Label the axes and draw a grid behind the curves."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(color=color)
     axes.set_axisbelow(True)
+
+
+def finish(axes: Axes, label: str, x: str = "") -> None:
+    """The same, with the label of the y axis at a fixed place."""
+    gridded(axes, x, label)
+    axes.yaxis.set_label_coords(-0.155, 0.5)
 
 
 def logarithmic(axes: Axes) -> None:
@@ -85,3 +101,49 @@ def round_above(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))
+
+
+def heat_map(
+    values: Floats,
+    labels: Sequence[str],
+    row: str,
+    column: str,
+    title: str,
+    meaning: str,
+    shades: Floats | None = None,
+) -> Figure:
+    """A table (7, 7) with a number in every cell, its first row on top as the papers print it.
+
+    Args:
+        values: what is written.
+        labels: names of the terms of both inputs.
+        row: name of the input of the rows.
+        column: name of the input of the columns.
+        title: stands above.
+        meaning: what the colours stand for, with its unit.
+        shades: what is coloured; without it the values.
+    """
+    figure = framed(4.0, top=0.35, right=0.95)
+    axes = figure.subplots()
+    shades = values if shades is None else shades
+    limit = float(np.abs(shades).max()) or 1.0
+    largest = np.abs(values).max()
+    decimals = 2 if largest < 10 else 1 if largest < 100 else 0
+    edges = np.arange(len(labels) + 1) - 0.5
+    mesh = axes.pcolormesh(edges, edges, shades, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    for (i, j), value in np.ndenumerate(values):
+        color = "white" if abs(shades[i, j]) > 0.6 * limit else "black"
+        text = f"{value:z.{decimals}f}".replace("-", "\u2212")
+        axes.text(j, i, text, ha="center", va="center", fontsize=9, color=color)
+    axes.set_xticks(range(len(labels)), labels)
+    axes.set_yticks(range(len(labels)), labels)
+    axes.tick_params(length=0)
+    axes.invert_yaxis()
+    axes.set(xlabel=column, ylabel=row)
+    axes.set_title(title, fontsize=11)
+    place = axes.get_position()
+    strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
+    bar = figure.colorbar(mesh, cax=strip)
+    bar.set_label(meaning)
+    bar.outline.set_visible(False)
+    return figure

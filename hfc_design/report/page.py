@@ -1,8 +1,9 @@
 """The report of a run: one page that needs nothing else, and the rule tables as CSV."""
 
 import json
-from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,71 +17,57 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.section import Listing, Rows, Section, score
-from hfc_design.report import contour_plots, plots
-from hfc_design.report.template import rendered
+from hfc_design.report import REPORT, batch_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
 from hfc_design.search.loop import Archive, Search
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
 
-REPORT, TABLES = "report.html", "tables"
+TABLES = "tables"
+Evaluations = dict[str, Evaluation]  # by the names of the designs
 OWN = "this design"
 #: This many structures are listed.
 BEST = 10
-#: Plant -> designs shown beside every result, and their names in the table.
+
+
+class Baseline(NamedTuple):
+    """What a published design is called."""
+
+    short: str  # in the table
+    name: str = ""  # in the summary; "": it is not compared with there
+
+
+#: Plant -> built-in designs shown beside every result.
 BASELINES = {
     "c-axis": {
-        "lin-lee-1999-table-1": "LL Table I",
-        "lin-lee-1999-table-2": "LL Table II",
-        "pd-only": "PD only",
+        "lin-lee-1999-table-1": Baseline("LL Table I", "Table I of Lin & Lee (1999)"),
+        "lin-lee-1999-table-2": Baseline("LL Table II", "Table II"),
+        "pd-only": Baseline("PD only"),
     },
     "feed-drive": {
-        "jee-koren-2004-aflc": "JK04 AFLC",
-        "jee-koren-2004-flc": "JK04 FLC",
-        "jee-koren-2004-pid": "JK04 PID",
+        "jee-koren-2004-aflc": Baseline("JK04 AFLC", "the AFLC of Jee & Koren (2004)"),
+        "jee-koren-2004-flc": Baseline("JK04 FLC", "their FLC"),
+        "jee-koren-2004-pid": Baseline("JK04 PID", "their PID"),
     },
 }
-#: What the summary compares with: name of the built-in design -> what a reader calls it.
-PUBLISHED = {
-    "lin-lee-1999-table-1": "Table I of Lin & Lee (1999)",
-    "lin-lee-1999-table-2": "Table II",
-    "jee-koren-2004-aflc": "the AFLC of Jee & Koren (2004)",
-    "jee-koren-2004-flc": "their FLC",
-    "jee-koren-2004-pid": "their PID",
-}
 
 
-def write_page(scenario: Scenario, result: Result, folder: Path) -> dict[str, Evaluation]:
-    """Write the page of a run beside the published designs; returns what these do.
+def write_page(
+    scenario: Scenario, result: Result, folder: Path, rivals: Evaluations | None = None
+) -> Evaluations:
+    """Write ``report.html`` and ``tables/`` into the run folder; returns the ``rivals``.
+
+    These are other designs on the same scenario, the published ones if none are given. The page
+    has everything inside it, and the same run gives the same bytes.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    baselines = BASELINES.get(scenario.plant.name, {})
-    rivals = {name: rival for name in baselines if (rival := _rival(name, scenario))}
-    write_report(scenario, result, rivals, folder)
-    return rivals
-
-
-def _rival(name: str, scenario: Scenario) -> Evaluation | None:
-    """A published design on this scenario; None where it does not fit the plant or sampling."""
-    try:
-        return evaluate(load_design(name), scenario)
-    except UserError:
-        return None
-
-
-def write_report(
-    scenario: Scenario, result: Result, rivals: Mapping[str, Evaluation], folder: Path
-) -> None:
-    """Write ``report.html`` and ``tables/`` into the run folder.
-
-    ``rivals`` are other designs on the same scenario. The page has everything inside it, and the
-    same run gives the same bytes.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
+    if rivals is None:
+        rivals = {}
+        for name in BASELINES.get(scenario.plant.name, {}):
+            with suppress(UserError):  # it does not fit the plant or the sampling
+                rivals[name] = evaluate(load_design(name), scenario)
     design, own, search = result
     tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
@@ -95,7 +82,7 @@ def write_report(
         scores=_scores(scenario, evaluations),
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
-        response=contour_plots.motion(own, f"{OWN} on {scenario.name}"),
+        response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
         sections=_sections(design, own, scenario),
         tables=tables,
@@ -108,6 +95,7 @@ def write_report(
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
     write_whole(folder / REPORT, page)
+    return rivals
 
 
 def _found(search: Search, scenario: Scenario) -> dict[str, object]:
@@ -116,7 +104,7 @@ def _found(search: Search, scenario: Scenario) -> dict[str, object]:
         "generations": search.generation,
         "diverged": int(search.history.diverged.sum()),
         "title": scenario.judge().title,
-        "history": plots.history(search.history, scenario.judge().title),
+        "history": batch_plots.history(search.history, scenario.judge().title),
         "structures": _structures(search.archive, scenario),
     }
 
@@ -148,7 +136,7 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
     return design.kind.sections(design.controller, shown)
 
 
-def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluation]) -> str:
+def _summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
     """What the run achieved, in a sentence."""
     if own.diverged:
         return f"The controller diverges on {scenario.name}."
@@ -156,7 +144,9 @@ def _summary(scenario: Scenario, own: Evaluation, rivals: Mapping[str, Evaluatio
     if own.contour is not None:
         achieved = f"a contour error of {_rms(own):.3g} {own.contour.unit} rms"
     line = f"The controller reaches {achieved} on {scenario.name}"
-    parts = [_compared(own, rivals[key], name) for key, name in PUBLISHED.items() if key in rivals]
+    known = BASELINES.get(scenario.plant.name, {})
+    names = {key: known[key].name for key in known if key in rivals}
+    parts = [_compared(own, rivals[key], name) for key, name in names.items() if name]
     if not parts:
         return f"{line}."
     *others, last = parts
@@ -189,7 +179,7 @@ def _measure(judge: Judge) -> str:
     return told + (f"; designs are ranked by {judge.title}" if "merit" in judge.titles else "")
 
 
-def _scores(scenario: Scenario, evaluations: Mapping[str, Evaluation]) -> Rows:
+def _scores(scenario: Scenario, evaluations: Evaluations) -> Rows:
     """Fitness, merit and metrics, a row each; a column for each evaluation."""
     found, told = evaluations.values(), meanings(scenario)
     rows = []

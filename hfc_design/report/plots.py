@@ -1,27 +1,45 @@
-"""Curves of a design and of its search."""
+"""What a design does: its response or contour, and its errors beside those of others."""
 
 from collections.abc import Mapping
 from itertools import chain, cycle
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hfc_design.core.shapes import Floats, Mask
-from hfc_design.pictures.figure import OTHER, OWN, finish, framed, logarithmic
-from hfc_design.search.loop import History
+from hfc_design.motion.contour import Contour, glitches, nearest
+from hfc_design.motion.trajectories import PathSamples
+from hfc_design.pictures.figure import OTHER, OWN, finish, framed, gridded, logarithmic, round_above
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 
+Places = NDArray[np.intp]  # of samples
 RIVALS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "lw": 1.2, "ls": style}
     for color, style in (("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":"))
 )
+#: Share of the path's size that a division of the contour error takes.
+SHARE = 0.08
+#: The smallest division, in units of the positions; rounding is not worth a picture.
+SMALLEST = 0.1
+#: Points that an outline of the path is drawn with, at least.
+POINTS = 2000
 #: A curve is drawn with at most two points in each of this many slices of time.
 SLICES = 500
 #: A diverged motion is not drawn once its error is this many times the largest reference.
 RUNAWAY = 10.0
+
+
+def motion(evaluation: Evaluation, title: str) -> Figure:
+    """What a design did: ``contour`` of an X-Y machine, else ``response``."""
+    path = evaluation.contour
+    if path is None:
+        return response(evaluation, title)
+    if evaluation.diverged:
+        title += " (diverged)"
+    return contour(path, evaluation.time, title)
 
 
 def response(evaluation: Evaluation, title: str) -> Figure:
@@ -37,11 +55,11 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for axes, (label, values, reference) in zip(panels, curves, strict=True):
         angular = label.endswith("[rad]")
-        curve = _thinned(evaluation.time[drawn], values)
+        curve = thinned(evaluation.time[drawn], values)
         axes.plot(*curve, color=OWN, lw=1.2, label="spindle" if angular else "axis")
         finish(axes, label)
         if reference is not None:
-            line = _thinned(evaluation.time, reference)
+            line = thinned(evaluation.time, reference)
             axes.plot(*line, color="black", lw=1, ls="--", label="reference")
             axes.legend(fontsize=9, frameon=False)
     panels[0].margins(x=0)
@@ -74,6 +92,64 @@ def _curves(
     return found
 
 
+def contour(found: Contour, time: Floats, title: str) -> Figure:
+    """The path with the contour error enlarged across it, and the error against time.
+
+    As on the chart of a ballbar test: grey lines run one division on both sides of the path.
+    Dots mark what follows where an axis reverses. A diverged motion ends where it is no number.
+
+    Args:
+        found: what was commanded, and the positions of the machine.
+        time: (steps,) [s].
+        title: stands above.
+    """
+    trajectory, actual = found.trajectory, found.actual
+    drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
+    time, actual = time[:drawn], actual[:, :drawn]
+    samples = trajectory.samples(time)
+    base, error = nearest(trajectory, samples, actual)
+    marks = glitches(time, samples, error)
+    figure = framed(8.0, top=0.85)
+    upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
+    worst = np.searchsorted(time, [mark.worst_s for mark in marks])
+    _draw_path(upper, found, base, actual - base, worst)
+    shown = error / found.millimetres
+    lower.plot(time, shown, color=OWN, lw=1)
+    lower.plot(time[worst], shown[worst], "o", color=OTHER, ms=4)
+    gridded(lower, "time [s]", f"contour error [{found.unit}]")
+    lower.margins(x=0)
+    upper.set_title(title, fontsize=11, pad=38)
+    return figure
+
+
+def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Places) -> None:
+    trajectory, length = found.trajectory, found.millimetres
+    outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
+    size = np.ptp(outline.position, axis=1).max()
+    division = round_above(max(np.hypot(*away).max() / 2, SMALLEST * length))
+    enlarged = SHARE * size / division
+    axes.plot(*outline.position, color="black", lw=0.8, label="path")
+    drawn = base + enlarged * away
+    axes.plot(*drawn, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
+    for offset, label in ((-division, f"{division / length:g} {found.unit} off"), (division, None)):
+        beside = _beside(outline, enlarged * offset)
+        axes.plot(*beside, color="0.75", lw=0.8, zorder=1, label=label)
+    if len(worst):
+        axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
+    axes.set_aspect("equal", adjustable="datalim")
+    gridded(axes, "X [mm]", "Y [mm]", color="0.95")
+    axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
+
+
+def _beside(samples: PathSamples, left: float) -> Floats:
+    """(2, steps) the positions moved to the left of the motion [mm], torn at corners."""
+    tangent = samples.tangent
+    moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
+    ahead = (tangent[:, :-1] * tangent[:, 1:]).sum(axis=0)
+    moved[:, :-1][:, ahead < 0.9] = np.nan
+    return moved
+
+
 def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """Largest error in each hundredth of the time, logarithmic; the first stands out.
 
@@ -92,37 +168,10 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
         largest = np.maximum.reduceat(factor * np.abs(_error(evaluation)[:count]), starts)
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=label, **style)
-    finish(axes, f"largest error [{unit}]")
+    finish(axes, f"largest error [{unit}]", "time [s]")
     logarithmic(axes)
     axes.margins(x=0)
-    axes.set_xlabel("time [s]")
     figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
-    return figure
-
-
-def history(history: History, title: str) -> Figure:
-    """Best and median merit, by its ``title``, and how many individuals diverged."""
-    figure = framed(4.15, top=0.4)
-    ratios = {"height_ratios": (3, 1), "hspace": 0.12}
-    scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
-    count = len(history.best)
-    generation = np.arange(1.0, count + 1)
-    style: dict[str, Any] = {"marker": "." if count < 30 else None}
-    scores.plot(*_thinned(generation, history.best), color=OWN, label="best so far", **style)
-    scores.plot(*_thinned(generation, history.median), color=OTHER, label="median", **style)
-    scores.legend(fontsize=9, frameon=False)
-    scores.set_title(title, fontsize=11, parse_math=False)
-    finish(scores, "merit")
-    logarithmic(scores)
-    place, bars = _thinned(generation, history.diverged)
-    place = np.concatenate([[0.5], place, [count + 0.5]])
-    diverged.fill_between(place, np.pad(bars, 1, mode="edge"), step="mid", color="0.6")
-    finish(diverged, "diverged [1]")
-    diverged.set_xlabel("generation")
-    diverged.set_xlim(0.5, count + 0.5)
-    diverged.set_ylim(0, 1.05 * max(int(history.diverged.max()), 1))
-    diverged.xaxis.set_major_locator(MaxNLocator(integer=True))
-    diverged.yaxis.set_major_locator(MaxNLocator(nbins=3, integer=True))
     return figure
 
 
@@ -164,7 +213,7 @@ def _in_hand(axis: AxisMotion) -> Mask:
     return kept
 
 
-def _thinned(time: Floats, values: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
+def thinned(time: Floats, values: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
     """The curve with the lowest and the highest point of each slice of time, in order."""
     size = -(-len(values) // SLICES)
     if size <= 2:

@@ -12,7 +12,7 @@ from batches import batch, files, left_behind, written
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
-from hfc_design.batch.work import run_cells
+from hfc_design.batch.work import Place, run_cells
 from hfc_design.core.records import UserError
 
 TINY = """
@@ -138,15 +138,15 @@ def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
     folder.note_plan(out, plan)
     seen = []
 
-    def outcome(found):
-        seen.append(found.cell.name)
+    def outcome(cell, found):
+        seen.append(cell.name)
         if len(seen) == 3:  # the other three are done: now the claim is given back
             claim.__exit__(None, None, None)
 
     claim = folder.claimed(out, cells[0].name)
     assert claim.__enter__()
     assert "1 running, 3 waiting" in batch("--status", out).output
-    run_cells(out, cells, outcome)
+    run_cells(out, cells, Place(), outcome)
     assert seen == [cell.name for cell in (*cells[1:], cells[0])]
     assert files(out) == undisturbed
 

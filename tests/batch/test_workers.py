@@ -58,12 +58,15 @@ def test_one_gpu_a_worker(monkeypatch):
     assert worker.gpus() == ["gpu-a", "gpu-b"]
     found = batch("none.toml", "--workers", 3)
     assert (found.exit_code, "none.toml" in found.output) == (2, True)
-    with pytest.raises(UserError, match="--workers 3: there are 2 GPUs"), connected(3, None):
+    with (
+        pytest.raises(UserError, match="--workers 3: there are 2 GPUs"),
+        connected(3, None, False, print),
+    ):
         pass
     monkeypatch.setenv("JAX_PLATFORMS", "cpu")
     assert worker.gpus() == []
     with pytest.raises(UserError, match=r"--workers 9999: there are \d+ cores"):
-        connected(9999, None).__enter__()
+        connected(9999, None, False, print).__enter__()
 
 
 def test_what_cannot_be_reached(tmp_path, monkeypatch):
@@ -78,7 +81,7 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
     assert (found.exit_code, "--scheduler here:there" in found.output) == (2, True)
     assert batch(path, "--workers", 1, "--scheduler", address).exit_code == 2
     assert batch(path, "--shared").exit_code == 2
-    assert "has no such folder" in worker._run_in(tmp_path / "elsewhere", "a", print)[1]
+    assert "has no such folder" in worker._run_in(tmp_path / "elsewhere", "a", print).reason
 
 
 def test_without_the_package(tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hfc_design.cli import main, search_run
+from hfc_design.cli import main, shown
 from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import builtin_names
@@ -133,7 +133,7 @@ def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
     def interrupted(self, search):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(search_run.Watch, "generation", interrupted)
+    monkeypatch.setattr(shown.Watch, "generation", interrupted)
     done = hfc("design", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert f"hfc design --resume --out {tmp_path / 'run'}" in done.stderr

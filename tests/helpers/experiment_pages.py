@@ -5,7 +5,7 @@ from pathlib import Path
 from experiments import shared
 from hfc_design.batch import folder
 from hfc_design.batch.plan import read_batch
-from hfc_design.batch.work import run_cells
+from hfc_design.batch.work import Place, run_cells
 
 EXPERIMENTS = Path(shared.__file__).parent
 
@@ -27,7 +27,7 @@ def ran(out, file, wanted=lambda cell: True, changes=()):
     cells = [cell for cell in plan.cells if wanted(cell)]
     folder.note_plan(out, plan)
     failed = []
-    run_cells(out, cells, lambda outcome: failed.append(outcome.reason))
+    run_cells(out, cells, Place(), lambda cell, outcome: failed.append(outcome.reason))
     assert not any(failed)
     return shared.Batch(out)
 

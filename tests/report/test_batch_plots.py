@@ -14,7 +14,7 @@ def test_pictures_of_odd_scores(scores):
     runs = [[np.array([value]) for value in values] for values in groups]
     drawing = image(batch_plots.convergence(labels, runs, [0, 1]), "svg").decode()
     assert "1: $x^$ ? ?<" in drawing
-    assert image(batch_plots.outcomes([1, 2], groups, [0, 1], "fitness"), "svg")
+    assert image(batch_plots.outcomes({1: groups[0], 2: groups[1]}, "fitness"), "svg")
 
 
 def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):

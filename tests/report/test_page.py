@@ -16,8 +16,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.pictures.figure import image, save
-from hfc_design.report import plots, write_report
-from hfc_design.report.page import _sections
+from hfc_design.report import batch_plots, plots
+from hfc_design.report.page import _sections, write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluation import evaluate
@@ -87,7 +87,7 @@ def finished(inputs):
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
-    """The arguments of ``write_report``, and the report that it wrote."""
+    """The arguments of ``write_page``, and the report that it wrote."""
     folder = tmp_path_factory.mktemp("report") / "run"
     changes = ("simulation.duration_s=0.5", f"description={json.dumps(HOSTILE)}")
     scenario = new_run(load_scenario("c-axis-ramp-cutting", changes), folder)
@@ -95,8 +95,8 @@ def report(tmp_path_factory):
     names = ("lin-lee-1999-table-1", "lin-lee-1999-table-2", "pd-only")
     rivals = {name: evaluate(load_design(name), scenario) for name in names}
     result = Result(found, evaluate(found, scenario), finished(5))
-    write_report(scenario, result, rivals, folder)
-    return (scenario, result, rivals, folder), folder / "report.html"
+    write_page(scenario, result, folder, rivals)
+    return (scenario, result, folder, rivals), folder / "report.html"
 
 
 class Page(HTMLParser):
@@ -137,7 +137,7 @@ def test_report_escapes_what_a_user_wrote(report):
 
 
 def test_report_tells_fitness_rivals_and_structures(report):
-    (scenario, result, rivals, folder), path = report
+    (scenario, result, folder, rivals), path = report
     text = path.read_text()
     assert f"{result.evaluation.fitness:.1f} on {scenario.name}" in text
     for evaluation in (result.evaluation, *rivals.values()):
@@ -153,19 +153,19 @@ def test_report_tells_fitness_rivals_and_structures(report):
 def test_same_run_gives_the_same_bytes(report):
     arguments, path = report
     first = path.read_bytes()
-    write_report(*arguments)
+    write_page(*arguments)
     assert path.read_bytes() == first
 
 
 def test_report_of_diverged_designs(report, tmp_path):
-    (scenario, result, rivals, folder), _ = report
+    (scenario, result, folder, rivals), _ = report
     shutil.copy(folder / "config.toml", tmp_path)
     lost = diverged(scenario)
-    write_report(scenario, result._replace(evaluation=lost), {"pd-only": lost}, tmp_path)
+    write_page(scenario, result._replace(evaluation=lost), tmp_path, {"pd-only": lost})
     text = (tmp_path / "report.html").read_text()
     assert "diverges on c-axis-ramp-cutting" in text
     assert text.count(">diverged<") == 4  # fitness and merit of two designs
-    write_report(scenario, result, rivals | {"lin-lee-1999-table-1": lost}, tmp_path)
+    write_page(scenario, result, tmp_path, rivals | {"lin-lee-1999-table-1": lost})
     assert "Table I of Lin &amp; Lee (1999) diverges" in (tmp_path / "report.html").read_text()
 
 
@@ -230,7 +230,7 @@ def test_long_curves_keep_their_peaks(report):
 
 def test_history_of_one_generation_where_everything_diverged():
     history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
-    assert image(plots.history(history, "merit"), "svg")
+    assert image(batch_plots.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])

@@ -17,7 +17,7 @@ from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation
 from hfc_design.pictures.figure import image
 from hfc_design.report import plots
-from hfc_design.report.page import BASELINES
+from hfc_design.report.page import BASELINES, Baseline
 from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
 SCENARIO = """
@@ -123,7 +123,7 @@ def test_a_plant_of_a_user_has_its_own_units(evaluation):
 
 
 def test_a_run_designs_for_one_axis_and_reports_in_its_units(scenario, tmp_path, monkeypatch):
-    rival = {"jee-koren-2004-pid": "JK04 PID"}  # the others take long to compile
+    rival = {"jee-koren-2004-pid": Baseline("JK04 PID")}  # the others take long to compile
     monkeypatch.setitem(BASELINES, "feed-drive", rival)
     folder = tmp_path / "run"
     sizes = ["--population", "24", "--generations", "2"]

@@ -13,8 +13,7 @@ from hfc_design.controllers.flc.record import LABELS, FlcDesign, FuzzyRecord, Te
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.scalars import ARRAYS
 from hfc_design.core.shapes import Floats
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, round_above
-from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, heat_map, round_above
 from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range

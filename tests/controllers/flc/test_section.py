@@ -17,8 +17,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.report import write_report
-from hfc_design.report.page import _sections, _summary
+from hfc_design.report.page import _sections, _summary, write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
@@ -36,7 +35,7 @@ ADAPTATION = {
 
 @pytest.fixture(scope="module", params=["flc", "aflc"])
 def report(request, tmp_path_factory):
-    """The arguments of ``write_report`` for each kind of design, and its page."""
+    """The arguments of ``write_page`` for each kind of design, and its page."""
     folder = tmp_path_factory.mktemp(request.param) / "run"
     changes = ["simulation.duration_s=4.0", f"controller.kind={request.param}"]
     scenario = new_run(load_scenario("feed-drive-circle", changes), folder)
@@ -50,8 +49,8 @@ def report(request, tmp_path_factory):
         design, evaluate(design, scenario), Search(1, None, Archive(None, None), history)
     )
     rivals = {name: evaluate(load_design(name), scenario) for name in ("jee-koren-2004-pid",)}
-    arguments = scenario, result, rivals, folder
-    write_report(*arguments)
+    arguments = scenario, result, folder, rivals
+    write_page(*arguments)
     return arguments, (folder / "report.html").read_text()
 
 
@@ -62,7 +61,7 @@ def rows_of(page):
 
 
 def test_page_holds_the_design(report):
-    (_, result, _, folder), page = report
+    (_, result, folder, _), page = report
     titles = re.findall("<h2>(.*?)</h2>", page)
     adapts = result.design.controller.kind == "aflc"
     assert ("What the adaptation made of it" in titles) == adapts
@@ -91,8 +90,8 @@ def test_page_holds_the_design(report):
 
 def test_same_run_gives_the_same_bytes(report):
     arguments, page = report
-    write_report(*arguments)
-    assert (arguments[-1] / "report.html").read_text() == page
+    write_page(*arguments)
+    assert (arguments[2] / "report.html").read_text() == page
 
 
 def test_summary_compares_contour_errors(report):
@@ -147,7 +146,7 @@ def test_adapted_table_is_that_of_a_plain_transcription(report):
 
 @pytest.mark.browser
 def test_page_in_a_browser_as_wide_as_a_phone(report, tmp_path):
-    (_, result, _, folder), _ = report
+    (_, result, folder, _), _ = report
     drawn = phone.figures_that_fit(folder / "report.html", tmp_path)
     assert drawn == (11 if result.design.controller.kind == "aflc" else 7)
 

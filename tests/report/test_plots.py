@@ -6,15 +6,13 @@ import pytest
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
 from hfc_design.pictures.figure import WIDTH, image
-from hfc_design.report import contour_plots
+from hfc_design.report import plots
 
 
 def contour(trajectory, time, actual, title):
     """The picture of a machine at ``actual`` (2, steps) [mm] that counts in BLU of 0.01 mm."""
     positions = (actual - trajectory.samples(time).position[:, :1]) / 0.01
-    return contour_plots.contour(
-        contours.contour(trajectory, time, positions, "BLU", 0.01), time, title
-    )
+    return plots.contour(contours.contour(trajectory, time, positions, "BLU", 0.01), time, title)
 
 
 def lines_of(axes):

@@ -1,0 +1,184 @@
+"""What ``hfc design`` and ``hfc score`` show: progress on stderr, tables on stdout."""
+
+import json
+import sys
+import time
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from rich.table import Table
+
+from hfc_design.core.console import ProgressBar, plain_table, terminal
+from hfc_design.core.records import RunError, UserError
+from hfc_design.core.shapes import Json
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.simulation.evaluation import Evaluation
+
+if TYPE_CHECKING:
+    from hfc_design.search.loop import Search
+
+
+def design(
+    name: str | None, changes: list[str], resume: bool, out: Path | None, quiet: bool
+) -> None:
+    """``hfc design``: start or resume a run, report it, print the table.
+
+    Raises:
+        UserError: the scenario, an option or the folder cannot be used.
+        RunError: the run failed or was interrupted.
+    """
+    from hfc_design.report.page import BASELINES, write_page
+    from hfc_design.runs import run as designs
+
+    if resume:
+        if out is None or name is not None or changes:
+            raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
+        scenario, folder = designs.opened_run(out), out
+    else:
+        scenario = load_scenario(name or "c-axis-ramp", changes)
+        folder = out or _free_folder(scenario.name)
+        scenario = designs.new_run(scenario, folder)
+    watch = None if quiet else Watch(scenario)
+    try:
+        with watch or nullcontext():
+            told = (watch.generation,) if watch else ()
+            result = designs.run(scenario, folder, *told)
+    except KeyboardInterrupt:
+        raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
+    rivals = write_page(scenario, result, folder)
+    names = BASELINES.get(scenario.plant.name, {})
+    beside = {names[name].short: rival for name, rival in rivals.items()}
+    show_table(
+        scenario, {"this design": result.evaluation, **beside}, watch.summary() if watch else ""
+    )
+    terminal().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
+
+
+def _free_folder(name: str) -> Path:
+    number = 1
+    while (folder := Path("runs") / f"{name}-{number}").exists():
+        number += 1
+    return folder
+
+
+class Watch(ProgressBar):
+    """The search of a scenario: its best and median, how fast it is."""
+
+    def __init__(self, scenario: Scenario):
+        super().__init__("compiling", scenario.search.generations)
+        self._steps = scenario.search.population * scenario.simulation.steps
+        self._title = scenario.judge().title
+        self._begun = self._said = time.monotonic()
+        self._first: tuple[int, float] | None = None
+        self._diverged = 0
+
+    def __enter__(self) -> Self:
+        if self.console.is_terminal:
+            self.console.print(self._title, markup=False)
+        return super().__enter__()
+
+    def generation(self, search: "Search") -> None:
+        """Show one finished generation."""
+        now = time.monotonic()
+        done, history = search.generation, search.history
+        self._diverged = int(history.diverged.sum())
+        if self._first is None:
+            self._first = (done, now)  # the first one includes the compilation
+        begun, since = self._first
+        rate = (done - begun) * self._steps / (now - since) if now > since else 0.0
+        line = (
+            f"best {history.best[-1]:.5g}  median {history.median[-1]:.5g}  "
+            f"diverged {history.diverged[-1]}  structures {history.structures[-1]}  "
+            f"{rate:.2g} individual-steps/s"
+        )
+        self.show(description="generation", completed=done, line=line)
+        if now - self._said > 5.0 or done == self.total:
+            left = (self.total - done) * (now - since) / max(done - begun, 1)
+            self.say(f"generation {done}/{self.total}  {self._title}: {line}  {left:.0f} s left")
+            self._said = now
+
+    def summary(self) -> str:
+        """Time and divergence of the whole run."""
+        seconds = time.monotonic() - self._begun
+        return f"{seconds:.1f} s; {self._diverged} individuals diverged"
+
+
+def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:
+    """Fitness, merit and metrics of some designs side by side, one column a design."""
+    table = Table(caption=caption or None, caption_justify="left")
+    table.add_column("metric", no_wrap=True)
+    for name in rows:
+        table.add_column(name, justify="right", overflow="fold")
+    for key, title in scenario.judge().titles.items():
+        scores = (f"{getattr(r, key):.4f}" if not r.diverged else "diverged" for r in rows.values())
+        table.add_row(title.replace(" / ", "\n/ "), *scores)
+    first = next(iter(rows.values()))
+    for key in first.metrics:
+        found = (row.metrics[key] for row in rows.values())
+        table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
+    terminal().print(table)
+
+
+def score_spread(
+    design: Design,
+    scenario: Scenario,
+    spread: float,
+    as_json: bool,
+    samples: int = 1000,
+    seed: int = 0,
+    plot: Path | None = None,
+) -> None:
+    """``hfc score --spread``: one design on many machines.
+
+    Raises:
+        UserError: a value is not allowed, or design and scenario do not fit.
+    """
+    from hfc_design.simulation.monte_carlo import robustness
+
+    def progress(done: int, total: int) -> None:
+        bar.show(description="simulating", completed=done, total=total)
+
+    begun = time.monotonic()
+    with ProgressBar("compiling", samples + 1, "machines") as bar:
+        found = robustness(design, scenario, spread, samples, seed, progress)
+    print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
+    own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
+    numbers = own | found.numbers()
+    if as_json:
+        print(json.dumps(numbers))
+    else:
+        _show_spread(numbers)
+    if plot is not None:
+        from hfc_design.pictures.figure import save
+        from hfc_design.report.batch_plots import distributions
+
+        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
+
+
+def _show_spread(numbers: Json) -> None:
+    table = plain_table(
+        title=f"{numbers['design']} on {numbers['scenario']}, "
+        f"parameters +-{100 * numbers['spread']:g} %",
+        title_style="",
+        caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
+        f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
+        f"quantiles of the stable ones that have the metric; merit is {numbers['judged_by']}\n"
+        f"impossible machines drawn again: {numbers['refused_draws']}\n"
+        f"simulated again with shorter steps: {numbers['refined']}",
+        caption_justify="left",
+    )
+    table.add_column("metric", no_wrap=True)
+    for name in ("nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for key, values in numbers["metrics"].items():
+        table.add_row(key, *map(_short, values.values()))
+    terminal().print(table)
+
+
+def _short(value: float | None) -> str:
+    """At most eight characters; quantiles of a random draw deserve no more."""
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
