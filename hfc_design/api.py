@@ -22,7 +22,6 @@ from hfc_design.controllers.kind import (
     Shown,
     Target,
     Template,
-    per_axis,
 )
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
@@ -173,7 +172,7 @@ __all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drive", "Explai
 __all__ += ["Kind", "Law", "Listing", "Machine", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Plant", "Section", "Shown", "Strategy", "StrategySettings", "Target", "Task"]
 __all__ += ["Template", "View", "Xp", "clipped", "coupled", "genome_of_gains", "held"]
-__all__ += ["only_positive", "per_axis", "register", "rk4", "settings_of", "side_by_side"]
+__all__ += ["only_positive", "register", "rk4", "settings_of", "side_by_side"]
 __all__ += ["Genome", "strategies", "taken", "total"]
 # What is loaded, searched, evaluated and written.
 __all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]

@@ -1,7 +1,6 @@
 """The batch file: what a user writes, and the cells that it asks for."""
 
 import hashlib
-import tomllib
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from itertools import product
@@ -11,6 +10,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
+from hfc_design.core.checkpoint import read_toml
 from hfc_design.core.dotted import flat, set_keys
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.shapes import Json
@@ -28,8 +28,6 @@ SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
 LONGEST = 120
 #: What dotted keys of a design begin with.
 CHANGE = "change."
-
-
 #: Settings of cells; a word is their label.
 Settings = Annotated[Json, BeforeValidator(lambda x: {LABEL: x} if isinstance(x, str) else x)]
 
@@ -122,13 +120,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
 
 
 def _read(path: Path) -> BatchFile:
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}: is not valid TOML: {error}") from None
-    file = checked(BatchFile, data, path, path.parent)
+    file = checked(BatchFile, read_toml(path), path, path.parent)
     if not (file.set or file.grid or file.cells):
         raise UserError(f"{path}: asks for nothing; it needs [set], [grid] or [[cells]]")
     return file

@@ -3,11 +3,10 @@
 import statistics
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
 
 from rich.table import Table
 
@@ -30,18 +29,14 @@ COMPILING = 5.0
 LISTED = 40
 
 
-class Where(NamedTuple):
-    """Where cells run; in this process if nothing is said."""
-
-    workers: int | None = None  # processes of this machine, or else
-    scheduler: str | None = None  # address of a Dask scheduler
-    shared: bool = False  # whether its workers see the batch's folder
+#: Of what is told how many workers there are: the place where they run cells, while it is there.
+Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
 
 
 def batch(
-    path: Path, out: Path | None, dry_run: bool, where: Where, changes: Iterable[str]
+    path: Path, out: Path | None, dry_run: bool, changes: Iterable[str], workers: Connected | None
 ) -> None:
-    """``hfc batch FILE``: run every cell that is not finished, and report.
+    """``hfc batch FILE``: run every cell that is not finished, here or on workers, and report.
 
     ``changes`` of dotted keys are laid over every cell.
 
@@ -57,7 +52,8 @@ def batch(
     folder.note_plan(target, plan)
     watch = Watch(cells)
     try:
-        with watch, _place(where, watch) as place:
+        here = nullcontext(Place(watch.generation))
+        with watch, workers(watch.workers) if workers else here as place:
             run_cells(target, cells, place, watch.outcome)
     except KeyboardInterrupt:
         raise RunError("interrupted; the same command goes on where it stopped") from None
@@ -68,14 +64,6 @@ def batch(
     report.report(target)
     if watch.failed:
         raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
-
-
-def _place(where: Where, watch: "Watch") -> AbstractContextManager[Place]:
-    if where == Where():
-        return nullcontext(Place(watch.generation))
-    from hfc_design.batch.cluster import connected
-
-    return connected(*where, watch.workers)
 
 
 def show_status(out: Path) -> None:

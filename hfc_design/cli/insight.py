@@ -112,7 +112,10 @@ def stability(
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
     2004.
     """
+    from hfc_design.controllers.kind import needed
     from hfc_design.core.records import UserError
+    from hfc_design.files.machine import PlantSettings
+    from hfc_design.files.pairing import load_design
     from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
@@ -123,7 +126,11 @@ def stability(
         points: Points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
-        points, drive = _of_design(design, others, given)
+        own = load_design(design, others)
+        points = needed(own.kind.table_gains, own, "no flc, aflc or soflc")(own.controller)
+        axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(own.plant)).each()]
+        told = f"design {own.name} is for the plant {own.plant.name}"
+        drive = report.drive_of(told, axes, own.controller.sample_time_s, given)
     found = stable_range(**drive)
     if plot is not None:
         from hfc_design.pictures.figure import save
@@ -133,21 +140,3 @@ def stability(
         click.echo(json.dumps(report.numbers(found, points)))
     else:
         report.show(found, points)
-
-
-def _of_design(
-    name: str, others: Texts, given: dict[str, float]
-) -> tuple[Points, dict[str, float]]:
-    """Gains of a design's rule table, and the drive that it is for."""
-    from hfc_design.controllers.kind import needed
-    from hfc_design.files.machine import PlantSettings
-    from hfc_design.files.pairing import load_design
-    from hfc_design.stability import report
-
-    design = load_design(name, others)
-    points = needed(design.kind.table_gains, design, "no flc, aflc or soflc")
-    plant = PlantSettings(**design.plant.model_dump())
-    axes = zip(plant.machine.drives, plant.values(), strict=True)
-    told = f"design {design.name} is for the plant {design.plant.name}"
-    every = design.controller.sample_time_s
-    return points(design.controller), report.drive_of(told, axes, every, given)

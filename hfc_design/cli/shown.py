@@ -3,60 +3,23 @@
 import json
 import sys
 import time
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.records import RunError, UserError
 from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation
 
 if TYPE_CHECKING:
     from hfc_design.search.loop import Search
 
 
-def design(
-    name: str | None, changes: list[str], resume: bool, out: Path | None, quiet: bool
-) -> None:
-    """``hfc design``: start or resume a run, report it, print the table.
-
-    Raises:
-        UserError: the scenario, an option or the folder cannot be used.
-        RunError: the run failed or was interrupted.
-    """
-    from hfc_design.report.page import BASELINES, write_page
-    from hfc_design.runs import run as designs
-
-    if resume:
-        if out is None or name is not None or changes:
-            raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
-        scenario, folder = designs.opened_run(out), out
-    else:
-        scenario = load_scenario(name or "c-axis-ramp", changes)
-        folder = out or _free_folder(scenario.name)
-        scenario = designs.new_run(scenario, folder)
-    watch = None if quiet else Watch(scenario)
-    try:
-        with watch or nullcontext():
-            told = (watch.generation,) if watch else ()
-            result = designs.run(scenario, folder, *told)
-    except KeyboardInterrupt:
-        raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
-    rivals = write_page(scenario, result, folder)
-    names = BASELINES.get(scenario.plant.name, {})
-    beside = {names[name].short: rival for name, rival in rivals.items()}
-    show_table(
-        scenario, {"this design": result.evaluation, **beside}, watch.summary() if watch else ""
-    )
-    terminal().print(f"run folder {folder}\nreport     {folder / 'report.html'}", soft_wrap=True)
-
-
-def _free_folder(name: str) -> Path:
+def free_folder(name: str) -> Path:
+    """Where a new run of a scenario goes."""
     number = 1
     while (folder := Path("runs") / f"{name}-{number}").exists():
         number += 1

@@ -1,6 +1,8 @@
 """Commands that simulate: design, score and simulate one design; batch many, for report."""
 
 import json
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,18 +47,45 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--quiet", is_flag=True, help="No progress.")
 @with_plugins(CHOICES)
-def design(scenario: str | None, changes: Texts, resume: bool, **options: Any) -> None:
+def design(
+    scenario: str | None,
+    changes: Texts,
+    out: Path | None,
+    resume: bool,
+    quiet: bool,
+    **options: Any,
+) -> None:
     """Search a controller for SCENARIO (a built-in name or a TOML file).
 
     Without arguments: the no-load ramp of the C-axis.
     """
     from hfc_design.cli import shown
+    from hfc_design.core.records import RunError, UserError
+    from hfc_design.files.scenario import load_scenario
+    from hfc_design.report.page import BASELINES, write_page
+    from hfc_design.runs import run
 
     plugins = chosen(options).values()
-    given = {key: options.pop(name) for name, key in KEYS.items()}
-    own = [f"{key}={value}" for key, value in given.items() if value is not None]
-    known = () if resume else plugins  # they only have to be known then
-    shown.design(scenario, [*known, *own, *changes], resume, **options)
+    given = [f"{key}={x}" for name, key in KEYS.items() if (x := options.pop(name)) is not None]
+    if not resume:
+        found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
+        folder = out or shown.free_folder(found.name)
+        found = run.new_run(found, folder)
+    elif out is None or scenario is not None or given or changes:
+        raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
+    else:
+        found, folder = run.opened_run(out), out
+    watch = shown.Watch(found)
+    try:
+        with nullcontext() if quiet else watch:
+            result = run.run(found, folder, *(() if quiet else (watch.generation,)))
+    except KeyboardInterrupt:
+        raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
+    rivals = write_page(found, result, folder)
+    names = BASELINES.get(found.plant.name, {})
+    rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
+    shown.show_table(found, rows, "" if quiet else watch.summary())
+    click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 
 @click.command()
@@ -151,9 +180,7 @@ def batch(
     workers: int | None,
     scheduler: str | None,
     shared: bool,
-    changes: Texts,
-    dry_run: bool,
-    out: Path | None,
+    **options: Any,
 ) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
 
@@ -169,7 +196,12 @@ def batch(
         raise UserError("give either --workers N or --scheduler ADDRESS")
     if shared and scheduler is None:
         raise UserError("--shared needs --scheduler ADDRESS")
+    afar = None
+    if workers is not None or scheduler is not None:
+        from hfc_design.batch.cluster import connected
+
+        afar = partial(connected, workers, scheduler, shared)
     if status is not None:
         session.show_status(status)
     elif file is not None:
-        session.batch(file, out, dry_run, session.Where(workers, scheduler, shared), changes)
+        session.batch(file, workers=afar, **options)

@@ -164,11 +164,6 @@ def kinds() -> Group[Any]:
     return KINDS
 
 
-def per_axis(kind: str, law: Callable[[float | None], AxisLaw], target: Target) -> PerAxis:
-    """The controller of a machine with the same law on every axis."""
-    return PerAxis(kind, tuple(law(limit) for limit in target.limits.values()))
-
-
 def later(module: str, name: str) -> Callable[..., Any]:
     """A function of a module that is imported at the first call: it starts JAX, or draws."""
 

@@ -2,6 +2,7 @@
 
 import io
 import os
+import tomllib
 import zipfile
 import zlib
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.shapes import Json
 
 FORMAT = "hfc-checkpoint-2"
 #: In which what had failed scored 0, and everything else more.
@@ -108,3 +110,15 @@ def read_text(path: str | Path) -> str:
         raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: cannot be read: it is not a text in UTF-8") from None
+
+
+def read_toml(path: Path) -> Json:
+    """What a user's TOML file says.
+
+    Raises:
+        UserError: it cannot be read, or is no TOML.
+    """
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{path}: is not valid TOML: {error}") from None

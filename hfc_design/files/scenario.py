@@ -3,7 +3,6 @@
 The records here are what a user writes as TOML; they are checked once, when they are read.
 """
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,7 +13,7 @@ from pydantic import Field, SerializeAsAny, model_validator
 
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.checkpoint import read_text
+from hfc_design.core.checkpoint import read_toml
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
@@ -200,10 +199,7 @@ def load_scenario(name: str, changes: Changes = ()) -> Scenario:
     if not path.is_file():
         known = ", ".join(builtin_names())
         raise UserError(f"{name}: no such scenario; built in are {known}, or give a TOML file")
-    try:
-        data = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{name}: is not valid TOML: {error}") from None
+    data = read_toml(path)
     own = data.get("reference", {})
     if built_in and "file" in own:  # a file in a change lies where the user is
         own["file"] = str(BUILTIN / own["file"])

@@ -13,6 +13,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -141,9 +142,12 @@ def heat_map(
     axes.invert_yaxis()
     axes.set(xlabel=column, ylabel=row)
     axes.set_title(title, fontsize=11)
+    colour_strip(figure, axes, mesh, meaning).outline.set_visible(False)
+    return figure
+
+
+def colour_strip(figure: Figure, axes: Axes, drawn: Any, meaning: str, **options: Any) -> Colorbar:
+    """What the colours of a picture stand for, in the margin on its right."""
     place = axes.get_position()
     strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
-    bar = figure.colorbar(mesh, cax=strip)
-    bar.set_label(meaning)
-    bar.outline.set_visible(False)
-    return figure
+    return figure.colorbar(drawn, cax=strip, label=meaning, **options)

@@ -13,7 +13,7 @@ from hfc_design.controllers.flc.record import LABELS, FlcDesign, FuzzyRecord, Te
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.scalars import ARRAYS
 from hfc_design.core.shapes import Floats
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, framed, heat_map, round_above
+from hfc_design.pictures.figure import OTHER, OWN, colour_strip, framed, heat_map, round_above
 from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
@@ -183,8 +183,7 @@ def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = Non
 
 def surface(record: FuzzyRecord, title: str) -> Figure:
     """What the rules command [unit] between and beyond the centres of their terms."""
-    figure = framed(4.0, top=0.35)
-    figure.subplots_adjust(right=1 - 0.95 / WIDTH)
+    figure = framed(4.0, top=0.35, right=0.95)
     axes = figure.subplots()
     error, change = (
         np.linspace(-1.0, 1.0, POINTS) * BEYOND * max(abs(term.centre) for term in found)
@@ -201,10 +200,7 @@ def surface(record: FuzzyRecord, title: str) -> Figure:
     axes.axvline(0.0, color="0.3", lw=0.6)
     axes.set(xlabel=CHANGE, ylabel=ERROR)
     axes.set_title(title, fontsize=11)
-    place = axes.get_position()
-    strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
-    bar = figure.colorbar(filled, cax=strip, ticks=MaxNLocator(7, symmetric=True))
-    bar.set_label("command [unit]")
+    colour_strip(figure, axes, filled, "command [unit]", ticks=MaxNLocator(7, symmetric=True))
     return figure
 
 
