@@ -25,15 +25,15 @@ from hfc_design.controllers.kind import (
 )
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
+from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import GROUPS
 from hfc_design.core.records import RunError, UserError
-from hfc_design.core.scalars import Xp, clipped, total
 from hfc_design.files import pairing as _pairing
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.pictures.section import Listing, Section
+from hfc_design.pictures.figure import Listing, Section
 from hfc_design.runs import problem as _problem
 from hfc_design.runs import run as _design
 from hfc_design.runs.run import Result

@@ -13,8 +13,8 @@ from typing import Literal, NamedTuple
 
 from hfc_design.batch.plan import Plan, Told
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import Record, RunError, UserError, checked
-from hfc_design.core.shapes import Json
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 PLAN, NOTES = "batch.json", ".batch"

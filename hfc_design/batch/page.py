@@ -12,7 +12,7 @@ from hfc_design.batch import summary
 from hfc_design.batch.plan import LABEL, OWN_KEYS
 from hfc_design.batch.runs import SEED, listed, text
 from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
-from hfc_design.pictures.section import Rows, score
+from hfc_design.pictures.figure import Rows, score
 from hfc_design.report import REPORT, batch_plots, rendered
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.

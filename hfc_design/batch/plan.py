@@ -12,8 +12,8 @@ from pydantic import BeforeValidator, Field
 
 from hfc_design.core.checkpoint import read_toml
 from hfc_design.core.dotted import flat, set_keys
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
-from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml

@@ -15,8 +15,8 @@ import numpy as np
 from hfc_design.batch import folder
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.core.dotted import flat
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats, Json
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 

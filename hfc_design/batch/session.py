@@ -15,8 +15,8 @@ from hfc_design.batch.plan import LABEL, Cell, read_batch
 from hfc_design.batch.runs import listed
 from hfc_design.batch.work import Outcome, Place, run_cells
 from hfc_design.core.console import ProgressBar, terminal
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError
-from hfc_design.core.shapes import Json
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.

@@ -15,7 +15,7 @@ from scipy.stats import mannwhitneyu
 from hfc_design.batch import folder
 from hfc_design.batch.plan import LABEL, SCENARIO, Published, matches
 from hfc_design.batch.runs import SEED, Run, batches_below
-from hfc_design.core.shapes import Floats
+from hfc_design.core.numbers import Floats
 
 #: A difference counts as shown where the corrected p is not above this.
 ALPHA = 0.05

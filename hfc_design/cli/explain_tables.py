@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hfc_design.core.console import plain_table, terminal
-from hfc_design.core.shapes import Json
+from hfc_design.core.numbers import Json
 
 #: Share of a command -> what an explanation calls it.
 PARTS = {

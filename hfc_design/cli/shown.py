@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.shapes import Json
+from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation

@@ -6,8 +6,7 @@ Most controllers are the law of one axis, lifted to the machine by ``PerAxis``.
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
-from hfc_design.core.scalars import Xp, clipped
-from hfc_design.core.shapes import Gains, Memory, Parameters, Scalar
+from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, Xp, clipped
 
 #: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``reference``,
 #: ``reference_rate``, ``reference_acceleration``) and the readings of its drive.

@@ -8,8 +8,8 @@ import numpy as np
 
 from hfc_design.controllers.controller import Controller
 from hfc_design.controllers.kind import Target, kinds
+from hfc_design.core.numbers import Floats, Gains, Integers, Json, Mask, Own
 from hfc_design.core.records import checked
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Mask, Own
 
 
 class Population(Protocol):

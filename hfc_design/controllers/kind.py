@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
+from hfc_design.core.numbers import Floats, Gains, Json, Memory, Own, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Positive, Record, UserError
-from hfc_design.core.shapes import Floats, Gains, Json, Memory, Own, Parameters
 
 if TYPE_CHECKING:
     from plants import Machine  # which imports JAX
@@ -90,7 +90,7 @@ class Shown(NamedTuple):
 
 def numbers(record: ControllerRecord, shown: Shown) -> list[Any]:
     """The section of a report on a controller that says nothing else of itself."""
-    from hfc_design.pictures.section import Listing, Section  # which draw
+    from hfc_design.pictures.figure import Listing, Section  # which draw
 
     own: Json = record.model_dump(exclude={"kind", "sample_time_s"})
     found = {key.rpartition(".")[2]: value for key, value in flat(own).items()}

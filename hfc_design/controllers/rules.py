@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.core.numbers import Json, Own, RuleTable
 from hfc_design.core.records import Table
-from hfc_design.core.shapes import Json, Own, RuleTable
 
 Rows = list[list[str]]
 

@@ -10,8 +10,8 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, UserError
-from hfc_design.core.shapes import Json
 
 FORMAT = "hfc-checkpoint-2"
 #: In which what had failed scored 0, and everything else more.

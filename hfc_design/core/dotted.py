@@ -4,8 +4,8 @@ import copy
 import tomllib
 from collections.abc import Iterable, Mapping
 
+from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Json, Plain
 
 #: Values by dotted key, or texts like "key.sub=value".
 Changes = Iterable[str] | Mapping[str, Plain]

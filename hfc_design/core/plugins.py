@@ -18,8 +18,8 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
 
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, short
-from hfc_design.core.shapes import Json
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.

@@ -5,9 +5,9 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
+from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Record
-from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import PerAxisRecord
 from plants import PLANTS, Drive, Machine, alone, plant_fault, side_by_side
 

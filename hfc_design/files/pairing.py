@@ -6,8 +6,8 @@ import numpy as np
 
 from hfc_design.controllers.controller import Controller
 from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.numbers import Gains
 from hfc_design.core.records import UserError, checked
-from hfc_design.core.shapes import Gains
 from hfc_design.files.design import Design, changed_design, named_design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario, scenario_of

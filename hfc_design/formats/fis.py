@@ -3,8 +3,8 @@
 from itertools import pairwise
 
 from hfc_design.controllers.rules import FlatGaussian
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.fuzzy_files import Input, beside, inputs, texts, unit_head
 from hfc_design.formats.writing import Format, matlab_name, rendered, rule_units, signal_units

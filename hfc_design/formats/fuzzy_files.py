@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple
 
 from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import Table
-from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import (
     check_names,

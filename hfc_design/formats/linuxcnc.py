@@ -8,8 +8,8 @@ import hashlib
 import numpy as np
 
 from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Json, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario

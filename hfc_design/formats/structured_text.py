@@ -7,7 +7,7 @@ import re
 
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.shapes import Json
+from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
 from hfc_design.formats.writing import NO_CODE, Format, check_names, head, rendered, signals_read

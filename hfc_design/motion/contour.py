@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.shapes import Floats, Indices, Scalar
+from hfc_design.core.numbers import Floats, Indices, Scalar
 from hfc_design.motion.paths import Path
 from hfc_design.motion.trajectories import Circle, Line, PathSamples, Trajectory
 from plants import Drive

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.shapes import Floats, Indices, Mask
+from hfc_design.core.numbers import Floats, Indices, Mask
 
 Point = tuple[float, float]
 

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from hfc_design.core.numbers import Floats
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, readable_by
-from hfc_design.core.shapes import Floats
 from hfc_design.motion.samples import AxisSamples
 
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
+from hfc_design.core.numbers import Floats, Series
 from hfc_design.core.records import Positive, Record
-from hfc_design.core.shapes import Floats, Series
 
 
 class AxisSamples(NamedTuple):

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from hfc_design.core.numbers import Floats
 from hfc_design.core.records import Finite, Positive, Record, readable_by
-from hfc_design.core.shapes import Floats
 from hfc_design.motion import gcode
 from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
 from hfc_design.motion.samples import AxisSamples, PathFrame

@@ -5,8 +5,8 @@ from typing import Literal
 
 import jax.numpy as jnp
 
+from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
-from hfc_design.core.shapes import Scalar
 from hfc_design.motion.contour import local_error
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums

@@ -10,8 +10,8 @@ from jaxtyping import Array, Bool, Float
 from pydantic import SerializeAsAny
 
 from hfc_design import objectives
+from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.plugins import Group, chosen, found_in, lacking
-from hfc_design.core.shapes import Floats, Scalar
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 from hfc_design.objectives.stick_share import stick_share

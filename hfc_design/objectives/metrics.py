@@ -5,8 +5,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import NotNegative, Positive, Record
-from hfc_design.core.shapes import Floats, Mask
 from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.stick_share import is_stuck
 from plants import Drive, in_a_name

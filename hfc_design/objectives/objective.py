@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer
 
+from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative, Record
-from hfc_design.core.shapes import Scalar
 from hfc_design.motion.samples import PathFrame
 
 #: What only its objective knows: what it has added up by some sample, scalars.

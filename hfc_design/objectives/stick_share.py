@@ -9,8 +9,8 @@ from typing import Literal
 
 import jax.numpy as jnp
 
+from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.records import Positive
-from hfc_design.core.shapes import Scalar, Truth
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 

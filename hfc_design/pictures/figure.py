@@ -7,8 +7,9 @@ purpose: they are to be read on a phone too.
 import base64
 import io
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -18,9 +19,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats
 
+Rows = list[list[str]]  # of a table
 WIDTH = 5.4  # of every figure [in]
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
@@ -102,6 +104,38 @@ def round_above(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))
+
+
+class Listing(NamedTuple):
+    """A table; its first column names the rows."""
+
+    caption: str
+    head: list[str]
+    rows: Rows
+
+
+class Drawing(NamedTuple):
+    """A figure, what it is for those who cannot see it, and its caption."""
+
+    figure: Figure
+    alt: str
+    caption: str
+
+
+class Section(NamedTuple):
+    """A part of the page under its own heading."""
+
+    title: str
+    text: str  # "" for none
+    listing: Listing | None
+    drawings: list[Drawing]
+
+
+def score(value: float) -> str:
+    """A fitness or a merit as people read it: of contour errors small, by Lin & Lee large."""
+    if not isfinite(value):
+        return "diverged"
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.4g}"
 
 
 def heat_map(

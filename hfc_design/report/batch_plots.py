@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Floats
+from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, finish, framed, gridded, logarithmic
 from hfc_design.report.plots import thinned
 from hfc_design.search.loop import History

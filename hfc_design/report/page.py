@@ -16,7 +16,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
-from hfc_design.pictures.section import Listing, Rows, Section, score
+from hfc_design.pictures.figure import Listing, Rows, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result

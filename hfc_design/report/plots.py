@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Floats, Mask
+from hfc_design.core.numbers import Floats, Mask
 from hfc_design.motion.contour import Contour, glitches, nearest
 from hfc_design.motion.trajectories import PathSamples
 from hfc_design.pictures.figure import OTHER, OWN, finish, framed, gridded, logarithmic, round_above

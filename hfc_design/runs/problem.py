@@ -8,9 +8,9 @@ import numpy as np
 from hfc_design import __version__
 from hfc_design.controllers.genome import Genome, Population, taken
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.numbers import Floats
 from hfc_design.core.plugins import sources
 from hfc_design.core.records import checked
-from hfc_design.core.shapes import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, renamed

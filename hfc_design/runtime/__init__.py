@@ -11,8 +11,7 @@ from typing import Any
 
 from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View, limited
 from hfc_design.controllers.kind import ControllerRecord, needed
-from hfc_design.core.scalars import SCALARS
-from hfc_design.core.shapes import Parameters
+from hfc_design.core.numbers import SCALARS, Parameters
 from hfc_design.files.design import Design, read_design
 
 

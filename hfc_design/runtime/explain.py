@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from hfc_design.controllers.kind import Explain, needed
+from hfc_design.core.numbers import Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Parameters
 from hfc_design.files.design import Design
 from hfc_design.runtime import Controller
 from plants import Drive

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import SerializeAsAny
 
 from hfc_design.controllers.genome import Genome, Population, joined, taken
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.plugins import Group, chosen, found_in, lacking
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats, Integers
 from hfc_design.search import strategies
 from hfc_design.search.strategy import Searcher, State, Strategy, StrategySettings, Task
 

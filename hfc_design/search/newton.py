@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hfc_design.controllers.genome import AnyPopulation, Space
-from hfc_design.core.shapes import Floats, Mask
+from hfc_design.core.numbers import Floats, Mask
 
 
 class Linear(NamedTuple):

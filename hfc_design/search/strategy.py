@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from hfc_design.controllers.genome import Genome, Population
+from hfc_design.core.numbers import Floats
 from hfc_design.core.records import Positive, Record
-from hfc_design.core.shapes import Floats
 from hfc_design.search.newton import Linear
 
 Probability = Annotated[float, Field(ge=0, le=1)]

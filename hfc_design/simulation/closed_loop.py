@@ -12,8 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View
-from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Gains, Memory, Parameters, Scalar, State
+from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State, Xp
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import local_error

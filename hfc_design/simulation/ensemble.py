@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple
 import jax
 import numpy as np
 
+from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError, checked
-from hfc_design.core.shapes import Floats, Mask
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, machine

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Signals
-from hfc_design.core.shapes import Floats, Gains, Parameters
+from hfc_design.core.numbers import Floats, Gains, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of, machine
 from hfc_design.files.scenario import Scenario

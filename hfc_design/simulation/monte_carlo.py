@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from hfc_design.core.numbers import Floats, Mask, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats, Mask, Parameters
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, machine

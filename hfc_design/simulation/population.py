@@ -23,9 +23,9 @@ from jax.typing import ArrayLike, DTypeLike
 from jaxtyping import Array, PyTree
 
 from hfc_design.core import devices
+from hfc_design.core.numbers import Floats, Gains, Integers, Parameters
 from hfc_design.core.plugins import own_ones
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats, Gains, Integers, Parameters
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start

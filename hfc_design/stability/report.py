@@ -9,8 +9,8 @@ import numpy as np
 from rich.table import Table
 
 from hfc_design.core.console import terminal
+from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Json, Parameters
 from hfc_design.stability.stable_range import StableRange
 
 if TYPE_CHECKING:

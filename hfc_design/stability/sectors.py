@@ -15,10 +15,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
+from hfc_design.core.numbers import Floats, RuleTable, Scalar, Triangles, Xp, clipped
 from hfc_design.core.records import TERMS, ZR, UserError
-from hfc_design.core.scalars import Xp, clipped
-from hfc_design.core.shapes import Floats, RuleTable, Scalar, Triangles
 
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive
 SMALLEST = 1e-9  # distance of two centres [BLU]
@@ -121,21 +121,18 @@ def _ratio_piece(ends: tuple[float, float], p: Floats, q: Floats) -> list[float]
         zero = ends.index(0.0)
         if p[zero] == 0.0:  # x divides out, what is left is monotone
             return [float(p[1 - zero] / (ends[1 - zero] * weight)) for weight in q]
-    (p0, p1), (q0, q1), (x0, x1) = ((u, v - u) for u, v in (p.tolist(), q.tolist(), ends))
-    product = (x0 * q0, x0 * q1 + x1 * q0, x1 * q1)
-    inner = _inside(p1 * product[0] - p0 * product[1], -2.0 * p0 * product[2], -p1 * product[2])
-    outer = [_quotient(p[k] / q[k], ends[k], ends) for k in (0, 1)]
-    return [*outer, *(_quotient((p0 + p1 * t) / (q0 + q1 * t), x0 + x1 * t, ends) for t in inner)]
+    above, weight, x = (Polynomial((u, v - u)) for u, v in (p, q, ends))
+    places = [0.0, *stationary(above, weight * x, 1.0), 1.0]
+    return [_quotient(float(above(t) / weight(t)), float(x(t)), ends) for t in places]
 
 
-def _inside(c0: float, c1: float, c2: float) -> list[float]:
-    """The roots of c0 + c1 t + c2 t^2 between 0 and 1, without cancellation or overflow."""
-    square = c1 * c1 - 4.0 * c2 * c0
-    if square < 0.0:
-        return []
-    half = -0.5 * (c1 + math.copysign(math.sqrt(square), c1))
-    pairs = ((half, c2), (c0, half))
-    return [u / v for u, v in pairs if 0.0 < abs(u) < abs(v) and (u > 0.0) == (v > 0.0)]
+def stationary(numerator: Polynomial, denominator: Polynomial, end: float) -> list[float]:
+    """Every place between 0 and ``end`` where the quotient is stationary.
+
+    Real parts of complex roots may be among them; one more place never spoils an extremum.
+    """
+    slope = numerator.deriv() * denominator - numerator * denominator.deriv()
+    return [float(t) for t in slope.roots().real if 0.0 < t < end]
 
 
 def _quotient(level: float, x: float, ends: tuple[float, float]) -> float:
@@ -210,7 +207,7 @@ def bounded(
     Between the points of ``reach`` the product rule stays under the chord. The column de = ZR
     makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton takes
     another sign than in ``signs`` (7, 7), unless its sector demands it; one that is 0 there may
-    take the sign of its row. The row e = ZR stays. ``xp`` as in ``core.scalars``.
+    take the sign of its row. The row e = ZR stays. ``xp`` as in ``core.numbers``.
     """
     table = []
     for i, row in enumerate(singletons):

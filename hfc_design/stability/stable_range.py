@@ -25,8 +25,9 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 from scipy.special import hyp1f1
 
+from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats
+from hfc_design.stability.sectors import stationary
 
 #: Allowed T/tau: slower sampling sees no dynamics, faster sampling is continuous control.
 RATIO = (1e-3, 50.0)
@@ -95,7 +96,7 @@ def stable_range(gain: float, time_constant: float, sample_time: float) -> Stabl
     k0, a, b = travel * ratio / 2.0 * lag, zero / lag, math.exp(-ratio)
     # The point x = 1 is a pole of the printed expression; its limit there is minus infinity.
     real, weight = _real_part(a, b), _weight(b)
-    places = [*_stationary(-real, weight), Y_END]
+    places = [*stationary(-real, weight, Y_END), Y_END]
     printed = float(1.0 / (k0 * max(-real(y) / weight(y) for y in places)))
     # The poles solve z^2 + (K_0 K_1 - 1 - b) z + b + a K_0 K_1 = 0 and meet the unit circle as a
     # pair, where the last coefficient is 1. No sector [0, K_1] can reach further.
@@ -114,7 +115,7 @@ def _k2_bound(found: StableRange, k1: float) -> float:
     square = Polynomial([(1.0 + a) ** 2, -2.0 * a])  # |z + a|^2
     rest = Polynomial([0.0, (1.0 + a) * (1.0 - b), a * b - 1.0 - 4.0 * a, 2.0 * a])
     g = k0 * (kappa * square - 8.0 * rest)
-    places = [0.0, *_stationary(h, g), Y_END]
+    places = [0.0, *stationary(h, g, Y_END), Y_END]
     return float(min(h(y) / g(y) for y in places if g(y) > 0.0))
 
 
@@ -126,12 +127,3 @@ def _real_part(a: float, b: float) -> Polynomial:
 def _weight(b: float) -> Polynomial:
     """|z - 1|^2 |z - b|^2 on the unit circle, in y: minus the denominator of eq. 21."""
     return Polynomial([0.0, 2.0 * (1.0 - b) ** 2, 4.0 * b])
-
-
-def _stationary(numerator: Polynomial, denominator: Polynomial) -> list[float]:
-    """Every place inside (0, 2) where the quotient is stationary.
-
-    Real parts of complex roots may be among them; one more place never spoils an extremum.
-    """
-    slope = numerator.deriv() * denominator - numerator * denominator.deriv()
-    return [float(y) for y in slope.roots().real if 0.0 < y < Y_END]

@@ -12,9 +12,8 @@ from hfc_design.controllers.aflc.record import AdaptiveDesign, AflcDesign, AflcS
 from hfc_design.controllers.flc import KIND as FLC
 from hfc_design.controllers.flc.export import EXPLAIN, HERE, c_values
 from hfc_design.controllers.kind import Template, later
+from hfc_design.core.numbers import SCALARS, Json
 from hfc_design.core.records import ZR
-from hfc_design.core.scalars import SCALARS
-from hfc_design.core.shapes import Json
 
 #: Where the templates of the adaptation lie.
 ADAPTATION = (Path(__file__).parent / "templates",)

@@ -1,14 +1,13 @@
 """What the adaptive fuzzy controllers decide: which rules are judged how, and what bounds a move.
 
 JK04 is Jee & Koren 2004, JK95 Jee & Koren 1995. Written for one axis in scalars; ``xp`` as in
-``core.scalars``. Never imports JAX.
+``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
 
+from hfc_design.core.numbers import Degrees, Scalar, Triangles, Truth, Xp, clipped
 from hfc_design.core.records import ZR
-from hfc_design.core.scalars import Xp, clipped
-from hfc_design.core.shapes import Degrees, Scalar, Triangles, Truth
 
 #: Two actions or two degrees that differ by less are the same, and a rule whose degrees are less
 #: has not fired: rounding decides nothing.

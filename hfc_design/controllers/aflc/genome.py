@@ -4,7 +4,7 @@ import numpy as np
 
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.flc import genome as flc
-from hfc_design.core.shapes import Floats, Json
+from hfc_design.core.numbers import Floats, Json
 
 
 class AflcGenome(flc.FuzzyGenome):

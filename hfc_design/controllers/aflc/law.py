@@ -3,7 +3,7 @@
 AFLC is Jee & Koren 2004 (JK04), section 4 and Appendix B; SOFLC its ancestor, Jee & Koren 1995
 (JK95), section 3. At sample k the rules that fired at k - 1 are judged by what became of the
 error, terms and singletons are moved, and the moved table gives the command. Written for one
-axis in scalars; ``xp`` as in ``core.scalars``.
+axis in scalars; ``xp`` as in ``core.numbers``.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,8 +14,7 @@ from hfc_design.controllers.aflc.adaptation import ALIKE, blamed_aflc, joined, p
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, joints, memberships
-from hfc_design.core.scalars import Xp, each, total
-from hfc_design.core.shapes import Scalar, Triangles, Truth
+from hfc_design.core.numbers import Scalar, Triangles, Truth, Xp, each, total
 from hfc_design.stability.sectors import Rectangle, bounded
 
 #: Rows of numbers: terms (7, 3), singletons (7, 7), or how far they have moved.

@@ -9,7 +9,7 @@ from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.kind import Explain, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
-from hfc_design.core.shapes import Json, Memory
+from hfc_design.core.numbers import Json, Memory
 
 HERE = Path(__file__).parent / "templates"
 

@@ -10,9 +10,8 @@ from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.flc.record import FuzzySettings, nearest_labels, terms_of
 from hfc_design.controllers.genome import Genome, some, taken
 from hfc_design.controllers.kind import Target
+from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
 from hfc_design.core.records import TERMS, ZR
-from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats, Gains, Integers, Json, Own
 from hfc_design.stability.sectors import Rectangle, bounded, reach
 from hfc_design.stability.stable_range import StableRange, stable_range
 

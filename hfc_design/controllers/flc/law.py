@@ -1,7 +1,7 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 2004, sections 2 and 4.3).
 
 Written for one axis in scalars and without branches on their values; ``xp`` as in
-``core.scalars``. Never imports JAX.
+``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Sequence
@@ -9,8 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
-from hfc_design.core.scalars import Xp, dot, total
-from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Triangles
+from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Triangles, Xp, dot, total
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
 STANDSTILL = 0.5

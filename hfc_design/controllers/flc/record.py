@@ -17,8 +17,8 @@ from pydantic import (
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.core.numbers import Floats, Json, Parameters, Plain, RuleTable, Triangles
 from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table, UserError
-from hfc_design.core.shapes import Floats, Json, Parameters, Plain, RuleTable, Triangles
 from hfc_design.stability.sectors import sectors_at_centres, true_sectors
 
 if TYPE_CHECKING:

@@ -11,10 +11,18 @@ from matplotlib.ticker import MaxNLocator
 from hfc_design.controllers.flc.law import infer, memberships
 from hfc_design.controllers.flc.record import LABELS, FlcDesign, FuzzyRecord, Terms
 from hfc_design.controllers.kind import Shown
-from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats
-from hfc_design.pictures.figure import OTHER, OWN, colour_strip, framed, heat_map, round_above
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.core.numbers import ARRAYS, Floats
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    Drawing,
+    Listing,
+    Section,
+    colour_strip,
+    framed,
+    heat_map,
+    round_above,
+)
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
 

@@ -12,9 +12,8 @@ from pydantic import create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, later
+from hfc_design.core.numbers import Gains, Memory, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError
-from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Gains, Memory, Scalar
 
 Range = tuple[float, float]
 #: A NamedTuple of a ``Range`` for each gain.

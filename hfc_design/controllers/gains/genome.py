@@ -7,7 +7,7 @@ import numpy as np
 from hfc_design.controllers.gains import GainsSettings, Range
 from hfc_design.controllers.genome import Genome, some
 from hfc_design.controllers.kind import Target, kinds
-from hfc_design.core.shapes import Floats, Gains, Integers, Json
+from hfc_design.core.numbers import Floats, Gains, Integers, Json
 
 
 class GainVectors(NamedTuple):

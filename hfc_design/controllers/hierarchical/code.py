@@ -16,8 +16,7 @@ from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
 from hfc_design.controllers.kind import Template
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.scalars import ARRAYS
-from hfc_design.core.shapes import Floats, Json
+from hfc_design.core.numbers import ARRAYS, Floats, Json
 
 HERE = Path(__file__).parent / "templates"
 

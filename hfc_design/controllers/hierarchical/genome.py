@@ -9,7 +9,7 @@ from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings, bounds_of
 from hfc_design.controllers.kind import Target
-from hfc_design.core.shapes import Floats, Integers, Json
+from hfc_design.core.numbers import Floats, Integers, Json
 
 
 class Hierarchies(NamedTuple):

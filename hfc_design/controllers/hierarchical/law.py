@@ -2,7 +2,7 @@
 
 One unit has linguistic terms, a singleton rule table and centre-average defuzzification. Written
 for scalars and unrolled: inside the closed loop an array of seven memberships would cost a factor
-of five. ``xp`` as in ``core.scalars``. Never imports JAX.
+of five. ``xp`` as in ``core.numbers``. Never imports JAX.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,8 +12,7 @@ from typing import NamedTuple, TypeAlias
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Sources
-from hfc_design.core.scalars import Xp, clipped, dot, total
-from hfc_design.core.shapes import Degrees, Floats, RuleTable, Scalar
+from hfc_design.core.numbers import Degrees, Floats, RuleTable, Scalar, Xp, clipped, dot, total
 
 #: What gives the degrees of a scalar in the terms.
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]

@@ -18,8 +18,8 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
-from hfc_design.core.shapes import Json
 
 
 class PdRecord(Record):

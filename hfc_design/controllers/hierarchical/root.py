@@ -5,16 +5,15 @@ sample k the rules that fired at k - 1 are judged by what became of the error, a
 move. The terms of LL eq. 3 are flat tops with tails that never end; they have no edges to move,
 so that only consequents do. There is no stability theorem for the C-axis either: what bounds a
 move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
-``core.scalars``. Never imports JAX.
+``core.numbers``. Never imports JAX.
 """
 
 from operator import add
 from typing import NamedTuple
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
+from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Truth, Xp, clipped, each, total
 from hfc_design.core.records import ZR, NotNegative, Positive, Record
-from hfc_design.core.scalars import Xp, clipped, each, total
-from hfc_design.core.shapes import Degrees, RuleTable, Scalar, Truth
 
 #: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
 FIRED = 1.0 / 49.0

@@ -15,7 +15,7 @@ from hfc_design.controllers.rules import (
     rows_of,
     side,
 )
-from hfc_design.core.shapes import Json
+from hfc_design.core.numbers import Json
 
 
 def units(record: HierarchicalDesign) -> list[RuleUnit]:

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.kind import Shown
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, heat_map
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Drawing, Listing, Section, heat_map
 from plants import Drive
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.numbers import Scalar
 
 MAX_INPUTS = 6
 

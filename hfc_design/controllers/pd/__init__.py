@@ -9,8 +9,7 @@ from typing import NamedTuple
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.gains import kind_of_gains
 from hfc_design.controllers.kind import Template
-from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Scalar
+from hfc_design.core.numbers import Scalar, Xp
 
 
 class PdGains(NamedTuple):

@@ -18,9 +18,9 @@ from hfc_design.controllers.kind import (
     kinds,
     later,
 )
+from hfc_design.core.numbers import Gains, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
-from hfc_design.core.shapes import Gains, Plain
 
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]

@@ -8,8 +8,8 @@ import numpy as np
 from hfc_design.controllers.genome import Genome, Members, taken
 from hfc_design.controllers.kind import Target, kinds
 from hfc_design.controllers.per_axis import PerAxisSettings
+from hfc_design.core.numbers import Floats, Gains, Integers, Json
 from hfc_design.core.records import UserError
-from hfc_design.core.shapes import Floats, Gains, Integers, Json
 
 #: Structures of all axes together, at most; each is an island of a search.
 MOST = 20_000

@@ -9,8 +9,7 @@ from typing import NamedTuple
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.gains import kind_of_gains
 from hfc_design.controllers.kind import Template
-from hfc_design.core.scalars import Xp
-from hfc_design.core.shapes import Json, Own, Scalar
+from hfc_design.core.numbers import Json, Own, Scalar, Xp
 
 
 class PidGains(NamedTuple):

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from hfc_design.controllers.flc.record import nearest_labels
 from hfc_design.controllers.hierarchical.record import input_names
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import NAME, TERMS, UserError, checked
-from hfc_design.core.shapes import Json
 from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.system import Shape, System
 

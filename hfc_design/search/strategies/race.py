@@ -7,8 +7,8 @@ from pydantic import Field
 
 from hfc_design.controllers.genome import Population, joined, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
+from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.core.shapes import Floats, Integers, Mask
 from hfc_design.search.newton import individuals
 from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 

@@ -14,8 +14,8 @@ from hfc_design.controllers.aflc.adaptation import (
 )
 from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
 from hfc_design.controllers.flc.law import FlcGains, infer, memberships
+from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import ZR
-from hfc_design.core.scalars import SCALARS
 from hfc_design.stability.sectors import Rectangle
 
 PS, PM, PL = 4, 5, 6

@@ -13,7 +13,7 @@ from hfc_design.controllers.flc.law import (
     memberships,
 )
 from hfc_design.controllers.flc.record import LABELS
-from hfc_design.core.scalars import SCALARS
+from hfc_design.core.numbers import SCALARS
 
 INF = float("inf")
 X_AXIS = Compensation((0.05, -1.16, 6.54), (-0.04, -1.0, -6.43), 12.0, (6.54, -6.43), 2.0, 0.01)

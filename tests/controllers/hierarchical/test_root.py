@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.root import Adaptation
+from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import UserError
-from hfc_design.core.scalars import SCALARS
 from hfc_design.files.design import Design, design_json, parse_design
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario

@@ -3,7 +3,7 @@
 import pytest
 
 from hfc_design.controllers.pid import PidGains, pid
-from hfc_design.core.scalars import SCALARS
+from hfc_design.core.numbers import SCALARS
 
 
 def test_law_by_hand():

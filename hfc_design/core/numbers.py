@@ -1,4 +1,4 @@
-"""The functions that control laws are written with, for one machine in scalars.
+"""Numbers, tables and arrays: each type named once, and the functions that laws are written with.
 
 A law takes them as ``xp``: ``SCALARS`` in the runtime, ``ARRAYS`` over arrays of NumPy,
 ``closed_loop.LANES`` in the simulator. A law has no branches on values, so that the same text
@@ -9,11 +9,37 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from operator import add, getitem, mul
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hfc_design.core.shapes import Scalar, Truth
+#: A number of one machine: a float in the runtime, an array over individuals with NumPy, a value
+#: being traced in the simulator. No type of Python's says what these three have in common.
+Scalar: TypeAlias = Any
+#: A truth about ``Scalar``s, of the same three kinds.
+Truth: TypeAlias = Any
+#: (..., steps) numbers, one a control sample: of NumPy or JAX, or being traced.
+Series: TypeAlias = Any
+#: What only its kind of controller knows: its record, its numbers, what it remembers.
+Own: TypeAlias = Any
+Gains: TypeAlias = Any
+Memory: TypeAlias = Any
+#: What only a drive knows: the record of its parameters, what a step needs of them, its state.
+Parameters: TypeAlias = Any
+State: TypeAlias = Any
+#: What TOML and JSON hold, and a table of it: what it should be only who reads it knows.
+Plain: TypeAlias = Any
+Json: TypeAlias = dict[str, Plain]
+
+Degrees: TypeAlias = Sequence[Scalar]  # (7,) of a value in the terms of an input
+Triangles: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 3) left, centre, right
+RuleTable: TypeAlias = Sequence[Sequence[Scalar]]  # (7, 7) singletons [row][column]
+
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 
 
 class Xp(NamedTuple):
