@@ -112,10 +112,7 @@ def stability(
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
     2004.
     """
-    from hfc_design.controllers.kind import needed
     from hfc_design.core.records import UserError
-    from hfc_design.files.machine import PlantSettings
-    from hfc_design.files.pairing import load_design
     from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
@@ -126,6 +123,10 @@ def stability(
         points: Points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
+        from hfc_design.controllers.kind import needed
+        from hfc_design.files.machine import PlantSettings  # with JAX
+        from hfc_design.files.pairing import load_design
+
         own = load_design(design, others)
         points = needed(own.kind.table_gains, own, "no flc, aflc or soflc")(own.controller)
         axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(own.plant)).each()]

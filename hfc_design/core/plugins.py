@@ -211,10 +211,7 @@ def lacking(thing: Any, functions: Iterable[str], settings: type[Any]) -> str | 
 
 
 def chosen(
-    group: Group[Any] | Callable[[], Group[Any]],
-    part: str,
-    key: str = "kind",
-    default: str = "",
+    group: Group[Any] | Callable[[], Group[Any]], part: str, key: str = "kind", default: str = ""
 ) -> WrapValidator:
     """Validates a table of a file by the record that is ``part`` of what its ``key`` names.
 

@@ -7,6 +7,7 @@ and the steps of one sample in words.
 
 import json
 import math
+from functools import partial
 from typing import NamedTuple
 
 from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
@@ -14,6 +15,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import Table
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import (
+    Format,
     check_names,
     csv_text,
     facts,
@@ -134,3 +136,7 @@ def _rules(unit: RuleUnit) -> list[Rule]:
 def unit_head(design: Design) -> list[str]:
     """What made a unit's file, and what it leaves out."""
     return head(design, rule_base(design).notes(design.controller))
+
+
+TEXT = "a folder with FuzzyLite Language, one engine a unit"
+FORMATS = (Format("fll", TEXT, partial(texts, target="fll")),)

@@ -8,7 +8,7 @@ that is understood in part would be simulated wrongly.
 """
 
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import lru_cache
 from math import atan2, dist, hypot, pi, sqrt
 from pathlib import Path
 
@@ -29,6 +29,7 @@ COMMENT: /\([^()\n]*\)|;[^\n]*|%/
 %ignore COMMENT
 %ignore /[ \t\f]+/
 """
+PARSER = Lark(GRAMMAR, parser="lalr", start="program", propagate_positions=True)
 #: Units, plane and modes that are so anyway; no offsets, no cutter compensation, no cycle.
 IDLE_G = frozenset({17, 21, 40, 49, 54, 80, 94})
 IDLE_M = frozenset({0, 1, 3, 4, 5, 6, 7, 8, 9})  # stops, spindle, tool, coolant
@@ -75,7 +76,7 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
         ValueError: it cannot be used; the message starts with the line number.
     """
     try:
-        program = _parser().parse(text)
+        program = PARSER.parse(text)
     except UnexpectedInput as error:
         there = error.get_context(text, span=20).splitlines()[0].strip()
         raise ValueError(
@@ -92,11 +93,6 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     if not machine.done:
         raise ValueError("has no motion in X or Y")
     return tuple(machine.done)
-
-
-@cache
-def _parser() -> Lark:
-    return Lark(GRAMMAR, parser="lalr", start="program", propagate_positions=True)
 
 
 def _sorted(block: Tree[Token]) -> tuple[list[float], list[float], Words]:

@@ -24,11 +24,7 @@ def _fault(strategy: Strategy) -> str | None:
 
 
 STRATEGIES: Group[Strategy] = Group(
-    "strategy",
-    (Strategy,),
-    "hfc_design.strategies",
-    found_in(strategies, "STRATEGY"),
-    fault=_fault,
+    "strategy", (Strategy,), "hfc_design.strategies", found_in(strategies, "STRATEGY"), fault=_fault
 )
 #: The ``[search]`` of a scenario.
 SearchSettings = Annotated[

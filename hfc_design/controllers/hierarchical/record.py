@@ -3,9 +3,10 @@
 Never imports JAX.
 """
 
+from operator import not_
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_INPUTS,
@@ -18,7 +19,6 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
-from hfc_design.core.numbers import Json
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 
 
@@ -80,14 +80,8 @@ class HierarchicalDesign(ControllerRecord):
     output_scale: Positive
     terms: Terms
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
-    adaptation: Adaptation | None = None  # of the root; None: its table stays
-
-    @model_serializer(mode="wrap")
-    def _without_what_is_absent(self, whole: SerializerFunctionWrapHandler) -> Json:
-        data: Json = whole(self)
-        if adaptation := data.pop("adaptation", None):
-            data["adaptation"] = {k: v for k, v in adaptation.items() if v is not None}
-        return data
+    #: Of the root; None: its table stays.
+    adaptation: Adaptation | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
     def _is_a_tree(self) -> "HierarchicalDesign":

@@ -8,8 +8,10 @@ move is ``largest_move``. Written for one axis in scalars; ``xp`` as in
 ``core.numbers``. Never imports JAX.
 """
 
-from operator import add
+from operator import add, not_
 from typing import NamedTuple
+
+from pydantic import Field
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Truth, Xp, clipped, each, total
@@ -24,7 +26,8 @@ class Adaptation(Record):
 
     k_c: NotNegative = 3e-4  # step of a sample for an index of 1 or -1, in units of a consequent
     largest_move: Positive  # of a consequent from where it started
-    error_scale: Positive | None = None  # [1/unit of error]; None: that of the input ``error``
+    #: [1/unit of error]; None: that of the input ``error``.
+    error_scale: Positive | None = Field(None, exclude_if=not_)
 
 
 class RootMemory(NamedTuple):
