@@ -28,9 +28,9 @@ from hfc_design.core.dotted import changed
 from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import GROUPS
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files import pairing as _pairing
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Listing, Section
@@ -83,15 +83,6 @@ def load_scenario(source: str | Path | Values, changes: Values | None = None) ->
     return _scenarios.scenario_of(data, "scenario", Path())
 
 
-def load_design(source: str | Path, changes: Values | None = None) -> Design:
-    """A built-in design, a design file, or that of a run folder; ``changes`` by dotted key.
-
-    Raises:
-        UserError: no such design, or one that cannot run.
-    """
-    return _pairing.load_design(str(source), changes or {})
-
-
 def design(
     scenario: Scenario,
     folder: str | Path | None = None,
@@ -115,18 +106,15 @@ def design(
     place = Path(folder)
     if (place / _design.CONFIG).exists():
         own = _design.opened_run(place)
-        if _without_paths(own) != _without_paths(scenario):
+        # The folder holds copies of the files that a scenario names.
+        one, other = (_scenarios.renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
+        if one != other:
             raise UserError(f"{place}: holds a run of another scenario; name another folder")
     else:
         own = _design.new_run(scenario, place)
     result = _design.run(own, place, on_generation)
     write_page(own, result, place)
     return result
-
-
-def _without_paths(scenario: Scenario) -> Scenario:
-    """A run folder holds copies of the files that a scenario names."""
-    return _scenarios.renamed(scenario, lambda key, file: Path(key))
 
 
 def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Design:

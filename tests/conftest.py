@@ -30,8 +30,8 @@ def random_population():
 
     def build(count, seed, inputs=5):
         random = np.random.default_rng(seed)
-        trees = hierarchy.trees(inputs)
-        sources = [hierarchy.sources(trees[k]) for k in random.integers(len(trees), size=count)]
+        trees = hierarchy.all_sources(inputs)
+        sources = trees[random.integers(len(trees), size=count)]
         scales = np.array([*oracle.SCALES, 40.0])[:inputs]
         level = random.uniform(-2.0, 2.0, count)  # the spread in the paper's tables is +/-0.1
         spread = random.uniform(-0.1, 0.1, (inputs - 1, 7, 7, count))

@@ -7,8 +7,6 @@ import click
 
 from hfc_design.cli.options import PATH, Texts, as_json, changing_design, knowing_plugins
 
-#: Name -> gains (K_1, K_2) of a rule table.
-Points = dict[str, tuple[float, float]]
 LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
 SIGNALS = "SIGNAL=NUMBER,..."
 AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
@@ -120,7 +118,7 @@ def stability(
     if design is None:
         if others:
             raise UserError("--change needs a DESIGN")
-        points: Points = {}
+        points: report.Points = {}
         drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
     else:
         from hfc_design.controllers.kind import needed

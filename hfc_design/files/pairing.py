@@ -16,17 +16,17 @@ from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
 DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
 
 
-def load_design(name: str, changes: Changes = ()) -> Design:
-    """The design with a built-in name, in a file or in a run folder, with a plant that can run.
+def load_design(name: str | Path, changes: Changes | None = None) -> Design:
+    """A built-in design, a design file, or that of a run folder, with a plant that can run.
 
     ``changes`` are of dotted keys, as in ``controller.integral_gain``.
 
     Raises:
         UserError: there is no such design, or it is not one that can run.
     """
-    design = named_design(name)
+    design = named_design(str(name))
     if changes:
-        design = changed_design(design, changes, name)
+        design = changed_design(design, changes, str(name))
     checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
     return design
 

@@ -20,7 +20,7 @@ from hfc_design.pictures.figure import Listing, Rows, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
-from hfc_design.search.loop import Archive, Search
+from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
 
 TABLES = "tables"
@@ -86,7 +86,9 @@ def write_page(
         errors=plots.errors(evaluations),
         sections=_sections(design, own, scenario),
         tables=tables,
-        search=_found(search, scenario) if search else None,
+        search=search,
+        history=search and batch_plots.history(search.history, scenario.judge().title),
+        structures=search and _structures(search.archive, scenario),
         provenance={
             key: value if isinstance(value, str) else json.dumps(value)
             for key, value in design.provenance.items()
@@ -96,17 +98,6 @@ def write_page(
     )
     write_whole(folder / REPORT, page)
     return rivals
-
-
-def _found(search: Search, scenario: Scenario) -> dict[str, object]:
-    """How the design was found."""
-    return {
-        "generations": search.generation,
-        "diverged": int(search.history.diverged.sum()),
-        "title": scenario.judge().title,
-        "history": batch_plots.history(search.history, scenario.judge().title),
-        "structures": _structures(search.archive, scenario),
-    }
 
 
 def _structures(archive: Archive, scenario: Scenario) -> Listing | None:

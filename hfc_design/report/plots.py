@@ -165,7 +165,10 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         count = _drawn(evaluation)
         starts = np.arange(0, count, -(-len(evaluation.time) // 100))
-        largest = np.maximum.reduceat(factor * np.abs(_error(evaluation)[:count]), starts)
+        # Of several axes without a path that of the worst.
+        each = [axis.motion.error for axis in evaluation.axes]
+        error = evaluation.contour.error if evaluation.contour else np.abs(each).max(axis=0)
+        largest = np.maximum.reduceat(factor * np.abs(error[:count]), starts)
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=label, **style)
     finish(axes, f"largest error [{unit}]", "time [s]")
@@ -173,14 +176,6 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     axes.margins(x=0)
     figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
     return figure
-
-
-def _error(evaluation: Evaluation) -> Floats:
-    """(steps,) what the controller is to make small; of several axes that of the worst."""
-    path = evaluation.contour
-    if path is not None:
-        return path.error
-    return np.abs([axis.motion.error for axis in evaluation.axes]).max(axis=0)
 
 
 def _error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:

@@ -41,19 +41,13 @@ MAX_DRAWS = 100
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-class Drawn(NamedTuple):
-    """Machines whose parameters are spread, the nominal one first."""
-
-    machines: Machines
-    refused: int  # draws that gave no possible machine
-
-
 class Robustness(NamedTuple):
-    """What one design does on ``Machines``."""
+    """What one design does on machines whose parameters are spread."""
 
     spread: float
     seed: int
-    drawn: Drawn
+    machines: Machines  # the nominal one first
+    refused_draws: int  # that gave no possible machine
     refined: int  # machines that were simulated again with shorter steps
     stable: Mask  # (samples,)
     nominal_stable: bool
@@ -84,7 +78,7 @@ class Robustness(NamedTuple):
             "seed": self.seed,
             "stable_share": float(self.stable.mean()),
             "nominal_stable": self.nominal_stable,
-            "refused_draws": self.drawn.refused,
+            "refused_draws": self.refused_draws,
             "refined": self.refined,
             "metrics": metrics,
         }
@@ -107,9 +101,9 @@ def robustness(
         UserError: spread or samples are not allowed, or design and scenario do not fit.
     """
     _check(spread, samples, seed)
-    draw = drawn(machine(design, scenario), spread, samples, seed)
-    _check_steps(scenario, draw.machines)
-    found = list(_motions(design, scenario, draw.machines, progress))
+    machines, refused = drawn(machine(design, scenario), spread, samples, seed)
+    _check_steps(scenario, machines)
+    found = list(_motions(design, scenario, machines, progress))
     again = np.flatnonzero([one.diverged for one, _ in found])
     if len(again):
         # A motion may diverge because the step is too long for it: ask again with shorter ones.
@@ -120,7 +114,7 @@ def robustness(
         def more(done: int, _: int) -> None:
             progress(len(found) + done, len(found) + len(again))
 
-        motions = _motions(design, finer, draw.machines.take(again), more)
+        motions = _motions(design, finer, machines.take(again), more)
         for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
@@ -131,7 +125,7 @@ def robustness(
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
     parts = (np.array(stable[1:]), stable[0], nominal, values)
-    return Robustness(spread, seed, draw, len(again), *parts)
+    return Robustness(spread, seed, machines, refused, len(again), *parts)
 
 
 def _motions(
@@ -173,8 +167,8 @@ def is_stable(loop: Loop, evaluation: Evaluation) -> bool:
     return True
 
 
-def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Drawn:
-    """The nominal machine and ``samples`` others.
+def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> tuple[Machines, int]:
+    """The nominal machine and ``samples`` others, and how many draws gave no possible one.
 
     The first machines of a seed are the same for every number of samples.
 
@@ -196,7 +190,7 @@ def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> Dr
                 f"gave a possible {settings.machine.name}; a smaller spread is needed"
             )
     true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *kept)
-    return Drawn(Machines(nominal, true), refused)
+    return Machines(nominal, true), refused
 
 
 def _near(

@@ -144,14 +144,7 @@ def _st(record: FuzzyRecord) -> Json:
     low = record.low_velocity
     if low:
         within += ["v", "compensation"]
-        constants |= {
-            "forward": low.forward,
-            "backward": low.backward,
-            "breakaway": low.breakaway,
-            "highest_velocity": low.highest_velocity_mm_s,
-            "smallest_error": low.smallest_error,
-            "blu": low.blu_mm,
-        }
+        constants |= dict(low)
     return {
         "constants": constants,
         "remembered": ["previous_error", "control_action", "integral"],

@@ -21,17 +21,11 @@ from hfc_design.core.numbers import Json
 def units(record: HierarchicalDesign) -> list[RuleUnit]:
     """Inputs are scaled and clamped to [-1, 1] before they enter."""
     terms = tuple(map(_flat, record.terms))
-    return [
-        RuleUnit(
-            f"unit_{unit.id}",
-            identifier(unit.column_input),
-            identifier(unit.row_input),
-            terms,
-            terms,
-            unit.consequents,
-        )
-        for unit in record.units
-    ]
+    found = []
+    for unit in record.units:
+        column, row = identifier(unit.column_input), identifier(unit.row_input)
+        found.append(RuleUnit(f"unit_{unit.id}", column, row, terms, terms, unit.consequents))
+    return found
 
 
 def _flat(term: TermRecord) -> FlatGaussian:

@@ -125,12 +125,7 @@ def decode(gene: Sequence[int]) -> Tree | None:
     raise AssertionError("unit 0 is always reached")
 
 
-def sources(tree: Tree) -> NDArray[np.int32]:
-    """The tree as data for the closed loop: (units, 2) sources, column first."""
-    return np.array([(unit.column, unit.row) for unit in tree], dtype=np.int32)
-
-
 @cache
 def all_sources(inputs: int) -> NDArray[np.int32]:
-    """The sources of every tree, (trees, units, 2), in the order of ``trees``."""
-    return np.stack([sources(tree) for tree in trees(inputs)])
+    """Every tree as data for the closed loop: (trees, units, 2) sources, column first."""
+    return np.array([[unit[1:] for unit in tree] for tree in trees(inputs)], dtype=np.int32)

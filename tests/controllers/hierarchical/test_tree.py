@@ -11,8 +11,8 @@ from hierarchies import encode, valid
 from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS, averaged, memberships
 from hfc_design.controllers.hierarchical.tree import (
     Unit,
+    all_sources,
     decode,
-    sources,
     trees,
     unit_count,
 )
@@ -197,7 +197,7 @@ def test_trees_as_data_equal_recursion(inputs, sample):
     for k in chosen:
         values = random.uniform(-1.0, 1.0, inputs)
         tables = random.uniform(-1.5, 1.5, (inputs - 1, 7, 7))
-        pairs = sources(trees(inputs)[k])
+        pairs = all_sources(inputs)[k]
         wanted = oracle.output(oracle.nested(inputs, pairs.tolist(), tables), values.tolist())
         assert evaluated(values, pairs, tables) == pytest.approx(wanted, rel=1e-12, abs=1e-13)
 
