@@ -25,7 +25,7 @@ def table_of(path: Path) -> tuple[Floats, Floats]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an empty file is refused below
             lines = path.read_text(encoding="utf-8-sig").splitlines()
-            header = not re.match(r"\s*[-+.]*\d", lines[0]) if lines else 0
+            header = int(bool(lines) and not re.match(r"\s*[-+.]*\d", lines[0]))
             data = np.loadtxt(lines, delimiter=",", skiprows=header, ndmin=2)
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror or error}") from None
