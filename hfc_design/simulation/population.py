@@ -36,7 +36,6 @@ devices.configure()
 CHUNK = 64
 LANES = 16
 
-
 #: A number of one individual, or the rows of a table as tuples of tuples.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
 Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
