@@ -26,7 +26,7 @@ from hfc_design.controllers.kind import (
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import changed
 from hfc_design.core.numbers import Xp, clipped, total
-from hfc_design.core.plugins import GROUPS
+from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files import scenario as _scenarios
 from hfc_design.files.design import Design
@@ -64,11 +64,8 @@ def register(thing: Registered) -> Registered:
     Raises:
         UserError: it is none of these, lacks something, or its name is that of a built-in one.
     """
-    for group in GROUPS.values():
-        if group.takes(thing):
-            group.add(thing)
-            return thing
-    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
+    group_of(thing).add(thing)
+    return thing
 
 
 def load_scenario(source: str | Path | Values, changes: Values | None = None) -> Scenario:

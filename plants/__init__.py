@@ -11,7 +11,7 @@ from plants.blocks import rk4
 from plants.c_axis import C_AXIS
 from plants.drive import Drive, in_a_name, only_positive
 from plants.feed_drive import FEED_DRIVE
-from plants.machine import Machine, alone, coupled, plant_fault, side_by_side
+from plants.machine import Machine, coupled, machine_of, plant_fault, side_by_side
 
 _MODULES = sorted(module.name for module in pkgutil.iter_modules(__path__))
 #: Every drive and machine that a module here holds, by name; what users add comes in here too,
@@ -23,5 +23,5 @@ PLANTS: dict[str, Drive | Machine] = {
     if isinstance(thing, Drive | Machine)
 }
 
-__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Drive", "Machine", "alone", "coupled", "in_a_name"]
-__all__ += ["only_positive", "plant_fault", "rk4", "side_by_side"]
+__all__ = ["C_AXIS", "FEED_DRIVE", "PLANTS", "Drive", "Machine", "coupled", "in_a_name"]
+__all__ += ["machine_of", "only_positive", "plant_fault", "rk4", "side_by_side"]

@@ -139,20 +139,33 @@ def only_positive(
 COMMON = ("error", "error_rate", "command", "load")
 
 
+def called(thing: Any, part: str, *given: Any) -> Any:
+    """What a function of a drive or machine gives; an error of it has the ``part`` as a note."""
+    try:
+        return getattr(thing, part)(*given)
+    except Exception as error:  # whatever the user's code raises
+        error.add_note(part)
+        raise
+
+
 def drive_fault(drive: Drive) -> str | None:
     """What keeps a drive from working, in a line; None if nothing that is seen at once."""
     try:
-        fixed = drive.coefficients(drive.parameters())
+        parameters = drive.parameters()
     except TypeError:
         return "each of its parameters needs a default, the nominal machine"
-    state = drive.initial_state(0.0)
-    signals = drive.signals(fixed, state)
+    fixed = called(drive, "coefficients", parameters)
+    state = called(drive, "initial_state", 0.0)
+    signals = called(drive, "signals", fixed, called(drive, "measured", fixed, state))
+    if not isinstance(signals, dict):
+        return f"signals has to give a dict, and gives {signals!r}"
     fields = [drive.position, drive.velocity, *drive.seen]
     fields += [*drive.encoders, *drive.encoders.values()]
     faults = [
         *(f"units has no {key!r}" for key in (*COMMON, *signals) if key not in drive.units),
         *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
         *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
-        drive.fault({}),
+        *(f"exact: no parameter is called {x!r}" for x in drive.exact if x not in dir(parameters)),
+        called(drive, "fault", {}),
     ]
     return next(filter(None, faults), None)

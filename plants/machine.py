@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from jax import lax, tree
 from jax import numpy as jnp
 
-from plants.drive import Drive, Scalar, drive_fault
+from plants.drive import Drive, Scalar, called, drive_fault
 
 #: Name of the axis of a machine that has one.
 ONLY = "axis"
@@ -81,29 +81,32 @@ class Machine:
         return pushed(tree.map(add, loads, rising))
 
 
-@cache
-def alone(drive: Drive) -> Machine:
-    """The machine of one axis."""
-    return Machine(drive.name, (ONLY,), (drive,))
-
-
 _beside = cache(Machine)  # the same machine for the same drives: it is a key of compiled code
 
 
+def machine_of(plant: Drive | Machine) -> Machine:
+    """The machine of a plant: a drive is one of one axis."""
+    return plant if isinstance(plant, Machine) else _beside(plant.name, (ONLY,), (plant,))
+
+
 def side_by_side(name: str = "", **drives: Drive) -> Machine:
-    """A machine of axes that do not feel each other, as in ``side_by_side(x=DRIVE, y=DRIVE)``."""
-    own = name or "+".join(dict.fromkeys(drive.name for drive in drives.values()))
+    """A machine of axes that do not feel each other, as in ``side_by_side(x=DRIVE, y=DRIVE)``.
+
+    ``name`` is what scenarios call it; "": the names of its drives.
+    """
+    own = name or "-".join(dict.fromkeys(getattr(x, "name", "") for x in drives.values()))
     return _beside(own, tuple(drives), tuple(drives.values()))
 
 
-def coupled(machine: Machine, forces: Forces, name: str = "") -> Machine:
-    """The machine with the forces that its axes exert on one another."""
+def coupled(plant: Drive | Machine, forces: Forces, name: str = "") -> Machine:
+    """The machine with the forces that its axes exert on one another; ``name`` of a new one."""
+    machine = machine_of(plant)
     return Machine(name or machine.name, machine.axes, machine.drives, forces)
 
 
 def plant_fault(plant: Drive | Machine) -> str | None:
     """What keeps a plant from working, in a line; None if nothing that is seen at once."""
-    machine = alone(plant) if isinstance(plant, Drive) else plant
+    machine = machine_of(plant)
     if fault := next(filter(None, map(drive_fault, machine.drives)), None):
         return fault
     if not machine.axes or len(machine.axes) != len(machine.drives):
@@ -112,10 +115,7 @@ def plant_fault(plant: Drive | Machine) -> str | None:
         return None
     fixed = machine.coefficients(tuple(drive.parameters() for drive in machine.drives))
     zeros = (0.0,) * len(machine.axes)
-    try:
-        found = machine.forces(fixed, machine.initial_state(0.0), zeros)
-    except Exception as error:  # whatever the user's code raises
-        return f"its forces cannot be computed: {type(error).__name__}: {error}"
+    found = called(machine, "forces", fixed, machine.initial_state(0.0), zeros)
     if not isinstance(found, tuple) or len(found) != len(machine.axes):
         return f"its forces have to be a tuple of {len(machine.axes)}, one an axis"
     return None

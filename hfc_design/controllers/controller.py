@@ -8,9 +8,10 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, Xp, clipped
 
-#: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``reference``,
-#: ``reference_rate``, ``reference_acceleration``) and the readings of its drive.
+#: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``FOLLOWED``) and
+#: the readings of its drive.
 Signals: TypeAlias = Mapping[str, Scalar]
+FOLLOWED = ("reference", "reference_rate", "reference_acceleration")
 
 
 class PathView(NamedTuple):

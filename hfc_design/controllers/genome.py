@@ -1,15 +1,12 @@
 """What a search strategy needs to know of what it varies."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
-from hfc_design.controllers.kind import Target, kinds
+from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Gains, Integers, Json, Mask, Own
-from hfc_design.core.records import checked
 
 
 class Population(Protocol):
@@ -48,15 +45,6 @@ class Genome(Protocol):
 
     def __init__(self, settings: Own, target: Target):
         self.settings, self.target = settings, target
-
-    @property
-    def controller(self) -> Controller:
-        """The controller whose gains are searched: that of any individual."""
-        kind = kinds().get(self.settings.kind)
-        one = self.record(taken(self.empty(), slice(1)))
-        whole = {"sample_time_s": self.target.sample_time, **one}
-        record = checked(kind.record, whole, "controller", Path())
-        return kind.controller_of(record, self.target.limits)
 
     def empty(self) -> Members:
         """One individual of each structure that nobody has tried."""

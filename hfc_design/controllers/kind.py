@@ -132,8 +132,8 @@ class Kind:
     axes: Callable[[Own], dict[str, Own]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.
     genome: Callable[[Own, Target], Any] | None = None
-    #: Signals that it reads at a sample.
-    reads: Callable[[Own], list[str]] = lambda record: ["error", "error_rate"]
+    #: Signals that its law reads at a sample, an argument of the C code each; None: any.
+    reads: Callable[[Own], list[str]] | None = lambda record: ["error", "error_rate"]
     #: The record with what the memory has made of it.
     adapted: Callable[[Own, Memory], Own] | None = None
     #: A record of given gains by their names.

@@ -9,22 +9,30 @@ import importlib
 import pkgutil
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, get_type_hints
 
-from pydantic import ValidationInfo, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic import (
+    ConfigDict,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    create_model,
+)
 
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import UserError, short
+from hfc_design.core.records import NAME, UserError, checked, short
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
 References = list[tuple[str, str]]
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+ANY_CLASS = ConfigDict(arbitrary_types_allowed=True)
 #: Every group, by the option that names one of it, without its dashes.
 GROUPS: "dict[str, Group[Any]]" = {}
 
@@ -46,26 +54,25 @@ class Group(Generic[Thing]):
         object.__setattr__(self, "built_in", frozenset(self.known))
         GROUPS[self.what] = self
 
-    def takes(self, thing: Any) -> bool:
-        """Whether ``thing`` is one of this kind."""
-        return isinstance(self.adopt(thing), self.kind)
-
     def add(self, thing: Any) -> Thing:
         """Make ``thing`` known; one of the same name that was added earlier is replaced.
 
         Raises:
             UserError: it is none of this kind, cannot work, or has a name that is taken.
         """
-        thing = self.adopt(thing)
         if not isinstance(thing, self.kind):
             wanted = " or ".join(kind.__name__ for kind in self.kind)
             raise UserError(f"is a {type(thing).__name__} and no {wanted}")
-        name = str(getattr(thing, "name", ""))
-        if not NAME.fullmatch(name):
+        name = str(thing.name)
+        if not re.fullmatch(NAME, name):
             raise UserError(f"{self.what} {name!r}: a name has letters, digits, '.', '_' and '-'")
         if name in self.built_in and self.known.get(name) is not thing:
             raise UserError(f"{self.what} {name!r} is built in; give yours another name")
-        if fault := self.fault(thing):
+        with own_code("", (self.what, name)):
+            _check_fields(thing, f"{self.what} {name!r}")
+            thing = self.adopt(thing)
+            fault = self.fault(thing)
+        if fault:
             raise UserError(f"{self.what} {name!r}: {fault}")
         self.known[name] = thing
         return thing
@@ -93,17 +100,13 @@ class Group(Generic[Thing]):
             raise UserError(f"entry point {name} = {found[0].value}: its name is {own!r}")
         return thing
 
-    def checked(self, name: str) -> str:
-        """``name``, for a record that is being validated.
-
-        Raises:
-            ValueError: ``get`` refuses it.
-        """
+    def named(self, key: str, name: str) -> Thing:
+        """The one with the name that a file has under ``key``; ValueError: ``get`` refuses it."""
         try:
-            self.get(name)
+            return self.get(name)
         except UserError as error:
-            raise ValueError(str(error).removeprefix(f"{name!r} ")) from None
-        return name
+            why = str(error).removeprefix(f"{name!r} ")
+            raise ValueError(f"{key} = {short(name)}: {why}") from None
 
     def source(self, name: str) -> str | None:
         """Where an own one comes from, as ``module:OBJECT``; None where it is not known."""
@@ -132,26 +135,26 @@ class Group(Generic[Thing]):
 
     def _imported(self, reference: str, source: str) -> Thing:
         try:
-            return self.add(_object(reference))
+            return self.add(_found_at(reference))
         except UserError as error:
             raise UserError(f"{source}: {error}") from error
 
 
 def use(text: str) -> None:
-    """Make what ``module:OBJECT`` names known, whichever group it is for.
-
-    Raises:
-        UserError: it cannot be imported, or is nothing that a group takes.
-    """
+    """Make what ``module:OBJECT`` names known; UserError: there is none, or no group takes it."""
     try:
-        thing = _object(text)
+        group = group_of(_found_at(text))
     except UserError as error:
         raise UserError(f"--use {text}: {error}") from error
+    group.resolve(text)
+
+
+def group_of(thing: Any) -> Group[Any]:
+    """The group that takes ``thing``; UserError: there is none."""
     for group in GROUPS.values():
-        if group.takes(thing):
-            group.resolve(text)
-            return
-    raise UserError(f"--use {text}: is a {type(thing).__name__} and none of {', '.join(GROUPS)}")
+        if isinstance(thing, group.kind):
+            return group
+    raise UserError(f"{short(thing)} is none of {', '.join(GROUPS)}")
 
 
 def given() -> References:
@@ -187,27 +190,36 @@ def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
     return found
 
 
-def missing(named: Any) -> str:
-    """A hint at the plug-ins that are needed and not known here, of ``sources``; "" without any."""
-    groups = named.items() if isinstance(named, dict) else ()
-    own = [(GROUPS[what], parts) for what, parts in groups if what in GROUPS]
-    needed = [
-        f"--use {source}"
-        for group, parts in own
-        if isinstance(parts, dict)
-        for name, source in parts.items()
-        if name not in group.names()
-    ]
-    return f"; its provenance names {' '.join(needed)}" if needed else ""
+@contextmanager
+def own_code(
+    doing: str, *parts: tuple[str, str], passing: tuple[type[Exception], ...] = ()
+) -> Iterator[None]:
+    """What a user's own code raises becomes a UserError, a line: which part, ``doing`` what.
+
+    ``parts`` are group and name of all that take part; where all are built in, the error stays,
+    as do those that are ``passing``.
+    """
+    try:
+        yield
+    except Exception as error:
+        own = [f"{what} {name!r}" for what, name in own_ones(parts)]
+        if not own or isinstance(error, (UserError, *passing)):
+            raise
+        noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
+        raise UserError(f"{' or '.join(own)}{doing}: {noted}{_told(error)}") from error
 
 
-def lacking(thing: Any, functions: Iterable[str], settings: type[Any]) -> str | None:
-    """What a part lacks, in a line: one of its functions, or settings of the right class."""
-    for part in functions:
-        if not callable(getattr(thing, part)):
-            return f"{part} has to be a function, and is {getattr(thing, part)!r}"
-    right = isinstance(thing.settings, type) and issubclass(thing.settings, settings)
-    return None if right else f"settings has to be a subclass of {settings.__name__}"
+def _told(error: Exception) -> str:
+    """Kind and first line of an error; all lines of a record's."""
+    text = str(error) if isinstance(error, ValidationError) else str(error).partition("\n")[0]
+    return f"{type(error).__name__}: {text}"
+
+
+def _check_fields(thing: Any, source: str) -> None:
+    """UserError: a field of a NamedTuple or dataclass is not what its annotation says."""
+    hints: Any = {name: (hint, ...) for name, hint in get_type_hints(type(thing)).items()}
+    fields = create_model("Fields", __config__=ANY_CLASS, **hints)
+    checked(fields, {name: getattr(thing, name) for name in hints}, source, Path())
 
 
 def chosen(
@@ -223,14 +235,10 @@ def chosen(
             data = {key: default} | data
         if not isinstance(data, dict) or not isinstance(data.get(key), str):
             return base(data)  # a record already, or refused
-        try:
-            known = group if isinstance(group, Group) else group()
-            record = getattr(known.get(data[key]), part)
-            if record is None:
-                raise UserError(f"{data[key]!r} has none: nothing searches it")
-        except UserError as error:
-            why = str(error).removeprefix(f"{data[key]!r} ")
-            raise ValueError(f"{key} = {short(data[key])}: {why}") from None
+        known = group if isinstance(group, Group) else group()
+        record = getattr(known.named(key, data[key]), part)
+        if record is None:
+            raise ValueError(f"{key} = {data[key]!r}: has none: nothing searches it")
         return record.model_validate(data, context=info.context)
 
     return WrapValidator(validated)
@@ -244,7 +252,7 @@ def found_in(package: ModuleType, attribute: str) -> Json:
     return {thing.name: thing for thing in things}
 
 
-def _object(reference: str) -> Any:
+def _found_at(reference: str) -> Any:
     """What ``module:OBJECT`` names."""
     module, _, name = reference.partition(":")
     if not module or not name:
@@ -255,8 +263,7 @@ def _object(reference: str) -> Any:
     try:
         found = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise UserError(f"{module} cannot be imported: {reason}") from error
+        raise UserError(f"{module} cannot be imported: {_told(error)}") from error
     for part in name.split("."):
         if not hasattr(found, part):
             raise UserError(f"{module} has no {name}")

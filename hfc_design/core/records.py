@@ -22,6 +22,14 @@ Row = Annotated[tuple[Finite, ...], Field(min_length=TERMS, max_length=TERMS)]
 Table = Annotated[tuple[Row, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
+@AfterValidator
+def ordered(pair: tuple[float, float]) -> tuple[float, float]:
+    """Validates a range."""
+    if pair[0] > pair[1]:
+        raise ValueError("has to be [low, high]")
+    return pair
+
+
 class Record(BaseModel):
     """An immutable record; unknown keys are refused."""
 
@@ -80,6 +88,7 @@ def checked(
 PLAIN = {
     **dict.fromkeys(("tuple_type", "list_type"), "has to be a list"),
     **dict.fromkeys(("dict_type", "model_type"), "has to be a table of keys and values"),
+    "callable_type": "has to be a function",
 }
 
 

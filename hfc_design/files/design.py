@@ -2,10 +2,11 @@
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from operator import not_
 from pathlib import Path
-from typing import Annotated, Literal, NoReturn, Self
+from typing import Annotated, Any, Literal, NoReturn, Self
 
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
@@ -13,7 +14,7 @@ from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.checkpoint import read_text
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.plugins import chosen, missing
+from hfc_design.core.plugins import GROUPS, chosen
 from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
 
 #: The designs that come with the package.
@@ -135,12 +136,24 @@ def parse_design(text: str, source: str | Path) -> Design:
         data = json.loads(text, parse_constant=_refused)
     except (ValueError, RecursionError) as error:
         raise UserError(f"{source}: is not a whole JSON file: {error}") from None
-    try:
+    provenance = data.get("provenance") if isinstance(data, dict) else None
+    with naming(provenance):
         return checked(Design, data, source, Path(source).parent)
+
+
+@contextmanager
+def naming(provenance: Any) -> Iterator[None]:
+    """A mistake tells which ``sources`` of a design's provenance are not known here."""
+    try:
+        yield
     except UserError as error:
-        provenance = data.get("provenance") if isinstance(data, dict) else None
-        named = provenance.get("plugins") if isinstance(provenance, dict) else None
-        raise UserError(f"{error}{missing(named)}") from None
+        needed = []
+        with suppress(AttributeError, KeyError, TypeError):  # a file may say anything
+            for what, parts in provenance["plugins"].items():
+                known = GROUPS[what].names()
+                needed += [f"--use {source}" for name, source in parts.items() if name not in known]
+        hint = f"; its provenance names {' '.join(needed)}" if needed else ""
+        raise UserError(f"{error}{hint}") from None
 
 
 def changed_design(design: Design, changes: Changes, source: str) -> Design:

@@ -1,15 +1,15 @@
 """The machine of a scenario: which drives, what their sensors see."""
 
 from collections.abc import Iterable
-from typing import Annotated, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Record
 from hfc_design.files.design import PerAxisRecord
-from plants import PLANTS, Drive, Machine, alone, plant_fault, side_by_side
+from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
 
 #: Every drive and machine that a scenario can name.
 ALL_PLANTS: Group[Drive | Machine] = Group(
@@ -37,12 +37,13 @@ class PlantSettings(Record):
     machine has names for its axes already.
     """
 
-    name: Annotated[str, AfterValidator(ALL_PLANTS.checked)] = "c-axis"
+    name: str = "c-axis"
     parameters: dict[str, Finite] = {}
     axes: dict[Label, dict[str, Finite]] = {}
 
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
+        ALL_PLANTS.named("name", self.name)
         machine = self.machine
         check_axes("axes", self.axes, machine.axes)
         for axis, drive in zip(machine.axes, machine.drives, strict=True):
@@ -58,11 +59,9 @@ class PlantSettings(Record):
     def machine(self) -> Machine:
         """The machine's functions."""
         plant = ALL_PLANTS.get(self.name)
-        if isinstance(plant, Machine):
-            return plant
-        if not self.axes:
-            return alone(plant)
-        return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
+        if isinstance(plant, Drive) and self.axes:
+            return side_by_side(plant.name, **dict.fromkeys(self.axes, plant))
+        return machine_of(plant)
 
     def each(self) -> list[Axis]:
         """The axes of the machine."""

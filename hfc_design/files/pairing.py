@@ -4,16 +4,20 @@ from pathlib import Path
 
 import numpy as np
 
-from hfc_design.controllers.controller import Controller
+from hfc_design.controllers.controller import FOLLOWED, Controller
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.numbers import Gains
+from hfc_design.core.numbers import SCALARS, Gains
+from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import Design, changed_design, named_design
+from hfc_design.files.design import Design, changed_design, named_design, naming
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
+from plants import Machine
 
 #: Plant -> the scenario of a design that does not name its own.
 DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
+#: A signal that hardly moves anything, and by which a law may divide.
+SMALL = 1e-3
 
 
 def load_design(name: str | Path, changes: Changes | None = None) -> Design:
@@ -27,8 +31,38 @@ def load_design(name: str | Path, changes: Changes | None = None) -> Design:
     design = named_design(str(name))
     if changes:
         design = changed_design(design, changes, str(name))
-    checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
+    with naming(design.provenance):
+        own = design.plant.model_dump()
+        plant = checked(PlantSettings, own, f"{name}: plant", Path(name).parent)
+    check_laws(design, plant.machine)
     return design
+
+
+def check_laws(design: Design, machine: Machine) -> None:
+    """Let the law of every axis do a step in plain numbers, as the runtime does.
+
+    Raises:
+        UserError: it reads what its kind or its drive does not name, or cannot step.
+    """
+    parts = design.by_axis()
+    for axis, drive in zip(machine.axes, machine.drives, strict=True):
+        part = parts.get(axis, design)
+        kind, record, known = part.kind, part.controller, [*drive.inputs, *FOLLOWED]
+        if kind.law is None:
+            continue
+        told = f"controller {kind.name!r}: its"
+        with own_code("", ("controller", kind.name)):
+            read = kind.reads(record) if kind.reads else known
+            for name in read:
+                if name not in known:
+                    why = f"no signal of the plant {drive.name!r}; there is {', '.join(known)}"
+                    raise UserError(f"{told} reads names {name!r}, {why}")
+            law, gains = kind.law(record, part.limits.of(axis).command), kind.gains(record)
+            try:
+                law.step(SCALARS, gains, law.initial_memory(0.0), dict.fromkeys(read, SMALL))
+            except KeyError as error:
+                why = "which its reads does not name" if kind.reads else "which no signal is called"
+                raise UserError(f"{told} law reads {error}, {why}") from error
 
 
 def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
@@ -45,7 +79,8 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
     source, path = f"{name}: provenance.scenario", Path(name)
     if not isinstance(data, dict):
         raise UserError(f"{source}: has to be a name or a scenario")
-    return scenario_of(changed(data, changes), source, path if path.is_dir() else path.parent)
+    with naming(design.provenance):
+        return scenario_of(changed(data, changes), source, path if path.is_dir() else path.parent)
 
 
 def machine(design: Design, scenario: Scenario) -> PlantSettings:

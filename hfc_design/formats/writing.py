@@ -99,7 +99,8 @@ def signal_units(design: Design) -> dict[str, str]:
 def signals_read(design: Design) -> dict[str, str]:
     """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
     units = signal_units(design)
-    return {identifier(name): units.get(name, "") for name in design.kind.reads(design.controller)}
+    read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
+    return {identifier(name): units.get(name, "") for name in read}
 
 
 def facts(design: Design) -> list[str]:

@@ -49,6 +49,7 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
         title="fitness",
         unit="1/BLU",
         meaning=f"1 / (rms + {worst:g} × largest + {lag:g} × rms lag) of the contour error [1/BLU]",
+        positive=True,
         settings=ContourSettings,
         make=lambda own: contour(own.worst, own.lag),
         fault=_fault,

@@ -11,7 +11,7 @@ from pydantic import SerializeAsAny
 
 from hfc_design import objectives
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.core.plugins import Group, chosen, found_in, lacking
+from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 from hfc_design.objectives.stick_share import stick_share
@@ -22,7 +22,6 @@ OBJECTIVES: Group[Objective] = Group(
     (Objective,),
     "hfc_design.fitness",
     found_in(objectives, "OBJECTIVE"),
-    fault=lambda x: lacking(x, ("initial", "update", "score", "fault"), ObjectiveSettings),
 )
 #: The ``[fitness]`` of a scenario.
 FitnessSettings = Annotated[
@@ -81,7 +80,8 @@ def judge(fitness: Objective, stick_penalty: float) -> Judge:
     """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
     if not stick_penalty:
         return Judge((fitness,), lambda values: values[0], fitness.label())
-    title = fitness.label(f" / (1 + {stick_penalty:g} stick share)")
+    worse = " /" if fitness.positive else ", worse by the factor"
+    title = fitness.label(f"{worse} (1 + {stick_penalty:g} stick share)")
 
     def worse_by_cost(values: list[Scalar]) -> Scalar:
         fitness, cost = values
@@ -92,6 +92,7 @@ def judge(fitness: Objective, stick_penalty: float) -> Judge:
 
 
 def objective_of(settings: ObjectiveSettings) -> Objective:
-    """The objective with these settings."""
+    """The objective with these settings; UserError: a user's own cannot be made with them."""
     found = OBJECTIVES.get(settings.kind)
-    return found.make(settings) if found.make else found
+    with own_code(": make", ("fitness", found.name)):
+        return Objective(*found.make(settings)) if found.make else found

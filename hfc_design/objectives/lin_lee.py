@@ -37,6 +37,7 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Object
         name="lin-lee",
         title="fitness, LL eq. 5",
         meaning="eq. 5 of Lin & Lee (1999)",
+        positive=True,
         settings=LinLeeSettings,
         make=lambda own: lin_lee(own.error, own.error_rate),
     )

@@ -60,6 +60,7 @@ class Objective(NamedTuple):
     make: Callable[[Any], "Objective"] | None = None  # of settings; None: they change nothing
     #: Why it cannot judge a machine of so many axes, on a path or not, in a line.
     fault: Callable[[int, bool], str | None] = lambda axes, path: None
+    positive: bool = False  # never below zero
 
     def label(self, tail: str = "") -> str:
         """What people read: the title, ``tail`` behind it, the unit."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
@@ -118,13 +119,15 @@ def _structures(archive: Archive, scenario: Scenario) -> Listing | None:
 
 
 def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
-    """What there is to say about a controller of this kind."""
+    """What there is to say about a controller of this kind; UserError: a user's own cannot."""
     plant = scenario.plant
     # With sensors of the scenario's own nobody knows what the control has measured.
     known = scenario.sensors == SensorSettings() and not own.diverged
     signals = {axis.name: axis.told() for axis in own.axes} if known else None
     shown = Shown(plant.machine, plant.values(), signals)
-    return design.kind.sections(design.controller, shown)
+    kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
+    with own_code(", sections of the report", *kinds):
+        return [Section(*section) for section in design.kind.sections(design.controller, shown)]
 
 
 def _summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:

@@ -1,5 +1,6 @@
 """What a search needs of a scenario, and what becomes of its individuals: designs."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -7,12 +8,13 @@ import numpy as np
 
 from hfc_design import __version__
 from hfc_design.controllers.genome import Genome, Population, taken
-from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.numbers import Floats
-from hfc_design.core.plugins import sources
+from hfc_design.controllers.kind import kinds
+from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.plugins import References, own_code, sources
 from hfc_design.core.records import checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario, renamed
 from hfc_design.search.loop import Search
 from hfc_design.search.newton import Linear
@@ -26,11 +28,15 @@ FINALISTS = 16
 
 
 class Problem:
-    """A scenario as what a search needs of it."""
+    """A scenario as what a search needs of it; UserError: its controller cannot be searched."""
 
     def __init__(self, scenario: Scenario):
-        self.genome = genome_of(scenario)
-        self._loop = closed_loop(scenario, self.genome.controller)
+        with own_code("", *_kinds(scenario.controller.model_dump())):
+            self.genome = genome_of(scenario)
+            design = design_of(taken(self.genome.empty(), slice(1)), scenario)
+        check_laws(design, scenario.plant.machine)
+        controller, _ = controller_of(design, scenario)  # that of any individual
+        self._loop = closed_loop(scenario, controller)
         self._machines = simulate.one_machine(scenario.plant.values())
         self._samples = scenario.samples()
         self._dtype = np.dtype(scenario.run.precision)
@@ -58,8 +64,7 @@ class Problem:
 
 def genome_of(scenario: Scenario) -> Genome:
     """What the search of ``scenario`` varies."""
-    kind = KINDS.get(scenario.controller.kind)
-    assert kind.genome is not None  # else the scenario could not name it
+    kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
     genome: Genome = kind.genome(scenario.controller, scenario.target)
     return genome
 
@@ -85,6 +90,8 @@ def _finalists(search: Search) -> list[Population]:
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
         ranked = order[np.isfinite(source.score[order])]
         found += [taken(source.population, np.array([k])) for k in ranked]
+    if not found:
+        logging.getLogger(__name__).warning("every individual failed: the design is arbitrary")
     return found or [taken(sources[-1].population, np.array([0]))]
 
 
@@ -93,15 +100,14 @@ def design_of(individual: Population, scenario: Scenario) -> Design:
     return design_with(genome_of(scenario).record(individual), scenario)
 
 
-def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
+def design_with(controller: Json, scenario: Scenario) -> Design:
     """A controller as a design file spells it, its sample time left out, for ``scenario``.
 
     Raises:
         UserError: it is no controller that can run.
     """
-    kinds = [controller, *controller.get("axes", {}).values()]
     used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
-    used += [("strategy", scenario.search.preset), *(("controller", own["kind"]) for own in kinds)]
+    used += [("strategy", scenario.search.preset), *_kinds(controller)]
     own_parts = sources(used)
     movable = renamed(scenario, lambda key, file: Path(file.name))
     data = {
@@ -116,6 +122,12 @@ def design_with(controller: dict[str, Any], scenario: Scenario) -> Design:
         },
     }
     return checked(Design, data, scenario.name, Path())
+
+
+def _kinds(controller: Json) -> References:
+    """Every kind of a controller or of its settings, that of each axis too."""
+    each = [controller, *controller.get("axes", {}).values()]
+    return [("controller", own["kind"]) for own in each]
 
 
 def _plant(settings: PlantSettings) -> dict[str, object]:

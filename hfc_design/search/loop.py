@@ -10,17 +10,15 @@ from pydantic import SerializeAsAny
 
 from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.core.plugins import Group, chosen, found_in, lacking
-from hfc_design.core.records import UserError
+from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.search import strategies
 from hfc_design.search.strategy import Searcher, State, Strategy, StrategySettings, Task
 
 
 def _fault(strategy: Strategy) -> str | None:
     """What a strategy lacks, in a line; None if nothing that is seen at once."""
-    if not getattr(strategy.state, "_fields", ()):
-        return "state has to be a NamedTuple class"
-    return lacking(strategy, ("make", "fault"), StrategySettings)
+    fields = getattr(strategy.state, "_fields", ())
+    return None if fields else "state has to be a NamedTuple class"
 
 
 STRATEGIES: Group[Strategy] = Group(
@@ -39,31 +37,22 @@ def searcher(settings: StrategySettings, task: Task) -> Searcher:
         UserError: it is a user's own and lacks something.
     """
     strategy = STRATEGIES.get(settings.preset)
-    if strategy.name in STRATEGIES.built_in:
-        return strategy.make(settings, task)
-    found = _called(strategy, "make", strategy.make, settings, task)
-    own: dict[str, Any] = {k: getattr(found, k, None) for k in ("start", "ask", "tell")}
-    if missing := [part for part, function in own.items() if not callable(function)]:
-        raise UserError(f"strategy {strategy.name!r}: what it makes has no {missing[0]}")
+    with own_code(" cannot search: make", ("strategy", strategy.name)):
+        found = strategy.make(settings, task)
+        own = {part: getattr(found, part) for part in ("start", "ask", "tell")}
     watched: Any = {part: partial(_called, strategy, part, x) for part, x in own.items()}
     return SimpleNamespace(**watched)
 
 
 def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given: Any) -> Any:
     """What a user's own function gives; what it lacks or does wrong becomes a line."""
-    try:
+    with own_code(f" cannot search: {part}", ("strategy", strategy.name)):
         found = function(*given)
         if part in ("start", "ask"):
             _ = found[1].population  # which is scored
         elif part == "tell" and not isinstance(found, strategy.state):
             raise TypeError(f"tell gave no {strategy.state.__name__}")
-    except UserError:
-        raise
-    except Exception as error:
-        told = f"{type(error).__name__}: {(str(error).splitlines() or [''])[0]}"
-        line = f"strategy {strategy.name!r} cannot search: {part}: {told}"
-        raise UserError(line) from error
-    return found
+        return found
 
 
 #: What a population is ranked by, no finite number where an individual failed.

@@ -4,23 +4,17 @@ from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from hfc_design.controllers.genome import Genome, Population
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import Positive, Record
+from hfc_design.core.records import Positive, Record, ordered
 from hfc_design.search.newton import Linear
 
 Probability = Annotated[float, Field(ge=0, le=1)]
 
 
-def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    if pair[0] > pair[1]:
-        raise ValueError("has to be [low, high]")
-    return pair
-
-
-Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+Range = Annotated[tuple[Positive, Positive], ordered]
 
 
 class StrategySettings(Record):

@@ -9,8 +9,7 @@ The public functions prepare numbers, the compiled ones below them spread the po
 devices in chunks, and all of them end in ``_run``.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,8 +23,7 @@ from jaxtyping import Array, PyTree
 
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Gains, Integers, Parameters
-from hfc_design.core.plugins import own_ones
-from hfc_design.core.records import UserError
+from hfc_design.core.plugins import own_code
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
@@ -124,24 +122,13 @@ def error_jacobian(
     return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
 
 
-@contextmanager
-def _own_code(loop: Loop) -> Iterator[None]:
+def _own_code(loop: Loop) -> AbstractContextManager[None]:
     """What goes wrong in a user's own plant, controller or objective becomes a line."""
-    try:
-        yield
-    except jax.errors.JaxRuntimeError:
-        raise  # no memory, for one
-    except Exception as error:
-        parts = [("plant", drive.name) for drive in loop.machine.drives]
-        parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
-        parts += [("fitness", objective.name) for objective in loop.judge.objectives]
-        own = [f"{what} {name!r}" for what, name in own_ones(parts)]
-        if not own:
-            raise
-        reason = (str(error).splitlines() or [""])[0]
-        raise UserError(
-            f"{' or '.join(own)} cannot be simulated: {type(error).__name__}: {reason}"
-        ) from error
+    parts = [("plant", drive.name) for drive in loop.machine.drives]
+    parts += [("plant", loop.machine.name), ("controller", loop.controller.kind)]
+    parts += [("fitness", objective.name) for objective in loop.judge.objectives]
+    no_memory = jax.errors.JaxRuntimeError  # for one
+    return own_code(" cannot be simulated", *parts, passing=(no_memory,))
 
 
 def _chunk(count: int) -> int:

@@ -63,7 +63,7 @@ def test_what_is_missing_is_said(own):
         ("plant", "mine:NO_DEFAULTS", ["default"]),
         ("plant", "rocket", ["'rocket' is no plant", "'feed-drive'"]),
         ("controller", "mine:SLEDGE", ["is a Drive and no Law or Kind"]),
-        ("controller", "mine:NO_RANGE", ["ranges.p", "(low, high)"]),
+        ("controller", "mine:NO_RANGE", ["ranges.p", "[low, high]"]),
         ("controller", "mine:NO_RECORD", ["NamedTuple"]),
         ("fitness", "mine:FITNESS_TAKEN", ["'contour' is built in"]),
         ("fitness", "mine:step", ["is a function and no Objective"]),
@@ -80,7 +80,10 @@ def test_references_that_cannot_be_used(own, option, reference, words):
     [
         (["--plant", "mine:BRANCHING"], ["plant 'sledge' cannot", "TracerBoolConversionError"]),
         (["--plant", "mine:SHRINKING"], ["plant 'sledge' cannot", "TypeError"]),
-        (["--controller", "mine:BLIND"], ["controller 'only-p' cannot", "KeyError: 'mood'"]),
+        (
+            ["--controller", "mine:BLIND"],
+            ["controller 'only-p': its law reads 'mood'", "no signal"],
+        ),
         (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "TypeError"]),
     ],
 )
@@ -95,7 +98,7 @@ def test_settings_of_an_own_law_are_checked(own):
     api.register(imported("mine").P)
     for ranges, words in (
         ({"q": (1.0, 2.0)}, ["ranges.q", "unknown", "there is p"]),
-        ({"p": (2.0, 1.0)}, ["ranges.p", "(low, high)"]),
+        ({"p": (2.0, 1.0)}, ["ranges.p", "[low, high]"]),
         ({"p": 3.0}, ["controller.ranges.p = 3.0"]),
     ):
         with pytest.raises(api.UserError) as error:
@@ -104,8 +107,8 @@ def test_settings_of_an_own_law_are_checked(own):
             assert word in str(error.value)
     scenario = api.load_scenario("c-axis-ramp")
     for kind, gains, word in (
-        ("only-p", {"k": 1.0}, "has to hold p"),
-        ("only-p", {}, "has to hold p"),
+        ("only-p", {"k": 1.0}, "controller.gains.p: is missing"),
+        ("only-p", {}, "controller.gains.p: is missing"),
         ("pd", {"kp": 1.0}, "controller.pd.kd: is missing"),
         ("nothing", {}, "no controller known here"),
     ):

@@ -1,6 +1,7 @@
 """A module with a plant, a law and a fitness of one's own, and what its tests call."""
 
 import sys
+from pathlib import Path
 
 from click.testing import CliRunner
 
@@ -102,7 +103,7 @@ def refused(*arguments):
 
 
 def imported(name):
-    sys.path.append(".")
+    sys.path.append(str(Path.cwd()))
     return __import__(name)
 
 

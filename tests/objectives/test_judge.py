@@ -66,7 +66,10 @@ def test_what_a_judge_is_called():
     plain, hard = judge(lin_lee(), 0.0), judge(lin_lee(), 300.0)
     assert plain.titles == {"fitness": "fitness, LL eq. 5"}
     assert hard.titles == {"fitness": "fitness, LL eq. 5", "merit": TITLE}
-    assert judge(CALM, 2.5).title == "largest error / (1 + 2.5 stick share) [mrad]"
+    worse = "largest error, worse by the factor (1 + 2.5 stick share) [mrad]"  # below zero too
+    assert judge(CALM, 2.5).title == worse
+    never_below = CALM._replace(positive=True)
+    assert judge(never_below, 2.5).title == "largest error / (1 + 2.5 stick share) [mrad]"
     assert judge(one("mine"), 0.0).title == "fitness, mine"
     assert judge(lin_lee(), 300.0) is hard  # one compiled program
 
@@ -203,8 +206,8 @@ def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baseline
 @pytest.mark.parametrize(
     ("objective", "words"),
     [
-        (CALM._replace(update=None), ["fitness 'calm'", "update has to be a function", "None"]),
-        (CALM._replace(score=1.0), ["fitness 'calm'", "score has to be a function", "1.0"]),
+        (CALM._replace(update=None), ["fitness 'calm'", "update = None: has to be a function"]),
+        (CALM._replace(score=1.0), ["fitness 'calm'", "score = 1.0: has to be a function"]),
         (CALM._replace(settings=dict), ["fitness 'calm'", "settings", "ObjectiveSettings"]),
         (CALM._replace(name=""), ["fitness ''", "a name has letters"]),
         (CALM._replace(name="stick-share"), ["'stick-share' is built in"]),

@@ -6,8 +6,9 @@ import oracle
 import pytest
 from lifted import every_axis
 
+from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
-from hfc_design.controllers.pd import PdGains, pd
+from hfc_design.controllers.pd import PdGains, initial_memory, sample
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
@@ -16,7 +17,7 @@ from hfc_design.simulation.evaluation import evaluate
 
 LAW = hierarchical(Layout(), 0.001)
 HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", LAW)
-PD = every_axis("pd", pd(0.001))
+PD = every_axis("pd", AxisLaw(sample, initial_memory, 0.001))
 
 
 def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
@@ -151,7 +152,8 @@ def test_substeps_converge():
     finals = []
     for substeps in (1, 2, 4):
         changes = ("simulation.sample_time_s=0.002", f"simulation.substeps={substeps}")
-        loop = prepared(every_axis("pd", pd(0.002)), *changes, seconds=0.1)
+        pd = every_axis("pd", AxisLaw(sample, initial_memory, 0.002))
+        loop = prepared(pd, *changes, seconds=0.1)
         _, (motion,) = simulate.trajectory(*loop, gains)
         assert (motion.state.spindle_velocity <= 0).all()
         finals.append(np.array([part[-1, 0] for part in motion.state]))

@@ -4,16 +4,15 @@ The folder is no kind itself; ``kind_of`` makes one of a law. Never imports JAX.
 """
 
 from collections.abc import Callable
-from functools import partial
-from math import isfinite
-from typing import Any, ClassVar, NamedTuple, TypeAlias
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 
 from pydantic import create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, later
 from hfc_design.core.numbers import Gains, Memory, Scalar, Xp
-from hfc_design.core.records import Finite, Label, Record, UserError
+from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
 
 Range = tuple[float, float]
 #: A NamedTuple of a ``Range`` for each gain.
@@ -34,40 +33,7 @@ class Law(NamedTuple):
     name: str  # the ``kind`` of a controller in a file
     ranges: Ranges
     initial_memory: Callable[[Scalar], Memory]
-    step: Callable[[float, Gains, Memory, dict[str, Scalar]], tuple[Scalar, Memory]]
-
-
-def own(law: Law, sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The user's ``law`` as that of an axis."""
-    return AxisLaw(_sample, _initial_memory, sample_time, limit, law)
-
-
-def _initial_memory(law: AxisLaw, zero: Scalar) -> Memory:
-    return law.structure.initial_memory(zero)
-
-
-def _sample(
-    xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
-) -> tuple[Scalar, Memory, None]:
-    return *law.structure.step(law.sample_time, gains, memory, signals), None
-
-
-def range_fault(pair: Any) -> str | None:
-    """What is wrong with a range, in a line; None if nothing is."""
-    numbers = isinstance(pair, tuple) and all(isinstance(end, int | float) for end in pair)
-    if not numbers or len(pair) != 2 or not all(map(isfinite, pair)):
-        return f"{pair!r} is no tuple of two finite numbers"
-    return None if pair[0] < pair[1] else f"{pair!r} has to be (low, high)"
-
-
-def law_fault(law: Law) -> str | None:
-    """What keeps a law from being searched, in a line; None if nothing does."""
-    if not getattr(law.ranges, "_fields", ()):
-        return "ranges has to be a NamedTuple of (low, high)"
-    for name, pair in law.ranges._asdict().items():
-        if fault := range_fault(pair):
-            return f"ranges.{name}: {fault}"
-    return None
+    step: Callable[[float, Gains, Memory, Signals], tuple[Scalar, Memory]]
 
 
 #: The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``.
@@ -78,15 +44,14 @@ class GainsSettings(ControllerSettings):
     """A controller whose gains are a few numbers, and the ranges in which a search looks."""
 
     own_ranges: ClassVar[Ranges]  # of the kind
-    ranges: dict[Label, tuple[Finite, Finite]] = {}  # other than the kind's own
+    ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}  # other than its own
 
     @model_validator(mode="after")
     def _fit(self) -> "GainsSettings":
         own = self.own_ranges._fields
-        for name, pair in self.ranges.items():
-            fault = range_fault(pair) if name in own else f"unknown; there is {', '.join(own)}"
-            if fault:
-                raise ValueError(f"ranges.{name}: {fault}")
+        for name in self.ranges:
+            if name not in own:
+                raise ValueError(f"ranges.{name}: unknown; there is {', '.join(own)}")
         return self
 
     def searched(self) -> Ranges:
@@ -107,26 +72,24 @@ def settings_of(own: Ranges) -> type[GainsSettings]:
 def kind_of_gains(
     name: str,
     ranges: Ranges,
-    law: Callable[[float, float | None], AxisLaw],
-    record: type[ControllerRecord] | None = None,
+    sample: Callable[..., tuple[Scalar, Memory, None]],
+    start: Callable[[AxisLaw, Scalar], Memory],
+    key: str = "",
     **further: Any,
 ) -> Kind:
-    """A kind whose gains have ``ranges``, with a law of (sample time [s], limit of the command).
+    """A kind whose gains have ``ranges``, with ``sample`` and ``start`` of its ``AxisLaw``.
 
-    Its ``record`` has them under ``gains``; without one they stand in a design file under the
-    name of the kind. ``further`` are fields of ``Kind``.
+    They stand in a design file under ``key``, "": the name. ``further`` are fields of ``Kind``.
     """
-    key = "gains" if record else name
-    if record is None:
-        numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
-        gains: Any = {name: (create_model("Gains", __base__=Record, **numbers), ...)}
-        record = create_model("Design", __base__=ControllerRecord, **gains)
+    key = key or name
+    numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
+    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), ...)}
     return Kind(
         name=name,
-        record=record,
+        record=create_model("Design", __base__=ControllerRecord, **gains),
         settings=settings_of(ranges),
         gains=lambda record: type(ranges)(**dict(getattr(record, key))),
-        law=lambda record, limit: law(record.sample_time_s, limit),
+        law=lambda record, limit: AxisLaw(sample, start, record.sample_time_s, limit),
         genome=genome_of_gains,
         of_gains=lambda gains: {key: gains},
         **further,
@@ -134,24 +97,19 @@ def kind_of_gains(
 
 
 def kind_of(law: Law) -> Kind:
-    """The kind of a user's own ``law``.
+    """The kind of a user's own ``law``; UserError: it cannot be searched."""
+    told = f"controller {law.name!r}"
+    if not getattr(law.ranges, "_fields", ()):
+        raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
+    checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
 
-    Raises:
-        UserError: the law cannot be searched.
-    """
-    if fault := law_fault(law):
-        raise UserError(f"controller {law.name!r}: {fault}")
-    names = law.ranges._fields
+    def sample(
+        xp: Xp, axis: AxisLaw, gains: Gains, memory: Memory, signals: Signals
+    ) -> tuple[Scalar, Memory, None]:
+        return *law.step(axis.sample_time, gains, memory, signals), None
 
-    class Design(ControllerRecord):
-        """A controller of the law."""
+    def start(axis: AxisLaw, zero: Scalar) -> Memory:
+        return law.initial_memory(zero)
 
-        gains: dict[Label, Finite]
-
-        @model_validator(mode="after")
-        def _known(self) -> "Design":
-            if set(self.gains) != set(names):
-                raise ValueError(f"gains: has to hold {', '.join(names)} and nothing else")
-            return self
-
-    return kind_of_gains(law.name, law.ranges, partial(own, law), Design, summary="an own law")
+    further: Any = {"summary": "an own law", "reads": None}
+    return kind_of_gains(law.name, law.ranges, sample, start, "gains", **further)

@@ -56,10 +56,9 @@ class GainsGenome(Genome):
     def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
         found = self.gains(individual)._asdict()
-        of_gains = kinds().get(self.settings.kind).of_gains
-        assert of_gains is not None
-        own = of_gains({name: float(x[0]) for name, x in found.items()})
-        return {"kind": self.settings.kind, **own}
+        kind = self.settings.kind
+        own = kinds().get(kind).of_gains({name: float(x[0]) for name, x in found.items()})
+        return {"kind": kind, **own}
 
 
 def _allowed(population: GainVectors, places: Floats) -> GainVectors:

@@ -19,11 +19,6 @@ class PdGains(NamedTuple):
     kd: Scalar  # [V s/rad]
 
 
-def pd(sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law of kind ``pd``; it remembers nothing."""
-    return AxisLaw(sample, initial_memory, sample_time, limit)
-
-
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:
     """Nothing."""
     return ()
@@ -42,7 +37,8 @@ RANGES = PdGains(kp=(100.0, 10_000.0), kd=(30.0, 3_000.0))
 KIND = kind_of_gains(
     "pd",
     RANGES,
-    pd,
+    sample,
+    initial_memory,
     summary="proportional-derivative: v = kp e + kd de/dt",
     c=Template(HERE, lambda record: {"pd": record.pd}),
     st=Template(HERE, lambda record: {"constants": record.pd.model_dump()}),

@@ -27,11 +27,6 @@ class PidMemory(NamedTuple):
     sum: Scalar  # of all errors so far [BLU]
 
 
-def pid(sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law of kind ``pid``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit)
-
-
 def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
     """Memory before the first sample: the axis stood on its reference."""
     return PidMemory(zero, zero)
@@ -66,7 +61,8 @@ RANGES = PidGains(k_p=(0.1, 20.0), k_i=(0.0, 50.0), k_d=(0.0, 1.0))
 KIND = kind_of_gains(
     "pid",
     RANGES,
-    pid,
+    sample,
+    initial_memory,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
     c=Template(HERE, lambda record: {"gains": record.pid, "integrates": True}),

@@ -2,12 +2,13 @@
 
 import pytest
 
-from hfc_design.controllers.pid import PidGains, pid
+from hfc_design.controllers.controller import AxisLaw
+from hfc_design.controllers.pid import PidGains, initial_memory, sample
 from hfc_design.core.numbers import SCALARS
 
 
 def test_law_by_hand():
-    law = pid(0.01)
+    law = AxisLaw(sample, initial_memory, 0.01)
     memory = law.initial_memory(0.0)
     gains = PidGains(1.5, 8.1, 0.1)
     first, memory = law.step(SCALARS, gains, memory, {"error": 2.0})
