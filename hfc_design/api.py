@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
@@ -24,16 +24,14 @@ from hfc_design.controllers.kind import (
     Template,
 )
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.dotted import changed
 from hfc_design.core.numbers import Xp, clipped, total
-from hfc_design.core.plugins import GROUPS
+from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files import scenario as _scenarios
-from hfc_design.files.design import Design
+from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import Scenario
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, renamed
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.pictures.figure import Listing, Section
+from hfc_design.pictures.figure import Drawing, Listing, Section
 from hfc_design.runs import problem as _problem
 from hfc_design.runs import run as _design
 from hfc_design.runs.run import Result
@@ -51,8 +49,6 @@ Plant = Drive
 Fitness = Objective
 #: Name -> search strategy, of those that are built in or registered.
 strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
-#: Values by their keys, or by dotted ones.
-Values = Mapping[str, Any]
 Registered = TypeVar("Registered")
 
 
@@ -64,27 +60,12 @@ def register(thing: Registered) -> Registered:
     Raises:
         UserError: it is none of these, lacks something, or its name is that of a built-in one.
     """
-    for group in GROUPS.values():
-        if group.takes(thing):
-            group.add(thing)
-            return thing
-    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
-
-
-def load_scenario(source: str | Path | Values, changes: Values | None = None) -> Scenario:
-    """A built-in scenario, a TOML file, or what would stand in one; ``changes`` by dotted key.
-
-    Raises:
-        UserError: no such scenario, or a value that is not allowed.
-    """
-    if not isinstance(source, Mapping):
-        return _scenarios.load_scenario(str(source), changes or {})
-    data = changed({"name": "scenario"} | dict(source), changes or {})
-    return _scenarios.scenario_of(data, "scenario", Path())
+    group_of(thing).add(thing)
+    return thing
 
 
 def design(
-    scenario: Scenario,
+    scenario: AnyScenario,
     folder: str | Path | None = None,
     on_generation: Callable[[Search], None] = lambda search: None,
 ) -> Result:
@@ -97,6 +78,7 @@ def design(
         UserError: the folder holds a run of another scenario.
         RunError: the folder cannot be written, or its checkpoint is damaged.
     """
+    scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
             own = _design.new_run(scenario, Path(name))
@@ -107,7 +89,7 @@ def design(
     if (place / _design.CONFIG).exists():
         own = _design.opened_run(place)
         # The folder holds copies of the files that a scenario names.
-        one, other = (_scenarios.renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
+        one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
         if one != other:
             raise UserError(f"{place}: holds a run of another scenario; name another folder")
     else:
@@ -117,7 +99,7 @@ def design(
     return result
 
 
-def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Design:
+def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, float]) -> Design:
     """A design by hand: a controller of kind pd, pid or an own law with these gains.
 
     Raises:
@@ -126,10 +108,10 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
         raise UserError(f"a controller of kind {kind} is no list of gains")
-    return _problem.design_with({"kind": kind, **of_gains(dict(gains))}, scenario)
+    return _problem.design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
 
 
-def export(found: Design, to: str, path: str | Path) -> Path:
+def export(found: AnyDesign, to: str, path: str | Path) -> Path:
     """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
 
     Raises:
@@ -138,7 +120,7 @@ def export(found: Design, to: str, path: str | Path) -> Path:
     """
     if to not in _export.FORMATS:
         raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
-    _export.FORMATS[to].write(found, Path(path))
+    _export.FORMATS[to].write(load_design(found), Path(path))
     return Path(path)
 
 
@@ -156,7 +138,8 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
 
 
 # Parts of one's own, and what they are made of.
-__all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drive", "Explain", "Fitness"]
+__all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drawing", "Drive", "Explain"]
+__all__ += ["Fitness"]
 __all__ += ["Kind", "Law", "Listing", "Machine", "Moment", "Objective", "ObjectiveSettings"]
 __all__ += ["Plant", "Section", "Shown", "Strategy", "StrategySettings", "Target", "Task"]
 __all__ += ["Template", "View", "Xp", "clipped", "coupled", "genome_of_gains", "held"]

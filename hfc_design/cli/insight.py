@@ -13,10 +13,13 @@ AT_HELP = "Signals of a sample; given again for each sample that follows, the la
 
 
 @click.command("list")
-@click.argument("what", type=click.Choice(LISTED))
+@click.argument("what", metavar="WHAT", type=click.Choice(LISTED))
 @knowing_plugins
 def list_(what: str) -> None:
-    """What is built in."""
+    """What is built in.
+
+    WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
+    """
     from rich.table import Table
 
     from hfc_design.controllers.kinds import KINDS

@@ -23,13 +23,13 @@ USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
     "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
-    "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
+    "controller": "Kind of the controller: a name, or an own law or kind as module:OBJECT.",
     "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
 KNOWN = CHOICES | {
     "plant": "Make an own plant known, as module:OBJECT.",
     "fitness": "Make an own fitness known, as module:OBJECT.",
-    "controller": "Make an own controller's law known, as module:OBJECT.",
+    "controller": "Make an own control law or kind of controller known, as module:OBJECT.",
 }
 
 

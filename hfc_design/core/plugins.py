@@ -83,7 +83,8 @@ class Group(Generic[Thing]):
             known = ", ".join(repr(other) for other in self.names())
             raise UserError(
                 f"{name!r} is no {self.what} known here; there is {known}; add an own one with "
-                f"--{self.what} module:OBJECT, or install the package that has it"
+                f"--{self.what} module:OBJECT, in a script by register of hfc_design.api or use of "
+                "hfc_design.runtime, or install the package that has it"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -144,14 +145,18 @@ def use(text: str) -> None:
         UserError: it cannot be imported, or is nothing that a group takes.
     """
     try:
-        thing = _object(text)
+        group = group_of(_object(text))
     except UserError as error:
         raise UserError(f"--use {text}: {error}") from error
+    group.resolve(text)
+
+
+def group_of(thing: Any) -> Group[Any]:
+    """The group that a part is of; UserError: it is nothing that a group takes."""
     for group in GROUPS.values():
         if group.takes(thing):
-            group.resolve(text)
-            return
-    raise UserError(f"--use {text}: is a {type(thing).__name__} and none of {', '.join(GROUPS)}")
+            return group
+    raise UserError(f"is a {type(thing).__name__} and none of {', '.join(GROUPS)}")
 
 
 def given() -> References:
@@ -187,18 +192,22 @@ def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
     return found
 
 
-def missing(named: Any) -> str:
-    """A hint at the plug-ins that are needed and not known here, of ``sources``; "" without any."""
+def uses(named: Any, known: bool = True) -> str:
+    """`` --use module:OBJECT`` for each of ``sources``, or of those that are not known here."""
     groups = named.items() if isinstance(named, dict) else ()
-    own = [(GROUPS[what], parts) for what, parts in groups if what in GROUPS]
-    needed = [
-        f"--use {source}"
-        for group, parts in own
-        if isinstance(parts, dict)
+    own = [(what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)]
+    return "".join(
+        f" --use {source}"
+        for what, parts in own
         for name, source in parts.items()
-        if name not in group.names()
-    ]
-    return f"; its provenance names {' '.join(needed)}" if needed else ""
+        if known or name not in GROUPS[what].names()
+    )
+
+
+def resuming(folder: Path) -> str:
+    """How a run that was stopped goes on, with the own parts that this process was given."""
+    own = "".join(f" --use {text}" for _, text in given())
+    return f"continue with: hfc design --resume --out {folder}{own}"
 
 
 def lacking(thing: Any, functions: Iterable[str], settings: type[Any]) -> str | None:

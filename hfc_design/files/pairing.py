@@ -8,7 +8,7 @@ from hfc_design.controllers.controller import Controller
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import Gains
 from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import Design, changed_design, named_design
+from hfc_design.files.design import AnyDesign, Design, changed_design, named_design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
 
@@ -16,18 +16,21 @@ from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
 DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
 
 
-def load_design(name: str | Path, changes: Changes | None = None) -> Design:
+def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
     """A built-in design, a design file, or that of a run folder, with a plant that can run.
 
-    ``changes`` are of dotted keys, as in ``controller.integral_gain``.
+    ``changes`` are of dotted keys, as in ``controller.integral_gain``; a design is itself.
 
     Raises:
         UserError: there is no such design, or it is not one that can run.
     """
-    design = named_design(str(name))
+    design = named_design(name)
+    source = design.name if design is name else str(name)
     if changes:
-        design = changed_design(design, changes, str(name))
-    checked(PlantSettings, design.plant.model_dump(), f"{name}: plant", Path(name).parent)
+        design = changed_design(design, changes, source)
+    if design is not name:
+        plant = design.plant.model_dump()
+        checked(PlantSettings, plant, f"{source}: plant", Path(source).parent)
     return design
 
 

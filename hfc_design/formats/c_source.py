@@ -23,7 +23,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
     Raises:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
-    template: Template = needed(design.kind.c, design, NO_CODE)
+    template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
     name = c_name(design)
     values = {
         "name": name,

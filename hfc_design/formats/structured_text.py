@@ -28,7 +28,7 @@ def block(design: Design) -> str:
     Raises:
         UserError: the kind has no such code, or a name is none of the language.
     """
-    template: Template = needed(design.kind.st, design, NO_CODE)
+    template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}

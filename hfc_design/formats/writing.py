@@ -24,8 +24,8 @@ from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 
 HERE = Path(__file__).parent
-#: What a kind lacks that has no code in other languages.
-NO_CODE = "json holds its gains, its law is in Python only"
+#: What a kind lacks that has no code in another language.
+NO_CODE = "it has no template in {}; json holds its numbers"
 #: Format -> words that no name in its files can be.
 RESERVED: dict[str, list[str]] = {
     target: words.split()

@@ -9,6 +9,7 @@ import numpy as np
 
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
@@ -89,6 +90,7 @@ def write_page(
         search=search,
         history=search and batch_plots.history(search.history, scenario.judge().title),
         structures=search and _structures(search.archive, scenario),
+        own_parts=uses(design.provenance.get("plugins")),
         provenance={
             key: value if isinstance(value, str) else json.dumps(value)
             for key, value in design.provenance.items()

@@ -9,9 +9,9 @@ import numpy as np
 
 from hfc_design.controllers.controller import Signals
 from hfc_design.core.numbers import Floats, Gains, Parameters
-from hfc_design.files.design import Design
-from hfc_design.files.pairing import controller_of, machine
-from hfc_design.files.scenario import Scenario
+from hfc_design.files.design import AnyDesign
+from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
@@ -82,7 +82,7 @@ class Evaluation(NamedTuple):
         return {"fitness": fitness, "merit": merit, "judged_by": judge.title, **self.metrics}
 
 
-def evaluate(design: Design, scenario: Scenario) -> Evaluation:
+def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     """Simulate ``design`` on ``scenario``.
 
     The plant is the design's, with the parameters that the scenario sets laid over it.
@@ -90,6 +90,7 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     Raises:
         UserError: the two are made for different plants or sample times.
     """
+    design, scenario = load_design(design), load_scenario(scenario)
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller)

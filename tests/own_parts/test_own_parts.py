@@ -218,7 +218,7 @@ def test_stopped_and_resumed_ends_alike(folder, tmp_path):
 
 def test_it_is_explained_and_reported(folder, tmp_path):
     page = (folder / "run" / "report.html").read_text()
-    assert "X: A table of its own" in page
+    assert "x: A table of its own" in page
     assert "The learnt table." in page
     design = hfc.load_design(folder / "run")
     single = design.by_axis()["x"].model_dump(mode="json")
