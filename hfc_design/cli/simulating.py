@@ -10,10 +10,10 @@ import click
 
 from hfc_design.cli.options import (
     CHOICES,
+    CHOSEN,
     PATH,
     Texts,
     as_json,
-    chosen,
     knowing_plugins,
     on_scenario,
     setting,
@@ -66,7 +66,7 @@ def design(
     from hfc_design.report.page import BASELINES, write_page
     from hfc_design.runs import run
 
-    plugins = chosen(options).values()
+    plugins = filter(None, [options.pop(key) for key in CHOSEN])
     given = [f"{key}={x}" for name, key in KEYS.items() if (x := options.pop(name)) is not None]
     if not resume:
         found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
