@@ -1,4 +1,4 @@
-"""The package for scripts, in one import: ``import hfc_design.api as hfc``.
+"""The package for scripts, in one import: ``import hfcapi as hfc``.
 
 Load a scenario, design, evaluate, export; add an own plant, fitness, strategy or control law.
 ``docs/python.md`` shows all of it at work.
@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import TypeVar
 
-from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
 from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
 from hfc_design.controllers.genome import Genome, taken
@@ -30,11 +29,11 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, renamed
+from hfc_design.formats import FORMATS
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Drawing, Listing, Section
-from hfc_design.runs import problem as _problem
-from hfc_design.runs import run as _design
-from hfc_design.runs.run import Result
+from hfc_design.runs.problem import design_with
+from hfc_design.runs.run import CONFIG, Result, new_run, opened_run, run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
@@ -81,20 +80,20 @@ def design(
     scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
-            own = _design.new_run(scenario, Path(name))
-            return _design.run(own, Path(name), on_generation)
+            own = new_run(scenario, Path(name))
+            return run(own, Path(name), on_generation)
     from hfc_design.report.page import write_page
 
     place = Path(folder)
-    if (place / _design.CONFIG).exists():
-        own = _design.opened_run(place)
+    if (place / CONFIG).exists():
+        own = opened_run(place)
         # The folder holds copies of the files that a scenario names.
         one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
         if one != other:
             raise UserError(f"{place}: holds a run of another scenario; name another folder")
     else:
-        own = _design.new_run(scenario, place)
-    result = _design.run(own, place, on_generation)
+        own = new_run(scenario, place)
+    result = run(own, place, on_generation)
     write_page(own, result, place)
     return result
 
@@ -108,7 +107,7 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, float]) -> 
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
         raise UserError(f"a controller of kind {kind} is no list of gains")
-    return _problem.design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
+    return design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
 
 
 def export(found: AnyDesign, to: str, path: str | Path) -> Path:
@@ -118,9 +117,9 @@ def export(found: AnyDesign, to: str, path: str | Path) -> Path:
         UserError: no such format, or not for this kind of controller.
         RunError: ``path`` cannot be written.
     """
-    if to not in _export.FORMATS:
-        raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
-    _export.FORMATS[to].write(load_design(found), Path(path))
+    if to not in FORMATS:
+        raise UserError(f"{to!r} is no format; there is {', '.join(FORMATS)}")
+    FORMATS[to].write(load_design(found), Path(path))
     return Path(path)
 
 
@@ -139,12 +138,11 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
 
 # Parts of one's own, and what they are made of.
 __all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drawing", "Drive", "Explain"]
-__all__ += ["Fitness"]
-__all__ += ["Kind", "Law", "Listing", "Machine", "Moment", "Objective", "ObjectiveSettings"]
-__all__ += ["Plant", "Section", "Shown", "Strategy", "StrategySettings", "Target", "Task"]
-__all__ += ["Template", "View", "Xp", "clipped", "coupled", "genome_of_gains", "held"]
-__all__ += ["only_positive", "register", "rk4", "settings_of", "side_by_side"]
-__all__ += ["Genome", "strategies", "taken", "total"]
+__all__ += ["Fitness", "Genome", "Kind", "Law", "Listing", "Machine", "Moment", "Objective"]
+__all__ += ["ObjectiveSettings", "Plant", "Section", "Shown", "Strategy", "StrategySettings"]
+__all__ += ["Target", "Task", "Template", "View", "Xp", "clipped", "coupled", "genome_of_gains"]
+__all__ += ["held", "only_positive", "register", "rk4", "settings_of", "side_by_side"]
+__all__ += ["strategies", "taken", "total"]
 # What is loaded, searched, evaluated and written.
 __all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]
 __all__ += ["Scenario", "Search", "UserError", "design", "evaluate", "evaluate_many", "export"]

@@ -12,7 +12,7 @@ from hfc_design.core.console import ProgressBar, plain_table, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluation import Evaluation, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.search.loop import Search
@@ -74,13 +74,8 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
-    for key, title in scenario.judge().titles.items():
-        scores = (f"{getattr(r, key):.4f}" if not r.diverged else "diverged" for r in rows.values())
-        table.add_row(title.replace(" / ", "\n/ "), *scores)
-    first = next(iter(rows.values()))
-    for key in first.metrics:
-        found = (row.metrics[key] for row in rows.values())
-        table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
+    for name, *values in score_rows(scenario, rows, ".5g", "-"):
+        table.add_row(name.replace(" / ", "\n/ "), *values)
     terminal().print(table)
 
 

@@ -189,4 +189,14 @@ def _json(design: Design) -> str:
     return design_json(design) + "\n"
 
 
-FORMATS = (Format("json", "the design file itself", _json, whole=True),)
+def _tables(design: Design) -> dict[str, str]:
+    """A rule table a file for a spreadsheet, and ``manifest.csv``, which tells the wiring."""
+    found = rule_base(design).tables(design.controller)
+    return {name: csv_text(rows) for name, rows in found.items()}
+
+
+TABLES = "a folder with one labelled rule table a unit, and manifest.csv"
+FORMATS = (
+    Format("json", "the design file itself", _json, whole=True),
+    Format("csv", TABLES, _tables),
+)

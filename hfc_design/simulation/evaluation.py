@@ -1,6 +1,6 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import starmap
 from typing import NamedTuple
 
@@ -152,6 +152,23 @@ def meanings(scenario: Scenario) -> dict[str, str]:
         own = {key: text for axis, found in each for key, text in _headed(axis, found).items()}
     names = ("", *(window.name for window in scenario.windows))
     return {key: text for name in names for key, text in _headed(name, own).items()}
+
+
+def score_rows(
+    scenario: Scenario, evaluations: Mapping[str, Evaluation], form: str = ".4g", none: str = "–"
+) -> list[list[str]]:
+    """Fitness, merit and metrics, a row each; a column for each evaluation.
+
+    A metric is written in a ``form``, as ``none`` where it has no value.
+    """
+    found, rows = evaluations.values(), []
+    for key, title in scenario.judge().titles.items():
+        scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
+        rows.append([title, *scores])
+    for key in next(iter(found)).metrics:
+        values = (item.metrics[key] for item in found)
+        rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
+    return rows
 
 
 def _headed(name: str, found: dict[str, str]) -> dict[str, str]:
