@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation, score_rows
@@ -74,7 +73,7 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
-    for name, *values in score_rows(scenario, rows, ".5g", "-"):
+    for name, *values in score_rows(scenario.judge(), [*rows.values()], ".5g", "-"):
         table.add_row(name.replace(" / ", "\n/ "), *values)
     terminal().print(table)
 
@@ -104,18 +103,6 @@ def score_spread(
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
     numbers = own | found.numbers()
-    if as_json:
-        print(json.dumps(numbers))
-    else:
-        _show_spread(numbers)
-    if plot is not None:
-        from hfc_design.pictures.figure import save
-        from hfc_design.report.batch_plots import distributions
-
-        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
-
-
-def _show_spread(numbers: Json) -> None:
     table = plain_table(
         title=f"{numbers['design']} on {numbers['scenario']}, "
         f"parameters +-{100 * numbers['spread']:g} %",
@@ -132,7 +119,15 @@ def _show_spread(numbers: Json) -> None:
         table.add_column(name, justify="right", no_wrap=True)
     for key, values in numbers["metrics"].items():
         table.add_row(key, *map(_short, values.values()))
-    terminal().print(table)
+    if as_json:
+        print(json.dumps(numbers))
+    else:
+        terminal().print(table)
+    if plot is not None:
+        from hfc_design.pictures.figure import save
+        from hfc_design.report.batch_plots import distributions
+
+        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
 
 
 def _short(value: float | None) -> str:

@@ -156,7 +156,7 @@ def group_of(thing: Any) -> Group[Any]:
     for group in GROUPS.values():
         if group.takes(thing):
             return group
-    raise UserError(f"is a {type(thing).__name__} and none of {', '.join(GROUPS)}")
+    raise UserError(f"a {type(thing).__name__} is none of {', '.join(GROUPS)}")
 
 
 def given() -> References:

@@ -121,10 +121,9 @@ def named_design(source: AnyDesign) -> Design:
     if not path.exists():
         known = ", ".join(builtin_designs())
         raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
-    file = path / "design.json" if path.is_dir() else path
-    if not file.exists():
-        raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path)}")
-    return read_design(file)
+    if path.is_dir() and not (path := path / "design.json").exists():
+        raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
+    return read_design(path)
 
 
 def read_design(path: str | Path) -> Design:

@@ -24,8 +24,6 @@ from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 
 HERE = Path(__file__).parent
-#: What a kind lacks that has no code in another language.
-NO_CODE = "it has no template in {}; json holds its numbers"
 #: Format -> words that no name in its files can be.
 RESERVED: dict[str, list[str]] = {
     target: words.split()
@@ -149,13 +147,6 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
             told = clash.format(name=name, other=other)
             raise UserError(f"--to {target}: {told}; rename it in the design file")
         taken[name.casefold()] = name
-
-
-def matlab_name(target: str, name: str) -> str:
-    """``name``, which a field can have in MATLAB; UserError: it cannot."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
-        raise UserError(f"--to {target}: {name} is no name of a field in MATLAB; rename it")
-    return name
 
 
 def rendered(

@@ -5,7 +5,6 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
@@ -169,7 +168,16 @@ def distributions(found: Robustness, title: str) -> Figure:
     for axes, key in zip(panels.flat, drawn, strict=False):
         values = found.spread_of(key)
         only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
-        _distribution(axes, key + only, values, found.nominal[key])
+        low, *_, high = np.quantile(values, QUANTILES)
+        axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
+        axes.ecdf(values, color=OWN, lw=1.6, label="machines")
+        if np.isfinite(nominal := found.nominal[key]):
+            axes.axvline(nominal, color=OTHER, lw=1.2, ls="--", label="nominal")
+        gridded(axes)
+        axes.set_title(key + only, fontsize=9)
+        axes.tick_params(labelsize=8)
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
+        axes.set_yticks([0.0, 0.5, 1.0])
     for axes in panels.flat[len(drawn) :]:
         axes.set_visible(False)
     for axes in panels[:, 0]:
@@ -185,19 +193,6 @@ def distributions(found: Robustness, title: str) -> Figure:
         handles = panels.flat[0].get_legend_handles_labels()
         figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
     return figure
-
-
-def _distribution(axes: Axes, title: str, values: Floats, nominal: float) -> None:
-    low, *_, high = np.quantile(values, QUANTILES)
-    axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
-    axes.ecdf(values, color=OWN, lw=1.6, label="machines")
-    if np.isfinite(nominal):
-        axes.axvline(nominal, color=OTHER, lw=1.2, ls="--", label="nominal")
-    gridded(axes)
-    axes.set_title(title, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
-    axes.set_yticks([0.0, 0.5, 1.0])
 
 
 def plain(label: str, longest: int = LABEL) -> str:

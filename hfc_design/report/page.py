@@ -74,13 +74,14 @@ def write_page(
     if tables:
         FORMATS["csv"].write(design, folder / TABLES)
     evaluations, told = {OWN: own, **rivals}, meanings(scenario)
+    scores = score_rows(scenario.judge(), [*evaluations.values()], ".4g", "–")
     page = rendered(
         "report.html.j2",
         scenario=scenario,
         design=design,
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
-        scores=[[told.get(key, key), *row] for key, *row in score_rows(scenario, evaluations)],
+        scores=[[told.get(key, key), *row] for key, *row in scores],
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
         response=plots.motion(own, f"{OWN} on {scenario.name}"),

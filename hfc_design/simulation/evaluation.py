@@ -1,6 +1,6 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from itertools import starmap
 from typing import NamedTuple
 
@@ -154,18 +154,16 @@ def meanings(scenario: Scenario) -> dict[str, str]:
     return {key: text for name in names for key, text in _headed(name, own).items()}
 
 
-def score_rows(
-    scenario: Scenario, evaluations: Mapping[str, Evaluation], form: str = ".4g", none: str = "–"
-) -> list[list[str]]:
+def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
     """Fitness, merit and metrics, a row each; a column for each evaluation.
 
     A metric is written in a ``form``, as ``none`` where it has no value.
     """
-    found, rows = evaluations.values(), []
-    for key, title in scenario.judge().titles.items():
+    rows = []
+    for key, title in judge.titles.items():
         scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
         rows.append([title, *scores])
-    for key in next(iter(found)).metrics:
+    for key in found[0].metrics:
         values = (item.metrics[key] for item in found)
         rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
     return rows
