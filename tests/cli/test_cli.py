@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main, shown
 from hfc_design.cli.insight import LISTED
+from hfc_design.core.plugins import know
 from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import builtin_names
@@ -148,6 +149,7 @@ def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
 
 
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):
+    know([])  # nothing of other tests
     with monkeypatch.context() as patched:
         patched.setattr(shown.Watch, "generation", _interrupted)
         stopped = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", "--out", "run")
