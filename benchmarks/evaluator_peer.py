@@ -39,7 +39,7 @@ def make(individuals: int, samples: int, seed: int = 0) -> Work:
     generator = np.random.default_rng(seed)
     scenario = _scenario(samples)
     _, published = controller_of(load_design("lin-lee-1999-table-1"), scenario)
-    trees = np.array([hierarchy.sources(tree) for tree in hierarchy.trees(5)])
+    trees = hierarchy.all_sources(5)
     chosen = trees[generator.integers(len(trees), size=individuals)]
     spread = generator.uniform(-SPREAD, SPREAD, (*published.consequents.shape[:-1], individuals))
     gain = generator.uniform(0.9, 1.1, (2, individuals))

@@ -53,18 +53,25 @@ class FrictionCurve(NamedTuple):
 
 
 class FeedDriveCoefficients(NamedTuple):
-    """The parameters, and what a step needs of them, computed once."""
+    """What a step needs of the parameters, computed once; pins of HAL are called so."""
 
-    own: FeedDriveParameters
+    gain: Scalar  # K [(BLU/s)/unit]
+    time_constant: Scalar  # tau [s]
+    coulomb: Scalar  # F_c [unit]
     positive: FrictionCurve
     negative: FrictionCurve
     low_speed: Scalar  # [BLU/s]
+    stiction_rise: Scalar  # [unit]
+    lowest_command: Scalar  # [unit]
+    highest_command: Scalar  # [unit]
 
 
 def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
     """Coefficients per BLU/s; both friction curves become positive functions of the speed."""
     return FeedDriveCoefficients(
-        own=p,
+        gain=p.gain,
+        time_constant=p.time_constant,
+        coulomb=p.coulomb,
         positive=FrictionCurve(
             p.positive_start, p.positive_slope * p.blu, p.positive_curvature * p.blu * p.blu
         ),
@@ -72,6 +79,9 @@ def coefficients(p: FeedDriveParameters) -> FeedDriveCoefficients:
             -p.negative_start, p.negative_slope * p.blu, -p.negative_curvature * p.blu * p.blu
         ),
         low_speed=p.low_velocity / p.blu,
+        stiction_rise=p.stiction_rise,
+        lowest_command=p.lowest_command,
+        highest_command=p.highest_command,
     )
 
 
@@ -81,7 +91,7 @@ def friction(c: FeedDriveCoefficients, direction: Scalar, speed: Scalar) -> Scal
         jnp.where(direction > 0, a, b) for a, b in zip(c.positive, c.negative, strict=True)
     )
     low = start + speed * (slope + speed * curvature)
-    return c.own.coulomb + jnp.where(speed < c.low_speed, low, 0.0)
+    return c.coulomb + jnp.where(speed < c.low_speed, low, 0.0)
 
 
 def step(
@@ -108,28 +118,28 @@ def _leg(
     rests = x.velocity == 0
     sticks = (
         rests
-        & (drive <= friction(c, 1.0, 0.0) + c.own.stiction_rise)
-        & (-drive <= friction(c, -1.0, 0.0) + c.own.stiction_rise)
+        & (drive <= friction(c, 1.0, 0.0) + c.stiction_rise)
+        & (-drive <= friction(c, -1.0, 0.0) + c.stiction_rise)
     )
     direction = jnp.sign(jnp.where(rests, drive, x.velocity))
-    settled = -jnp.expm1(-time / c.own.time_constant)
+    settled = -jnp.expm1(-time / c.time_constant)
 
     before = friction(c, direction, jnp.abs(x.velocity))
-    target = c.own.gain * (drive - direction * before)  # velocity that the drive tends to
+    target = c.gain * (drive - direction * before)  # velocity that the drive tends to
     foreseen = direction * (x.velocity + (target - x.velocity) * settled)
     after = friction(c, direction, jnp.maximum(foreseen, 0.0))
-    target = c.own.gain * (drive - direction * 0.5 * (before + after))
+    target = c.gain * (drive - direction * 0.5 * (before + after))
     change = (target - x.velocity) * settled
     velocity = x.velocity + change
 
     stops = velocity * direction < 0.0
     duration = jnp.where(
-        stops, c.own.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
+        stops, c.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
     )
     change = jnp.where(stops, -x.velocity, change)
     moved = FeedDriveState(
         # from the integral of the drive's equation: tau (v - v_0) = target t - (p - p_0)
-        position=x.position + target * duration - c.own.time_constant * change,
+        position=x.position + target * duration - c.time_constant * change,
         velocity=jnp.where(stops, 0.0, velocity),
     )
     return (
@@ -140,7 +150,7 @@ def _leg(
 
 def accepted(c: FeedDriveCoefficients, command: Scalar) -> Scalar:
     """What the converter makes of ``command`` [unit]: the nearest whole unit within its limits."""
-    return jnp.clip(jnp.round(command), c.own.lowest_command, c.own.highest_command)
+    return jnp.clip(jnp.round(command), c.lowest_command, c.highest_command)
 
 
 MAY_BE_ZERO = ("coulomb", "positive_start", "low_velocity", "stiction_rise")

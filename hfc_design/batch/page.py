@@ -123,9 +123,8 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     shown = sum(item.holm <= summary.ALPHA for item in against)
     if len(against) > 1:
         return f"{told}; by more than chance higher than {shown} of {len(against)} others."
-    if shown:
-        return f"{told}. The other group is lower by more than chance."
-    return f"{told}. That the other group is lower may be chance."
+    lower = "The other group is lower by more than chance"
+    return f"{told}. {lower if shown else 'That the other group is lower may be chance'}."
 
 
 def _group_row(group: Group, keys: Sequence[str]) -> list[str]:

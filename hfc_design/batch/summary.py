@@ -4,7 +4,7 @@ published figures that they stand beside.
 
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, count
 from math import comb
 from pathlib import Path
 from typing import NamedTuple
@@ -178,10 +178,7 @@ def smallest_p(own: int, other: int) -> float:
 
 def runs_needed(comparisons: int) -> int:
     """Runs in each group with which a difference can be shown among so many comparisons."""
-    count = 2
-    while comparisons * smallest_p(count, count) > ALPHA:
-        count += 1
-    return count
+    return next(n for n in count(2) if comparisons * smallest_p(n, n) <= ALPHA)
 
 
 def _task(run: Run, differing: Sequence[str]) -> str:

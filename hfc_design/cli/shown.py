@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -19,10 +20,8 @@ if TYPE_CHECKING:
 
 def free_folder(name: str) -> Path:
     """Where a new run of a scenario goes."""
-    number = 1
-    while (folder := Path("runs") / f"{name}-{number}").exists():
-        number += 1
-    return folder
+    folders = (Path("runs") / f"{name}-{number}" for number in count(1))
+    return next(folder for folder in folders if not folder.exists())
 
 
 class Watch(ProgressBar):

@@ -78,10 +78,8 @@ def checked(
 
 #: Kind of a mistake -> what TOML and JSON call what is wanted.
 PLAIN = {
-    "tuple_type": "has to be a list",
-    "list_type": "has to be a list",
-    "dict_type": "has to be a table of keys and values",
-    "model_type": "has to be a table of keys and values",
+    **dict.fromkeys(("tuple_type", "list_type"), "has to be a list"),
+    **dict.fromkeys(("dict_type", "model_type"), "has to be a table of keys and values"),
 }
 
 

@@ -1,5 +1,6 @@
 """What one axis is to follow, and what loads it, as a user writes them."""
 
+import re
 import warnings
 from abc import abstractmethod
 from operator import not_
@@ -15,7 +16,7 @@ from hfc_design.motion.samples import AxisSamples
 
 
 def table_of(path: Path) -> tuple[Floats, Floats]:
-    """The two columns of a CSV file.
+    """The two columns of a CSV file; a first line that does not begin with a number is a header.
 
     Raises:
         ValueError: the file cannot be read, or is not two finite columns with rising time.
@@ -23,7 +24,9 @@ def table_of(path: Path) -> tuple[Floats, Floats]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an empty file is refused below
-            data = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+            lines = path.read_text(encoding="utf-8-sig").splitlines()
+            header = int(bool(lines) and not re.match(r"\s*[-+.]*\d", lines[0]))
+            data = np.loadtxt(lines, delimiter=",", skiprows=header, ndmin=2)
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:
@@ -54,7 +57,7 @@ class Profile(Record):
 
 
 class Table(Profile):
-    """Two columns of a CSV file with a header, linear in between, constant at both ends."""
+    """Two columns of a CSV file, linear in between, constant at both ends."""
 
     kind: Literal["csv"] = "csv"
     file: CsvFile  # time [s], reference

@@ -36,7 +36,6 @@ devices.configure()
 CHUNK = 64
 LANES = 16
 
-
 #: A number of one individual, or the rows of a table as tuples of tuples.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
 Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
@@ -84,23 +83,16 @@ def scores(
     """
     count, each = _count(gains), machines.size
     lanes = count * each
-    padding = -lanes % (jax.device_count() * _chunk(lanes))
-
-    def padded(leaf: Floats, repeats: int) -> Floats:
-        wide = np.repeat(leaf, repeats, axis=-1) if repeats > 1 else leaf
-        return np.pad(wide, [(0, 0)] * (wide.ndim - 1) + [(0, padding)], mode="edge")
-
-    gains = jax.tree.map(lambda leaf: padded(leaf, each), gains)
-    true = machines.take(0).true
-    if each > 1:
-        true = jax.tree.map(lambda leaf: padded(np.tile(leaf, count), 1), machines.true)
+    whole = lanes + -lanes % (jax.device_count() * _chunk(lanes))
+    lane = np.minimum(np.arange(whole), lanes - 1)  # the last one fills up the last chunk
+    if whole > count:
+        gains = jax.tree.map(lambda leaf: np.take(leaf, lane // each, axis=-1), gains)
+    true = machines.take(lane % each if each > 1 else 0).true
     with _own_code(loop):
         inputs = _cast(Inputs(machines.told, true, samples, gains), dtype)
-        result = _scores(loop, each > 1, inputs)
-    merit, values, failed = (
-        np.asarray(leaf)[:lanes].reshape(count, each, *leaf.shape[1:]) for leaf in result
-    )
-    return Judged(merit.astype(np.float64), values.astype(np.float64), failed)
+        found = np.asarray(_scores(loop, each > 1, inputs), np.float64)
+    merit, failed, *values = found[:, :lanes].reshape(-1, count, each)
+    return Judged(merit, np.stack(values, axis=-1), failed > 0.0)
 
 
 def trajectory(
@@ -176,21 +168,24 @@ def _cast(inputs: Inputs, dtype: DTypeLike) -> Inputs:
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
-def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Judged:
-    def on_device(inputs: Inputs) -> Judged:
+def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
+    """(2 + objectives, lanes): merits, 1 where one failed, values; one array comes back faster."""
+
+    def on_device(inputs: Inputs) -> Array:
         count = _count(inputs.gains)
         chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
 
         def chunked(leaf: Array) -> Array:
             return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
 
-        def one_chunk(own: PyTree) -> Judged:
+        def one_chunk(own: PyTree) -> Array:
             gains, true = own if own_machine else (own, inputs.true)
-            return _run(loop, own_machine, inputs._replace(true=true, gains=gains), False)[0]
+            judged, _ = _run(loop, own_machine, inputs._replace(true=true, gains=gains), False)
+            return jnp.stack([judged.merit, judged.failed, *judged.values.T])
 
         lanes = (inputs.gains, inputs.true) if own_machine else inputs.gains
         judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))
-        return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), judged)
+        return jnp.moveaxis(judged, 0, 1).reshape(judged.shape[1], -1)
 
     def last(leaf: Array) -> PartitionSpec:
         return PartitionSpec(*[None] * (leaf.ndim - 1), "population")
@@ -201,7 +196,7 @@ def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Judged:
         on_device,
         mesh=Mesh(jax.devices(), ("population",)),
         in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains)),),
-        out_specs=PartitionSpec("population"),
+        out_specs=PartitionSpec(None, "population"),
         check_vma=False,
     )
     return spread(inputs)

@@ -87,6 +87,12 @@ def test_table(table):
     assert rate(table, *times) == pytest.approx([0.0, 0.5, 0.5, -0.5, -0.5, 0.0, 0.0])
 
 
+def test_a_table_without_a_header_keeps_its_first_row(table, tmp_path):
+    bare = tmp_path / "bare.csv"
+    bare.write_text("1.0,2.0\n2.0,2.5\n4.0,1.5\n")
+    assert at(Table(file=bare), 1.0, 1.5, 3.0) == at(table, 1.0, 1.5, 3.0)
+
+
 def test_rate_is_the_derivative_of_the_angle(table):
     references = (
         Ramp(velocity=0.3),

@@ -35,4 +35,7 @@ class AflcGenome(flc.FuzzyGenome):
 def _overlaps(population: flc.FuzzyTables) -> Floats:
     """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
     distance, left, right = np.moveaxis(population.joints, -1, 0)
-    return np.asarray(((right - left) * distance).min(axis=-1))
+    centres = flc.terms_of_joints(population.joints)[:, :, 1]
+    # Terms that reach their neighbours' centres overlap by the whole distance, not by a bit more.
+    whole = np.diff(centres, axis=1).min(axis=1).T
+    return np.minimum(((right - left) * distance).min(axis=-1), whole)

@@ -143,14 +143,14 @@ class FuzzyGenome(Genome):
             lambda number: np.full(len(population.tree), number), self.start.table().compensation
         )
         singletons: Any = np.moveaxis(population.singletons, 0, -1)
-        error_terms, change_terms = _terms(population.joints)
+        error_terms, change_terms = terms_of_joints(population.joints)
         return FlcGains(error_terms, change_terms, singletons, population.k_i, compensation)
 
     def record(self, individual: FuzzyTables) -> Json:
         """The kind's record: as the start but for what was searched."""
         record: Json = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
-        for key, terms in zip(keys, _terms(individual.joints), strict=True):
+        for key, terms in zip(keys, terms_of_joints(individual.joints), strict=True):
             record[key] = [term.model_dump() for term in terms_of(terms[..., 0].tolist())]
         table = individual.singletons[0]
         record["rules"] = {"labels": nearest_labels(table.tolist()), "centroids": table.tolist()}
@@ -177,7 +177,7 @@ class FuzzyGenome(Genome):
         singletons = np.clip(singletons, -self.largest_command, self.largest_command)
         return population._replace(
             joints=joints,
-            singletons=_in_sectors(self.sectors(share), _terms(joints), singletons),
+            singletons=_in_sectors(self.sectors(share), terms_of_joints(joints), singletons),
             k_i=np.clip(population.k_i, 0.0, self.settings.largest_integral_gain),
             share=share,
         )
@@ -199,7 +199,7 @@ def _bounds(stable: StableRange) -> tuple[Floats, Floats]:
     return k1, stable.k2(k1)
 
 
-def _terms(joints: Floats) -> Floats:
+def terms_of_joints(joints: Floats) -> Floats:
     """Terms (2, 7, 3, n) of the error and its change, of joints (n, 2, 6, 3).
 
     ZR is centred on 0, the outermost edges are infinite.

@@ -79,13 +79,9 @@ class HierarchicalGenome(Genome):
         scales = population.scales
         if self.bounds.scale_range > 1.0:
             scales = scales * np.exp(0.5 * step * some(rng, scales.shape, 0.2))
-        return population._replace(
-            gains=population.gains * np.exp(0.5 * step * some(rng, population.gains.shape, 0.5)),
-            scales=scales,
-            consequents=np.clip(
-                population.consequents + step[:, :, None, None] * moved, -limit, limit
-            ),
-        )
+        gains = population.gains * np.exp(0.5 * step * some(rng, population.gains.shape, 0.5))
+        tables = population.consequents + step[:, :, None, None] * moved
+        return Hierarchies(population.tree, gains, scales, np.clip(tables, -limit, limit))
 
     def blended(self, one: Hierarchies, other: Hierarchies, share: Floats) -> Hierarchies:
         """Gains and scales by their logarithm, consequents on a straight line."""

@@ -39,6 +39,18 @@ def bred(own, count=60, rounds=4):
     return found
 
 
+def test_terms_that_overlap_wholly_are_terms_of_a_design():
+    """Their overlap is the distance of two centres, and never more by rounding."""
+    own = genome("aflc", "controller.symmetric=false")
+    found = bred(own, count=200)
+    found.joints[..., 1:] = 0.0, 1.0
+    for k in range(200):
+        record = type(own.start).model_validate(own.record(taken(found, slice(k, k + 1))))
+        least = record.adaptation.smallest_overlap
+        centres = np.array([term.centre for term in record.error_terms])
+        assert least.error == pytest.approx(np.diff(centres).min(), rel=1e-12)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
     own = genome(kind)

@@ -1,0 +1,34 @@
+"""The benchmarks still find what they time, and time what the evaluator computes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+EVALUATOR = """
+import evaluator, populations, numpy as np
+from evaluator_peer import make, prepare
+work = make(3, 40)
+np.testing.assert_allclose(prepare(work)(), prepare(work, np.float64)(), rtol=1e-4)
+"""
+CONTROLLERS = """
+import controllers
+work = controllers.prepared("jee-koren-2004-pid", "feed-drive-circle", 2)
+assert work.operations > 50 and work.run().merit.shape == (2, 1)
+"""
+RUNTIME = """
+import runtime, numpy as np
+design = runtime.load_design("jee-koren-2004-pid")
+samples = np.linspace(-30.0, 30.0, 150)[:, None]
+assert all(one.deviation < 1e-4 for one in runtime.contenders(design, samples).values())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", [EVALUATOR, CONTROLLERS, RUNTIME])
+def test_a_benchmark_runs(code):
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=BENCHMARKS, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
