@@ -27,7 +27,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.formats import FORMATS, c_source
+from hfc_design.formats import FORMATS, code
 from hfc_design.formats.writing import rule_units
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluation import evaluate
@@ -70,12 +70,12 @@ def recorded(design: Design, scenario: str) -> np.ndarray:
         known["deflection"] = state.rotor_angle - state.spindle_angle
         known["deflection_rate"] = state.rotor_velocity - state.spindle_velocity
         known["spindle_velocity"] = state.spindle_velocity
-    return np.stack([known[name] for name in c_source.signals(design)], axis=1)
+    return np.stack([known[name] for name in code.signals(design)], axis=1)
 
 
 def contenders(design: Design, samples: np.ndarray) -> dict[str, Contender]:
     """Those that can step the design here, ready to run."""
-    rows = [dict(zip(c_source.signals(design), row, strict=True)) for row in samples.tolist()]
+    rows = [dict(zip(code.signals(design), row, strict=True)) for row in samples.tolist()]
     controller = Controller(design)
     expected = np.array([controller.step(row) for row in rows])
 
@@ -107,13 +107,13 @@ def _c(
 ) -> Contender:
     """The exported code, built with gcc into a temporary directory."""
     real = np.float32 if flags else np.float64
-    name = c_source.c_name(design)
+    name = code.c_name(design)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "c"
         if lookup is None:
             FORMATS["c"].write(design, folder)
         else:
-            c_source.write_lookup(design, folder, lookup)
+            code.write_lookup(design, folder, lookup)
         (folder / "loop.c").write_text(LOOP.format(name=name), encoding="ascii")
         sources = [folder / f"{name}.c", folder / "loop.c"]
         command = ["gcc", "-std=c99", "-O2", "-shared", "-fPIC", *flags, *sources, "-lm"]
@@ -164,7 +164,7 @@ def _units(
     design: Design, samples: np.ndarray
 ) -> tuple[np.ndarray, list[tuple[int, int]], float, np.ndarray]:
     """What the units read, (samples, inputs), their sources, and the command around them."""
-    controller, names = design.controller, list(c_source.signals(design))
+    controller, names = design.controller, list(code.signals(design))
     before = np.concatenate([np.zeros((1, len(names))), samples[:-1]])
     if not isinstance(controller, HierarchicalDesign):
         error = samples[:, 0]

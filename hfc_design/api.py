@@ -1,4 +1,4 @@
-"""The package for scripts, in one import: ``import hfc_design.api as hfc``.
+"""The package for scripts, in one import: ``import hfcapi as hfc``.
 
 Load a scenario, design, evaluate, export; add an own plant, fitness, strategy or control law.
 ``docs/python.md`` shows all of it at work.
@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from hfc_design import formats as _export
 from hfc_design.controllers.controller import AxisLaw, View, held
 from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
 from hfc_design.controllers.genome import Genome, taken
@@ -24,19 +23,17 @@ from hfc_design.controllers.kind import (
     Template,
 )
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.dotted import changed
 from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files import scenario as _scenarios
-from hfc_design.files.design import Design
+from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import Scenario
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, renamed
+from hfc_design.formats import FORMATS
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.pictures.figure import Listing, Section
-from hfc_design.runs import problem as _problem
-from hfc_design.runs import run as _design
-from hfc_design.runs.run import Result
+from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.runs.problem import design_with
+from hfc_design.runs.run import CONFIG, Result, new_run, opened_run, run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
@@ -51,8 +48,6 @@ Plant = Drive
 Fitness = Objective
 #: Name -> search strategy, of those that are built in or registered.
 strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
-#: Values by their keys, or by dotted ones.
-Values = Mapping[str, Any]
 Registered = TypeVar("Registered")
 
 
@@ -68,20 +63,8 @@ def register(thing: Registered) -> Registered:
     return thing
 
 
-def load_scenario(source: str | Path | Values, changes: Values | None = None) -> Scenario:
-    """A built-in scenario, a TOML file, or what would stand in one; ``changes`` by dotted key.
-
-    Raises:
-        UserError: no such scenario, or a value that is not allowed.
-    """
-    if not isinstance(source, Mapping):
-        return _scenarios.load_scenario(str(source), changes or {})
-    data = changed({"name": "scenario"} | dict(source), changes or {})
-    return _scenarios.scenario_of(data, "scenario", Path())
-
-
 def design(
-    scenario: Scenario,
+    scenario: AnyScenario,
     folder: str | Path | None = None,
     on_generation: Callable[[Search], None] = lambda search: None,
 ) -> Result:
@@ -94,27 +77,28 @@ def design(
         UserError: the folder holds a run of another scenario.
         RunError: the folder cannot be written, or its checkpoint is damaged.
     """
+    scenario = load_scenario(scenario)
     if folder is None:
         with TemporaryDirectory() as name:
-            own = _design.new_run(scenario, Path(name))
-            return _design.run(own, Path(name), on_generation)
+            own = new_run(scenario, Path(name))
+            return run(own, Path(name), on_generation)
     from hfc_design.report.page import write_page
 
     place = Path(folder)
-    if (place / _design.CONFIG).exists():
-        own = _design.opened_run(place)
+    if (place / CONFIG).exists():
+        own = opened_run(place)
         # The folder holds copies of the files that a scenario names.
-        one, other = (_scenarios.renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
+        one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
         if one != other:
             raise UserError(f"{place}: holds a run of another scenario; name another folder")
     else:
-        own = _design.new_run(scenario, place)
-    result = _design.run(own, place, on_generation)
+        own = new_run(scenario, place)
+    result = run(own, place, on_generation)
     write_page(own, result, place)
     return result
 
 
-def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Design:
+def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, float]) -> Design:
     """A design by hand: a controller of kind pd, pid or an own law with these gains.
 
     Raises:
@@ -123,19 +107,19 @@ def with_gains(scenario: Scenario, kind: str, gains: Mapping[str, float]) -> Des
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
         raise UserError(f"a controller of kind {kind} is no list of gains")
-    return _problem.design_with({"kind": kind, **of_gains(dict(gains))}, scenario)
+    return design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
 
 
-def export(found: Design, to: str, path: str | Path) -> Path:
+def export(found: AnyDesign, to: str, path: str | Path) -> Path:
     """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
 
     Raises:
         UserError: no such format, or not for this kind of controller.
         RunError: ``path`` cannot be written.
     """
-    if to not in _export.FORMATS:
-        raise UserError(f"{to!r} is no format; there is {', '.join(_export.FORMATS)}")
-    _export.FORMATS[to].write(found, Path(path))
+    if to not in FORMATS:
+        raise UserError(f"{to!r} is no format; there is {', '.join(FORMATS)}")
+    FORMATS[to].write(load_design(found), Path(path))
     return Path(path)
 
 
@@ -153,12 +137,12 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
 
 
 # Parts of one's own, and what they are made of.
-__all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drive", "Explain", "Fitness"]
-__all__ += ["Kind", "Law", "Listing", "Machine", "Moment", "Objective", "ObjectiveSettings"]
-__all__ += ["Plant", "Section", "Shown", "Strategy", "StrategySettings", "Target", "Task"]
-__all__ += ["Template", "View", "Xp", "clipped", "coupled", "genome_of_gains", "held"]
-__all__ += ["only_positive", "register", "rk4", "settings_of", "side_by_side"]
-__all__ += ["Genome", "strategies", "taken", "total"]
+__all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drawing", "Drive", "Explain"]
+__all__ += ["Fitness", "Genome", "Kind", "Law", "Listing", "Machine", "Moment", "Objective"]
+__all__ += ["ObjectiveSettings", "Plant", "Section", "Shown", "Strategy", "StrategySettings"]
+__all__ += ["Target", "Task", "Template", "View", "Xp", "clipped", "coupled", "genome_of_gains"]
+__all__ += ["held", "only_positive", "register", "rk4", "settings_of", "side_by_side"]
+__all__ += ["strategies", "taken", "total"]
 # What is loaded, searched, evaluated and written.
 __all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]
 __all__ += ["Scenario", "Search", "UserError", "design", "evaluate", "evaluate_many", "export"]

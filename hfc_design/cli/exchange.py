@@ -19,7 +19,7 @@ def export(design: str, others: Texts, target: str, out: Path | None, lookup: in
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
     from hfc_design.files.pairing import load_design
-    from hfc_design.formats import FORMATS, c_source
+    from hfc_design.formats import FORMATS, code
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
@@ -32,7 +32,7 @@ def export(design: str, others: Texts, target: str, out: Path | None, lookup: in
     if lookup is None:
         FORMATS[target].write(found, path)
     else:
-        deviation = c_source.write_lookup(found, path, lookup)
+        deviation = code.write_lookup(found, path, lookup)
         click.echo(f"largest deviation from the exact command: {deviation}")
     click.echo(path)
 

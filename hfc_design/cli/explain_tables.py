@@ -75,7 +75,7 @@ def _command(console: Console, found: Json) -> None:
     unit = found["command_unit"]
     table = _table(f"command [{unit}]", "part", unit)
     for name, value in found["parts"].items():
-        line = PARTS[name]
+        line = PARTS.get(name, name)
         if name == "fuzzy" and "output_scale" in found:
             line = f"fuzzy, {found['units'][-1]['unit']} x {found['output_scale']:g}"
         table.add_row(line, f"{value:.6g}")

@@ -13,10 +13,13 @@ AT_HELP = "Signals of a sample; given again for each sample that follows, the la
 
 
 @click.command("list")
-@click.argument("what", type=click.Choice(LISTED))
+@click.argument("what", metavar="WHAT", type=click.Choice(LISTED))
 @knowing_plugins
 def list_(what: str) -> None:
-    """What is built in."""
+    """What is built in.
+
+    WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
+    """
     from rich.table import Table
 
     from hfc_design.controllers.kinds import KINDS
@@ -81,9 +84,9 @@ def explain(
     from hfc_design.runtime.explain import explanation, part
 
     read = part(load_design(design, others), axis)
-    plant = PlantSettings(**read.plant.model_dump())
-    k = plant.machine.axes.index(axis) if axis else 0
-    found = explanation(read, plant.machine.drives[k], plant.values()[k], samples)
+    every = PlantSettings(**read.plant.model_dump()).each()
+    own = next((one for one in every if one.name == axis), every[0])
+    found = explanation(read, own.drive, own.parameters, samples)
     if as_json:
         click.echo(json.dumps(found))
     else:

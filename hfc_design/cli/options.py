@@ -23,38 +23,55 @@ USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
     "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
-    "controller": "Kind of the controller: a name, or an own law as module:OBJECT.",
+    "controller": "Kind of the controller: a name, or an own law or kind as module:OBJECT.",
     "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
+#: Those that name a part of a scenario; the search of a file keeps its own strategy.
+CHOSEN = "plant", "fitness", "controller"
 KNOWN = CHOICES | {
     "plant": "Make an own plant known, as module:OBJECT.",
     "fitness": "Make an own fitness known, as module:OBJECT.",
-    "controller": "Make an own controller's law known, as module:OBJECT.",
+    "controller": "Make an own control law or kind of controller known, as module:OBJECT.",
 }
 
 
-def with_plugins(helps: dict[str, str] = KNOWN) -> Callable[[Command], Command]:
-    """Adds --use and the options with these helps; ``chosen`` makes known what they name."""
+def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
+    """Adds --use and the options with these helps, which make known what they name.
+
+    With ``CHOICES`` a command gets each of ``CHOSEN`` as the change of a scenario that chooses it.
+    """
 
     def decorated(command: Command) -> Command:
-        found = click.option("--use", multiple=True, metavar="MODULE:OBJECT", help=USE)(command)
+        # Eager: the others may name what --use makes known.
+        use: dict[str, Any] = {"multiple": True, "is_eager": True, "metavar": "MODULE:OBJECT"}
+        found = click.option("--use", callback=_known, expose_value=False, help=USE, **use)(command)
         for key, text in reversed(helps.items()):
-            found = click.option(f"--{key}", help=text)(found)
+            told = helps is CHOICES and key in CHOSEN
+            found = click.option(f"--{key}", callback=_known, expose_value=told, help=text)(found)
         return found
 
     return decorated
 
 
-def knowing_plugins(command: Command) -> Command:
-    """A command with these options, which make known what files name."""
+#: The options of a command that only has to know what files name.
+knowing_plugins = with_plugins(KNOWN)
 
-    @with_plugins()
-    @wraps(command)
-    def wrapped(**given: Any) -> None:
-        chosen(given)
-        command(**given)
 
-    return wrapped
+def _known(_: click.Context, option: click.Parameter, told: str | Texts | None) -> str:
+    """Make known what an option names; the change of a scenario that chooses it, "" for none."""
+    if not told:
+        return ""
+    import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
+    from hfc_design.core.plugins import GROUPS, use
+
+    if not isinstance(told, str):
+        for text in told:
+            use(text)
+        return ""
+    key = str(option.name)
+    name = told if told in GROUPS[key].built_in else GROUPS[key].resolve(told).name
+    # The plant's parameters stay; a fitness or controller of another kind has other settings.
+    return f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
 
 
 def on_scenario(command: Command) -> Command:
@@ -75,8 +92,8 @@ def on_scenario(command: Command) -> Command:
         from hfc_design.files.scenario import load_scenario
 
         # The controller is the design's, whatever a search of the scenario would vary.
-        plugins = [change for key, change in chosen(given).items() if key != "controller"]
-        changes = (*plugins, *changes)
+        plant, fitness, _ = (given.pop(key) for key in CHOSEN)
+        changes = (*filter(None, (plant, fitness)), *changes)
         design = load_design(name, others)
         if scenario is None:
             command(design, own_scenario(design, name, changes), **given)
@@ -84,31 +101,3 @@ def on_scenario(command: Command) -> Command:
             command(design, load_scenario(scenario, changes), **given)
 
     return wrapped
-
-
-def chosen(given: dict[str, Any]) -> dict[str, str]:
-    """Take the options of ``with_plugins`` out of what is given and make known what they name.
-
-    Returns the changes of a scenario that choose it, by the option.
-
-    Raises:
-        UserError: something cannot be imported or used.
-    """
-    used: Texts = given.pop("use")
-    texts: dict[str, str] = {key: text for key in CHOICES if (text := given.pop(key))}
-    if not texts and not used:
-        return {}
-    import hfc_design.files.scenario  # noqa: F401 - every group of plug-ins is one of a scenario
-    from hfc_design.core.plugins import GROUPS, use
-
-    for text in used:
-        use(text)
-    changes = {}
-    for key, text in texts.items():
-        group = GROUPS[key]
-        name = text if text in group.built_in else group.resolve(text).name
-        if key == "strategy":  # the search of a file keeps its own
-            continue
-        # The plant's parameters stay; a fitness or controller of another kind has other settings.
-        changes[key] = f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
-    return changes

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.evaluation import Evaluation, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.search.loop import Search
@@ -73,13 +72,8 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
-    for key, title in scenario.judge().titles.items():
-        scores = (f"{getattr(r, key):.4f}" if not r.diverged else "diverged" for r in rows.values())
-        table.add_row(title.replace(" / ", "\n/ "), *scores)
-    first = next(iter(rows.values()))
-    for key in first.metrics:
-        found = (row.metrics[key] for row in rows.values())
-        table.add_row(key, *("-" if value is None else f"{value:.5g}" for value in found))
+    for name, *values in score_rows(scenario.judge(), [*rows.values()], ".5g", "-"):
+        table.add_row(name.replace(" / ", "\n/ "), *values)
     terminal().print(table)
 
 
@@ -108,18 +102,6 @@ def score_spread(
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
     numbers = own | found.numbers()
-    if as_json:
-        print(json.dumps(numbers))
-    else:
-        _show_spread(numbers)
-    if plot is not None:
-        from hfc_design.pictures.figure import save
-        from hfc_design.report.batch_plots import distributions
-
-        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
-
-
-def _show_spread(numbers: Json) -> None:
     table = plain_table(
         title=f"{numbers['design']} on {numbers['scenario']}, "
         f"parameters +-{100 * numbers['spread']:g} %",
@@ -136,7 +118,15 @@ def _show_spread(numbers: Json) -> None:
         table.add_column(name, justify="right", no_wrap=True)
     for key, values in numbers["metrics"].items():
         table.add_row(key, *map(_short, values.values()))
-    terminal().print(table)
+    if as_json:
+        print(json.dumps(numbers))
+    else:
+        terminal().print(table)
+    if plot is not None:
+        from hfc_design.pictures.figure import save
+        from hfc_design.report.batch_plots import distributions
+
+        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
 
 
 def _short(value: float | None) -> str:

@@ -10,10 +10,10 @@ import click
 
 from hfc_design.cli.options import (
     CHOICES,
+    CHOSEN,
     PATH,
     Texts,
     as_json,
-    chosen,
     knowing_plugins,
     on_scenario,
     setting,
@@ -60,12 +60,13 @@ def design(
     Without arguments: the no-load ramp of the C-axis.
     """
     from hfc_design.cli import shown
+    from hfc_design.core.plugins import resuming
     from hfc_design.core.records import RunError, UserError
     from hfc_design.files.scenario import load_scenario
     from hfc_design.report.page import BASELINES, write_page
     from hfc_design.runs import run
 
-    plugins = chosen(options).values()
+    plugins = filter(None, [options.pop(key) for key in CHOSEN])
     given = [f"{key}={x}" for name, key in KEYS.items() if (x := options.pop(name)) is not None]
     if not resume:
         found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
@@ -80,7 +81,7 @@ def design(
         with nullcontext() if quiet else watch:
             result = run.run(found, folder, *(() if quiet else (watch.generation,)))
     except KeyboardInterrupt:
-        raise RunError(f"interrupted; continue with: hfc design --resume --out {folder}") from None
+        raise RunError(f"interrupted; {resuming(folder)}") from None
     rivals = write_page(found, result, folder)
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}

@@ -90,7 +90,8 @@ class Group(Generic[Thing]):
             known = ", ".join(repr(other) for other in self.names())
             raise UserError(
                 f"{name!r} is no {self.what} known here; there is {known}; add an own one with "
-                f"--{self.what} module:OBJECT, or install the package that has it"
+                f"--{self.what} module:OBJECT, in a script by register of hfc_design.api or use of "
+                "hfc_design.runtime, or install the package that has it"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -207,6 +208,24 @@ def own_code(
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
         raise UserError(f"{' or '.join(own)}{doing}: {noted}{_told(error)}") from error
+
+
+def uses(named: Any, known: bool = True) -> str:
+    """`` --use module:OBJECT`` for each of ``sources``, or of those that are not known here."""
+    groups = named.items() if isinstance(named, dict) else ()
+    own = [(what, parts) for what, parts in groups if what in GROUPS and isinstance(parts, dict)]
+    return "".join(
+        f" --use {source}"
+        for what, parts in own
+        for name, source in parts.items()
+        if known or name not in GROUPS[what].names()
+    )
+
+
+def resuming(folder: Path) -> str:
+    """How a run that was stopped goes on, with the own parts that this process was given."""
+    own = "".join(f" --use {text}" for _, text in given())
+    return f"continue with: hfc design --resume --out {folder}{own}"
 
 
 def _told(error: Exception) -> str:

@@ -3,7 +3,7 @@
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from operator import not_
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn, Self
@@ -14,7 +14,7 @@ from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.checkpoint import read_text
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.plugins import GROUPS, chosen
+from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
 
 #: The designs that come with the package.
@@ -97,24 +97,34 @@ class Design(Record):
         return found or {"": self}
 
 
+#: A design, or what names one: a built-in name, a file, a run folder.
+AnyDesign = Design | str | Path
+
+
 def builtin_designs() -> list[str]:
     """Names of the designs that come with the package."""
     return sorted(path.stem for path in BUILTIN.glob("*.json"))
 
 
-def named_design(name: str) -> Design:
-    """The design with a built-in name, in a file or in a run folder.
+def named_design(source: AnyDesign) -> Design:
+    """The design with a built-in name, in a file or in a run folder; a design is itself.
 
     Raises:
         UserError: there is no such design, or the file is not one that can run.
     """
-    path = Path(name)
+    if isinstance(source, Design):
+        return source
+    if not isinstance(source, str | Path):
+        raise UserError(f"a {type(source).__name__} is no design, nor the name of one")
+    name, path = str(source), Path(source)
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
     if not path.exists():
         known = ", ".join(builtin_designs())
         raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
-    return read_design(path / "design.json" if path.is_dir() else path)
+    if path.is_dir() and not (path := path / "design.json").exists():
+        raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
+    return read_design(path)
 
 
 def read_design(path: str | Path) -> Design:
@@ -147,13 +157,9 @@ def naming(provenance: Any) -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        needed = []
-        with suppress(AttributeError, KeyError, TypeError):  # a file may say anything
-            for what, parts in provenance["plugins"].items():
-                known = GROUPS[what].names()
-                needed += [f"--use {source}" for name, source in parts.items() if name not in known]
-        hint = f"; its provenance names {' '.join(needed)}" if needed else ""
-        raise UserError(f"{error}{hint}") from None
+        named = provenance.get("plugins") if isinstance(provenance, dict) else None
+        needed = uses(named, known=False)
+        raise UserError(f"{error}{needed and f'; its provenance names{needed}'}") from None
 
 
 def changed_design(design: Design, changes: Changes, source: str) -> Design:

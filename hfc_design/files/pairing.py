@@ -9,7 +9,7 @@ from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import Design, changed_design, named_design, naming
+from hfc_design.files.design import AnyDesign, Design, changed_design, named_design, naming
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
 from plants import Machine
@@ -20,21 +20,23 @@ DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
 SMALL = 1e-3
 
 
-def load_design(name: str | Path, changes: Changes | None = None) -> Design:
+def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
     """A built-in design, a design file, or that of a run folder, with a plant that can run.
 
-    ``changes`` are of dotted keys, as in ``controller.integral_gain``.
+    ``changes`` are of dotted keys, as in ``controller.integral_gain``; a design is itself.
 
     Raises:
         UserError: there is no such design, or it is not one that can run.
     """
-    design = named_design(str(name))
+    design = named_design(name)
+    source = design.name if design is name else str(name)
     if changes:
-        design = changed_design(design, changes, str(name))
-    with naming(design.provenance):
-        own = design.plant.model_dump()
-        plant = checked(PlantSettings, own, f"{name}: plant", Path(name).parent)
-    check_laws(design, plant.machine)
+        design = changed_design(design, changes, source)
+    if design is not name:
+        with naming(design.provenance):
+            own = design.plant.model_dump()
+            plant = checked(PlantSettings, own, f"{source}: plant", Path(source).parent)
+        check_laws(design, plant.machine)
     return design
 
 

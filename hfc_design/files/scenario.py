@@ -3,7 +3,7 @@
 The records here are what a user writes as TOML; they are checked once, when they are read.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -183,17 +183,34 @@ class Scenario(Record):
         return Samples(tuple(axes), frame, settled, self.simulation.sample_time_s)
 
 
+#: A scenario, or what names one: a built-in name, a TOML file, what would stand in one.
+AnyScenario = Scenario | str | Path | Mapping[str, Any]
+
+
 def builtin_names() -> list[str]:
     """Names of the scenarios that come with the package."""
     return sorted(path.stem for path in BUILTIN.glob("*.toml"))
 
 
-def load_scenario(name: str, changes: Changes = ()) -> Scenario:
-    """The scenario with a built-in name or at a path, with some keys changed.
+def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenario:
+    """A built-in scenario, a TOML file, or what would stand in one; ``changes`` by dotted key.
+
+    A scenario without changes is itself.
 
     Raises:
         UserError: no such scenario, or its text, a value or a change is not allowed.
     """
+    changes = changes or {}
+    if isinstance(source, Scenario):
+        if not changes:
+            return source
+        source = source.model_dump(mode="json", exclude_none=True)
+    if isinstance(source, Mapping):
+        data = changed({"name": "scenario"} | dict(source), changes)
+        return scenario_of(data, "scenario", Path())
+    if not isinstance(source, str | Path):
+        raise UserError(f"a {type(source).__name__} is no scenario, nor the name of one")
+    name = str(source)
     built_in = name in builtin_names()
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)
     if not path.is_file():

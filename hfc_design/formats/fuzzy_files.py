@@ -1,5 +1,7 @@
 """A folder with one file of a fuzzy language a unit: what FLL, FCL, FML and FIS have in common.
 
+FLL and FML need no more than that.
+
 A file holds one unit. Beside them ``manifest.csv`` lists the units in evaluation order with what
 they read; ``controller.json`` has everything else that the command takes: scales, limits, gains,
 and the steps of one sample in words.
@@ -7,12 +9,14 @@ and the steps of one sample in words.
 
 import json
 import math
+import xml.etree.ElementTree as ET
+from collections import Counter
 from functools import partial
 from typing import NamedTuple
 
 from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import Table
+from hfc_design.core.records import Table, UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import (
     Format,
@@ -138,5 +142,26 @@ def unit_head(design: Design) -> list[str]:
     return head(design, rule_base(design).notes(design.controller))
 
 
-TEXT = "a folder with FuzzyLite Language, one engine a unit"
-FORMATS = (Format("fll", TEXT, partial(texts, target="fll")),)
+def fml(design: Design) -> dict[str, str]:
+    """A folder of FML as JFML reads it, a system a unit; UserError: two names of one are alike."""
+    files = texts(design, "fml", domain=_domain)
+    for text in (text for name, text in files.items() if name.endswith(".fml")):
+        # Names are XML IDs: all variables, terms and rules of a file share one space of them.
+        names = Counter(element.get("name") for element in ET.fromstring(text.encode()).iter())
+        for name, count in names.items():
+            if name is not None and count > 1:
+                raise UserError(f"--to fml: two things are called {name} there; rename one of them")
+    return files
+
+
+def _domain(place: Input) -> tuple[float, float]:
+    """Domain of a variable, wide where a value is not clamped: JFML does not take one beyond."""
+    if place.clamped:
+        return place.lowest, place.highest
+    room = 1e6 if isinstance(place.terms[0], Triangle) else 1.0
+    return place.lowest - room, place.highest + room
+
+
+FLL = "a folder with FuzzyLite Language, one engine a unit"
+FML = "a folder with Fuzzy Markup Language (IEEE 1855), one system a unit"
+FORMATS = (Format("fll", FLL, partial(texts, target="fll")), Format("fml", FML, fml))

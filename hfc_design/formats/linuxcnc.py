@@ -13,7 +13,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
-from hfc_design.formats import c_source
+from hfc_design.formats import code
 from hfc_design.formats.writing import Format, comment, rendered
 from plants import Drive
 
@@ -36,7 +36,7 @@ def components(design: Design) -> dict[str, str]:
     Raises:
         UserError: the design cannot run on HAL.
     """
-    values, files = _values(design), c_source.sources(design)
+    values, files = _values(design), code.sources(design)
     templates = {f"{values['component']}.comp": "controller.comp"}
     templates |= {name: name for name in ("controller.hal", "README.md")}
     try:
@@ -74,7 +74,7 @@ def _values(design: Design) -> Json:
         raise UserError(f"design {design.name}: {told}")
     return _signals(design, drive) | {
         "component": component_name(design),
-        "controller": c_source.c_name(design),
+        "controller": code.c_name(design),
         "coefficients": _coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
         "adapts": getattr(design.controller, "adaptation", None) is not None,
@@ -89,7 +89,7 @@ def _values(design: Design) -> Json:
 
 def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
-    read = c_source.signals(design)
+    read = code.signals(design)
     for name in read:
         if name not in plant.units:
             told = f"reads {name}, which is no signal of the {plant.name}"

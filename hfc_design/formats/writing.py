@@ -24,8 +24,6 @@ from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 
 HERE = Path(__file__).parent
-#: What a kind lacks that has no code in other languages.
-NO_CODE = "json holds its gains, its law is in Python only"
 #: Format -> words that no name in its files can be.
 RESERVED: dict[str, list[str]] = {
     target: words.split()
@@ -152,13 +150,6 @@ def check_names(target: str, names: Iterable[str], clash: str) -> None:
         taken[name.casefold()] = name
 
 
-def matlab_name(target: str, name: str) -> str:
-    """``name``, which a field can have in MATLAB; UserError: it cannot."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
-        raise UserError(f"--to {target}: {name} is no name of a field in MATLAB; rename it")
-    return name
-
-
 def rendered(
     template: str, design: Design, places: Sequence[Path | dict[str, str]] = (), /, **values: object
 ) -> str:
@@ -190,4 +181,14 @@ def _json(design: Design) -> str:
     return design_json(design) + "\n"
 
 
-FORMATS = (Format("json", "the design file itself", _json, whole=True),)
+def _tables(design: Design) -> dict[str, str]:
+    """A rule table a file for a spreadsheet, and ``manifest.csv``, which tells the wiring."""
+    found = rule_base(design).tables(design.controller)
+    return {name: csv_text(rows) for name, rows in found.items()}
+
+
+TABLES = "a folder with one labelled rule table a unit, and manifest.csv"
+FORMATS = (
+    Format("json", "the design file itself", _json, whole=True),
+    Format("csv", TABLES, _tables),
+)

@@ -24,6 +24,7 @@ from hfc_design.core.records import UserError
 
 Rows = list[list[str]]  # of a table
 WIDTH = 5.4  # of every figure [in]
+ROOM = 6  # characters of a number beside a y axis
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
 #: File suffix -> metadata that keep the date out of the file.
@@ -81,9 +82,13 @@ def gridded(axes: Axes, x: str = "", y: str = "", color: str = "0.9") -> None:
 
 
 def finish(axes: Axes, label: str, x: str = "") -> None:
-    """The same, with the label of the y axis at a fixed place."""
+    """The same, with the label of the y axis at a fixed place, which long numbers leave free."""
     gridded(axes, x, label)
     axes.yaxis.set_label_coords(-0.155, 0.5)
+    numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
+    if any(len(number) > ROOM for number in numbers):
+        axes.ticklabel_format(axis="y", scilimits=(0, 0))  # a power of ten stands above
+        axes.yaxis.get_offset_text().set(ha="right", fontsize=8)
 
 
 def logarithmic(axes: Axes) -> None:

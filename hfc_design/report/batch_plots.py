@@ -5,8 +5,6 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
@@ -137,7 +135,14 @@ def ratios(labels: Sequence[str], values: Sequence[float]) -> Figure:
     most = max(2.0, 1.3 * max(*values, *(1 / value for value in values), 1.0))
     axes.set_xscale("log")
     axes.set_xlim(1 / most, most)
-    logarithmic_ticks(axes.xaxis, most)
+    # Plain numbers, few enough to stand side by side.
+    steps, last = (1.0, 2.0, 5.0) if most < 12 else (1.0,), ceil(np.log10(most))
+    every = ceil((2 * last + 1) / 9)
+    decades = [decade for decade in range(-last, last + 1) if decade % every == 0]
+    numbers = [step * 10.0**decade for decade in decades for step in steps]
+    ticks = [tick for tick in numbers if 1 / most <= tick <= most]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.xaxis.set_minor_locator(NullLocator())
     told = [plain(label, 2 * LABEL) for label in labels]
     axes.set_yticks(place, told, fontsize=6.5, parse_math=False)
     axes.set_ylim(len(values) - 0.5, -0.5)
@@ -163,7 +168,16 @@ def distributions(found: Robustness, title: str) -> Figure:
     for axes, key in zip(panels.flat, drawn, strict=False):
         values = found.spread_of(key)
         only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
-        _distribution(axes, key + only, values, found.nominal[key])
+        low, *_, high = np.quantile(values, QUANTILES)
+        axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
+        axes.ecdf(values, color=OWN, lw=1.6, label="machines")
+        if np.isfinite(nominal := found.nominal[key]):
+            axes.axvline(nominal, color=OTHER, lw=1.2, ls="--", label="nominal")
+        gridded(axes)
+        axes.set_title(key + only, fontsize=9)
+        axes.tick_params(labelsize=8)
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
+        axes.set_yticks([0.0, 0.5, 1.0])
     for axes in panels.flat[len(drawn) :]:
         axes.set_visible(False)
     for axes in panels[:, 0]:
@@ -179,31 +193,6 @@ def distributions(found: Robustness, title: str) -> Figure:
         handles = panels.flat[0].get_legend_handles_labels()
         figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
     return figure
-
-
-def _distribution(axes: Axes, title: str, values: Floats, nominal: float) -> None:
-    low, *_, high = np.quantile(values, QUANTILES)
-    axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
-    axes.ecdf(values, color=OWN, lw=1.6, label="machines")
-    if np.isfinite(nominal):
-        axes.axvline(nominal, color=OTHER, lw=1.2, ls="--", label="nominal")
-    gridded(axes)
-    axes.set_title(title, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
-    axes.set_yticks([0.0, 0.5, 1.0])
-
-
-def logarithmic_ticks(axis: Axis, most: float) -> None:
-    """Plain numbers, few enough to stand side by side, from 1 / ``most`` to ``most``."""
-    steps = (1.0, 2.0, 5.0) if most < 12 else (1.0,)
-    decades = range(-ceil(np.log10(most)), ceil(np.log10(most)) + 1)
-    every = ceil(len(decades) / 9)
-    kept = [decade for decade in decades if most < 12 or decade % every == 0]
-    found = [step * 10.0**decade for decade in kept for step in steps]
-    ticks = [tick for tick in found if 1 / most <= tick <= most]
-    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_minor_locator(NullLocator())
 
 
 def plain(label: str, longest: int = LABEL) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.plugins import own_code
+from hfc_design.core.plugins import own_code, uses
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
@@ -17,12 +17,12 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
-from hfc_design.pictures.figure import Listing, Rows, Section, score
+from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result
 from hfc_design.search.loop import Archive
-from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
+from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
@@ -73,14 +73,15 @@ def write_page(
     tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
         FORMATS["csv"].write(design, folder / TABLES)
-    evaluations = {OWN: own, **rivals}
+    evaluations, told = {OWN: own, **rivals}, meanings(scenario)
+    scores = score_rows(scenario.judge(), [*evaluations.values()], ".4g", "–")
     page = rendered(
         "report.html.j2",
         scenario=scenario,
         design=design,
         summary=_summary(scenario, own, rivals),
         names=list(evaluations),
-        scores=_scores(scenario, evaluations),
+        scores=[[told.get(key, key), *row] for key, *row in scores],
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
@@ -90,6 +91,7 @@ def write_page(
         search=search,
         history=search and batch_plots.history(search.history, scenario.judge().title),
         structures=search and _structures(search.archive, scenario),
+        own_parts=uses(design.provenance.get("plugins")),
         provenance={
             key: value if isinstance(value, str) else json.dumps(value)
             for key, value in design.provenance.items()
@@ -171,16 +173,3 @@ def _measure(judge: Judge) -> str:
     fitness = judge.objectives[0]
     told = f"The fitness is {fitness.meaning or f'{fitness.name}, an own one'}"
     return told + (f"; designs are ranked by {judge.title}" if "merit" in judge.titles else "")
-
-
-def _scores(scenario: Scenario, evaluations: Evaluations) -> Rows:
-    """Fitness, merit and metrics, a row each; a column for each evaluation."""
-    found, told = evaluations.values(), meanings(scenario)
-    rows = []
-    for key, title in scenario.judge().titles.items():
-        scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
-        rows.append([title, *scores])
-    for key in next(iter(found)).metrics:
-        values = (item.metrics[key] for item in found)
-        rows.append([told[key], *("–" if value is None else f"{value:.4g}" for value in values)])
-    return rows

@@ -153,28 +153,30 @@ def _beside(samples: PathSamples, left: float) -> Floats:
 def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """Largest error in each hundredth of the time, logarithmic; the first stands out.
 
-    The contour error of an X-Y machine, else the tracking error.
+    The contour error of an X-Y machine, else the tracking error, a panel for each axis.
 
     Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
     """
-    figure = framed(3.8, top=0.65)
-    axes = figure.subplots()
     first = next(iter(evaluations.values()))
-    factor, unit = _error_unit(first, first.axes[0])
-    styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
-    for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
-        count = _drawn(evaluation)
-        starts = np.arange(0, count, -(-len(evaluation.time) // 100))
-        # Of several axes without a path that of the worst.
-        each = [axis.motion.error for axis in evaluation.axes]
-        error = evaluation.contour.error if evaluation.contour else np.abs(each).max(axis=0)
-        largest = np.maximum.reduceat(factor * np.abs(error[:count]), starts)
-        label = f"{name} (diverged)" if evaluation.diverged else name
-        axes.plot(evaluation.time[starts], largest, label=label, **style)
-    finish(axes, f"largest error [{unit}]", "time [s]")
-    logarithmic(axes)
-    axes.margins(x=0)
-    figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
+    count = 1 if first.contour else len(first.axes)
+    figure = framed(2.65 * count + 1.15, top=0.65)
+    panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for k, axes in enumerate(panels):
+        factor, unit = _error_unit(first, first.axes[k])
+        styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
+        for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
+            drawn = _drawn(evaluation)
+            starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
+            error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
+            largest = np.maximum.reduceat(factor * np.abs(error), starts)
+            label = f"{name} (diverged)" if evaluation.diverged else name
+            axes.plot(evaluation.time[starts], largest, label=label, **style)
+        named = f"{first.axes[k].name} " if count > 1 else ""
+        finish(axes, f"largest {named}error [{unit}]", "time [s]" if k + 1 == count else "")
+        logarithmic(axes)
+        axes.margins(x=0)
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="upper center")
     return figure
 
 

@@ -12,16 +12,17 @@ from typing import Any
 from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View, limited
 from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.numbers import SCALARS, Parameters
-from hfc_design.files.design import Design, read_design
+from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
+from hfc_design.files.design import AnyDesign, named_design
 
 
 class Controller:
     """The controller of one axis, which remembers what it has to from one sample to the next."""
 
-    def __init__(self, design: Design, axis: str = ""):
-        design = design.by_axis().get(axis, design)
+    def __init__(self, design: AnyDesign, axis: str = ""):
+        whole = named_design(design)
+        self._whole = design = whole.by_axis().get(axis, whole)
         kind = design.kind
-        self._whole = design
         self.design = design.controller
         law = needed(
             kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
@@ -73,7 +74,8 @@ class Controller:
 class Machine:
     """The controllers of every axis of a machine, for kinds that see all of it too."""
 
-    def __init__(self, design: Design, axes: tuple[str, ...] = ()):
+    def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
+        design = named_design(design)
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, limits = design.kind, design.limits.commands(self.axes)
         self._controller = kind.controller_of(design.controller, limits)
@@ -98,9 +100,9 @@ class Machine:
 
 
 def load(path: str | Path) -> Controller:
-    """The controller of a design file.
+    """The controller of a design file, of a run folder or of a built-in design.
 
     Raises:
-        UserError: the file is not a design that can run.
+        UserError: there is no such design, or it is not one that can run.
     """
-    return Controller(read_design(path))
+    return Controller(path)

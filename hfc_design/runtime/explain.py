@@ -27,7 +27,8 @@ def part(design: Design, axis: str) -> Design:
     parts = design.by_axis()
     if axis not in parts and (axis or len(parts) > 1):
         listed = ", ".join(filter(None, parts)) or "none of its own"
-        raise UserError(f"--axis {axis!r}: design {design.name} has {listed}")
+        asked = f" {axis!r}" if axis else " is missing, one has to be named"
+        raise UserError(f"--axis{asked}: design {design.name} has {listed}")
     return parts.get(axis, design)
 
 

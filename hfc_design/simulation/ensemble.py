@@ -5,18 +5,19 @@ Designs that share a program (a kind, its terms, its limits) step together as on
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import Design
+from hfc_design.files.design import AnyDesign
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import controller_of, machine
-from hfc_design.files.scenario import Scenario
+from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.scenario import AnyScenario, load_scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.population import Machines
@@ -34,45 +35,49 @@ class Judgements(NamedTuple):
 
         The mean, the lower quantile of a ``share``, or the worst. One that fails anywhere has no
         mean, that is -inf.
+
+        Raises:
+            UserError: ``how`` is none of these.
         """
-        every = self.merit.reshape(len(self.merit), -1)
-        if how == "mean":
-            return np.asarray(every.mean(axis=1))
-        if how == "worst":
-            return np.asarray(every.min(axis=1))
-        return np.asarray(np.quantile(every, share, axis=1, method="lower"))
+        quantile = partial(np.quantile, q=share, method="lower")
+        ways: dict[str, Any] = {"mean": np.mean, "quantile": quantile, "worst": np.min}
+        if how not in ways:
+            raise UserError(f"kept: {how!r} is no way to judge many; there is {', '.join(ways)}")
+        return np.asarray(ways[how](self.merit.reshape(len(self.merit), -1), axis=1))
 
 
 def evaluate_many(
-    designs: Sequence[Design],
-    scenarios: Sequence[Scenario],
-    machines: Sequence[Mapping[str, float]] = ({},),
+    designs: AnyDesign | Sequence[AnyDesign],
+    scenarios: AnyScenario | Sequence[AnyScenario],
+    machines: Mapping[str, float] | Sequence[Mapping[str, float]] = ({},),
 ) -> Judgements:
     """Judge many designs, on every scenario and on machines of many parameters, in float64.
 
     Each of ``machines`` has the parameters that differ from the design's own machine, in every
-    axis, or of one axis as in ``"x.gain"``.
+    axis, or of one axis as in ``"x.gain"``. One alone needs no list, of each of the three.
 
     Raises:
         UserError: a design does not fit a scenario, or a machine cannot exist.
     """
-    if not (designs and scenarios and machines):
+    every, where = [*map(load_design, _each(designs))], [*map(load_scenario, _each(scenarios))]
+    others = _each(machines)
+    if not (every and where and others):
         raise UserError("designs, scenarios and machines: at least one of each is needed")
-    shape = (len(designs), len(scenarios), len(machines))
+    shape = (len(every), len(where), len(others))
     found = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
-    for j, scenario in enumerate(scenarios):
+    for j, scenario in enumerate(where):
         samples = scenario.samples()
         # The same program on the same machines: they can step together.
         alike = defaultdict(list)
-        for k, design in enumerate(designs):
+        for k, design in enumerate(every):
             own = machine(design, scenario)
-            plants = tuple(_changed(own, changes).values() for changes in machines)
+            plants = tuple(_changed(own, changes).values() for changes in others)
             controller, gains = controller_of(design, scenario)
             alike[controller, own.values(), plants].append((k, gains))
         for (controller, told, plants), members in alike.items():
             places = [k for k, _ in members]
-            every = (gains for _, gains in members)
-            together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *every)
+            each = (gains for _, gains in members)
+            together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *each)
             true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants)
             loop = closed_loop(scenario, controller)
             judged = population.scores(loop, Machines(told, true), samples, together, np.float64)
@@ -80,6 +85,11 @@ def evaluate_many(
             found.merit[places, j] = judged.rank
             found.fitness[places, j] = np.where(judged.failed, -np.inf, judged.values[..., 0])
     return found
+
+
+def _each(given: Any) -> Sequence[Any]:
+    """Several of something, or one alone as several."""
+    return given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
 
 
 def _changed(own: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:

@@ -1,6 +1,6 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import starmap
 from typing import NamedTuple
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from hfc_design.controllers.controller import Signals
 from hfc_design.core.numbers import Floats, Gains, Parameters
-from hfc_design.files.design import Design
-from hfc_design.files.pairing import controller_of, machine
-from hfc_design.files.scenario import Scenario
+from hfc_design.files.design import AnyDesign
+from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
@@ -82,7 +82,7 @@ class Evaluation(NamedTuple):
         return {"fitness": fitness, "merit": merit, "judged_by": judge.title, **self.metrics}
 
 
-def evaluate(design: Design, scenario: Scenario) -> Evaluation:
+def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     """Simulate ``design`` on ``scenario``.
 
     The plant is the design's, with the parameters that the scenario sets laid over it.
@@ -90,6 +90,7 @@ def evaluate(design: Design, scenario: Scenario) -> Evaluation:
     Raises:
         UserError: the two are made for different plants or sample times.
     """
+    design, scenario = load_design(design), load_scenario(scenario)
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller)
@@ -151,6 +152,21 @@ def meanings(scenario: Scenario) -> dict[str, str]:
         own = {key: text for axis, found in each for key, text in _headed(axis, found).items()}
     names = ("", *(window.name for window in scenario.windows))
     return {key: text for name in names for key, text in _headed(name, own).items()}
+
+
+def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
+    """Fitness, merit and metrics, a row each; a column for each evaluation.
+
+    A metric is written in a ``form``, as ``none`` where it has no value.
+    """
+    rows = []
+    for key, title in judge.titles.items():
+        scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
+        rows.append([title, *scores])
+    for key in found[0].metrics:
+        values = (item.metrics[key] for item in found)
+        rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
+    return rows
 
 
 def _headed(name: str, found: dict[str, str]) -> dict[str, str]:

@@ -14,10 +14,10 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design
+from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import controller_of, machine
-from hfc_design.files.scenario import Scenario
+from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluations
 from hfc_design.simulation.population import Machines
@@ -85,8 +85,8 @@ class Robustness(NamedTuple):
 
 
 def robustness(
-    design: Design,
-    scenario: Scenario,
+    design: AnyDesign,
+    scenario: AnyScenario,
     spread: float,
     samples: int,
     seed: int = 0,
@@ -100,6 +100,7 @@ def robustness(
     Raises:
         UserError: spread or samples are not allowed, or design and scenario do not fit.
     """
+    design, scenario = load_design(design), load_scenario(scenario)
     _check(spread, samples, seed)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed)
     _check_steps(scenario, machines)

@@ -13,6 +13,8 @@ import pytest
 from click.testing import CliRunner
 
 from hfc_design.cli import main, shown
+from hfc_design.cli.insight import LISTED
+from hfc_design.core.plugins import know
 from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import builtin_names
@@ -129,15 +131,33 @@ def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
     assert resumed.stderr == ""
 
 
-def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
-    def interrupted(self, search):
-        raise KeyboardInterrupt
+def _interrupted(self, search):
+    raise KeyboardInterrupt
 
-    monkeypatch.setattr(shown.Watch, "generation", interrupted)
+
+def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(shown.Watch, "generation", _interrupted)
     done = hfc("design", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert f"hfc design --resume --out {tmp_path / 'run'}" in done.stderr
     assert (tmp_path / "run" / "checkpoint.npz").exists()
+    for command in ("score", "simulate", "export --to c"):
+        refused = hfc(*command.split(), tmp_path / "run")
+        assert refused.exit_code == 2
+        assert "holds no finished run (no design.json)" in refused.stderr
+        assert f"hfc design --resume --out {tmp_path / 'run'}" in refused.stderr
+
+
+def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):
+    know([])  # nothing of other tests
+    with monkeypatch.context() as patched:
+        patched.setattr(shown.Watch, "generation", _interrupted)
+        stopped = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", "--out", "run")
+    wanted = "hfc design --resume --out run --use mine:SLEDGE"
+    assert stopped.stderr.rstrip().endswith(wanted)
+    assert hfc(*wanted.split()[1:], "--quiet").exit_code == 0
+    page = (own / "run" / "report.html").read_text()
+    assert "hfc design config.toml --use mine:SLEDGE --out another-folder" in page
 
 
 def test_design_without_out_finds_a_free_folder(tmp_path, monkeypatch):
@@ -200,3 +220,17 @@ def test_export_csv_of_a_fuzzy_controller(tmp_path):
     assert tables["error_terms.csv"][1] == ["NL", "", "-21.0", "-16.0"]  # JK04 table 3
     assert tables["error_change_terms.csv"][5] == ["PS", "0.5", "1.5", "2.5"]
     assert tables["manifest.csv"][1][-1] == "rules.csv"
+
+
+def test_list_names_what_it_lists_without_breaking_words():
+    found = hfc("list", "--help").stdout
+    assert "Usage: main list [OPTIONS] WHAT" in found or "list [OPTIONS] WHAT" in found
+    for word in LISTED:
+        assert word in found
+    assert "law or kind" in " ".join(found.split())
+
+
+def test_a_start_of_another_kind_says_which_kind_it_has():
+    refused = hfc("design", "feed-drive-contour", "--set", "controller.start=jee-koren-2004-flc")
+    assert refused.exit_code == 2
+    assert "is of kind flc, which needs controller.kind = 'flc'" in refused.stderr

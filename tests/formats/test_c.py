@@ -11,7 +11,7 @@ from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, c_source
+from hfc_design.formats import FORMATS, code
 
 HOSTILE = 'x); system("id */ int main(void) {\n#define x'
 
@@ -28,7 +28,7 @@ def refused(*arguments):
 
 def source(design, folder):
     FORMATS["c"].write(design, folder)
-    return (folder / f"{c_source.c_name(design)}.c").read_text()
+    return (folder / f"{code.c_name(design)}.c").read_text()
 
 
 def test_the_numbers_are_those_of_the_design(tmp_path):
@@ -67,7 +67,7 @@ def test_no_code_comes_with_a_name(tmp_path):
     assert "system(" not in text.replace("(_id", "")
     assert "#define x" not in text
     assert text.index("*/") > text.index("stepped every")  # the head ends where it should
-    assert c_source.c_name(design.model_copy(update={"name": "2-axes"})) == "hfc_2_axes"
+    assert code.c_name(design.model_copy(update={"name": "2-axes"})) == "hfc_2_axes"
 
 
 @pytest.mark.parametrize("name", ["double", "previous_while", "__LINE__"])

@@ -174,3 +174,13 @@ def test_what_hal_cannot_run_is_refused(design, said, tmp_path):
     with pytest.raises(UserError, match=re.escape(said)):
         files(design, tmp_path / "a")
     assert not (tmp_path / "a").exists()
+
+
+@pytest.mark.parametrize("limit", [None, 60.0])
+def test_limit_of_the_component_says_whether_the_controller_has_its_own(limit, tmp_path):
+    design = load_design("pd-only", {"limits.command": limit} if limit else None)
+    FORMATS["linuxcnc"].write(design, tmp_path / "out")
+    page = (tmp_path / "out" / "README.md").read_text()
+    (component,) = (tmp_path / "out").glob("hfc_pd_only.comp")
+    for text in (page, component.read_text()):
+        assert ("none but the controller's own, 60.0" in text) == (limit is not None)

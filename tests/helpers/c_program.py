@@ -4,7 +4,7 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.formats import FORMATS, c_source
+from hfc_design.formats import FORMATS, code
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion"
 MAIN = """
@@ -30,8 +30,8 @@ def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     if lookup is None:
         FORMATS["c"].write(design, folder)
     else:
-        c_source.write_lookup(design, folder, lookup)
-    name = c_source.c_name(design)
+        code.write_lookup(design, folder, lookup)
+    name = code.c_name(design)
     (folder / "main.c").write_text(main.format(name=name))
     sources = [folder / f"{name}.c", folder / "main.c"]
     command = [compiler, "-std=c99", *WARNINGS.split(), "-O2", *flags, *sources, "-lm"]

@@ -14,7 +14,7 @@ from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.formats import FORMATS, c_source
+from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluation import evaluate
 
@@ -41,7 +41,7 @@ REACH = {"error": 0.03, "deflection": 0.02, "error_rate": 0.1, "velocity": 900.0
 def wandering(design, seed=0, count=3000):
     """Signals (count, signals) that go all over the universe and beyond, with jumps and rests."""
     random = np.random.default_rng(seed)
-    names = c_source.signals(design)
+    names = code.signals(design)
     if design.plant.name == "c-axis":
         scales = {item.name: item.scale for item in getattr(design.controller, "inputs", ())}
         reach = [1.2 / scales[name] if name in scales else REACH.get(name, 1.0) for name in names]
@@ -63,11 +63,11 @@ def corners(design):
             edges = [getattr(term, x, None) for x in ("left", "centre", "right")]
             values += [step for edge in edges if edge is not None for step in (edge, edge + 1e-9)]
     values = np.array([*values, *values[::-1]])
-    return np.repeat(values[:, None], len(c_source.signals(design)), axis=1)
+    return np.repeat(values[:, None], len(code.signals(design)), axis=1)
 
 
 def of_the_runtime(design, samples):
-    controller, names = Controller(design), list(c_source.signals(design))
+    controller, names = Controller(design), list(code.signals(design))
     rows = (dict(zip(names, row, strict=True)) for row in samples.tolist())
     return np.array([controller.step(row) for row in rows])
 
@@ -105,7 +105,7 @@ def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
             signals["deflection"] = state.rotor_angle - state.spindle_angle
             signals["deflection_rate"] = state.rotor_velocity - state.spindle_velocity
             signals["spindle_velocity"] = state.spindle_velocity
-        samples = np.stack([signals[name] for name in c_source.signals(design)], axis=1)
+        samples = np.stack([signals[name] for name in code.signals(design)], axis=1)
         assert len(samples) >= 5000
         for seen in (samples, np.round(samples)):
             expected = of_the_runtime(design, seen)
@@ -144,7 +144,7 @@ def test_no_sanitizer_complains_whatever_comes(program, name, flags, tmp_path):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_no_globals_no_library(program, name, tmp_path):
     FORMATS["c"].write(DESIGNS[name], tmp_path / "c")
-    source = tmp_path / "c" / f"{c_source.c_name(DESIGNS[name])}.c"
+    source = tmp_path / "c" / f"{code.c_name(DESIGNS[name])}.c"
     flags = ("-std=c99", "-O1", "-ffreestanding", "-fno-pic", "-c")
     subprocess.run([program("gcc"), *flags, source, "-o", tmp_path / "o"], check=True)
     listing = subprocess.check_output([program("nm"), tmp_path / "o"], text=True)

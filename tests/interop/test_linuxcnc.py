@@ -13,7 +13,7 @@ from hfc_design import runtime
 from hfc_design.files.design import named_design
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import load_scenario
-from hfc_design.formats import FORMATS, c_source, linuxcnc
+from hfc_design.formats import FORMATS, code, linuxcnc
 from hfc_design.simulation.evaluation import evaluate
 from plants import feed_drive
 
@@ -39,7 +39,7 @@ def around(design, count):
     inputs = getattr(design.controller, "inputs", ())
     reach = {item.name.removeprefix("previous_"): 1.0 / item.scale for item in inputs}
     signals = {}
-    for name in c_source.signals(design):
+    for name in code.signals(design):
         values = random.uniform(-1.3, 1.3, count)
         values[:7] = [0.0, 1.0, 1.0, -1.0, -1.0, 30.0, -30.0]
         signals[name] = reach.get(name, 0.1) * values

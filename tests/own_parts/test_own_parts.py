@@ -7,6 +7,7 @@ runtime the toy kind's law written down once more with NumPy.
 import json
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,9 @@ from structured_text import FunctionBlock
 import hfc_design.api as hfc
 from hfc_design import runtime
 from hfc_design.cli import main
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats import FORMATS
+from hfc_design.report.plots import errors
 
 HERE = Path(__file__).parent
 OWN = ("--plant", "toy_machine:MACHINE", "--use", "toy_kind:KIND")
@@ -216,13 +219,43 @@ def test_stopped_and_resumed_ends_alike(folder, tmp_path):
         assert (tmp_path / "run" / name).read_bytes() == (folder / "run" / name).read_bytes()
 
 
+def test_what_has_no_component_is_refused_and_leaves_nothing(folder, tmp_path):
+    out = tmp_path / "hal"
+    arguments = ["export", folder / "run", *OWN, "--to", "linuxcnc", "--out", out]
+    refused = CliRunner().invoke(main, [str(item) for item in arguments])
+    assert refused.exit_code == 2
+    assert "HAL has no component of the plant toy-machine" in refused.output
+    assert not out.exists()
+
+
+def test_what_has_no_template_of_a_language_says_which(toy, tmp_path, monkeypatch):
+    monkeypatch.setitem(KINDS.known, "toy", replace(toy.kind, st=None))
+    with pytest.raises(hfc.UserError, match="kind toy: it has no template in Structured Text"):
+        hfc.export(toy, "st", tmp_path / "out")
+    hfc.export(toy, "c", tmp_path / "out")
+
+
+def test_axes_of_other_units_have_an_error_each(folder):
+    evaluation = hfc.evaluate(folder / "run", folder / "run" / "config.toml")
+    panels = errors({"this design": evaluation}).axes
+    assert [axes.get_ylabel() for axes in panels] == [
+        "largest x error [mm]",
+        "largest c error [deg]",
+    ]
+    for axes, axis in zip(panels, evaluation.axes, strict=True):
+        (line,) = axes.lines
+        assert max(line.get_ydata()) == np.abs(axis.motion.error).max()
+
+
 def test_it_is_explained_and_reported(folder, tmp_path):
     page = (folder / "run" / "report.html").read_text()
-    assert "X: A table of its own" in page
+    assert "x: A table of its own" in page
     assert "The learnt table." in page
     design = hfc.load_design(folder / "run")
     single = design.by_axis()["x"].model_dump(mode="json")
     assert single["limits"]["command"] == 4.0
+    arguments = ["explain", str(folder / "run"), *OWN, "--at", "error=1.0"]
+    assert "--axis is missing, one has to be named" in CliRunner().invoke(main, arguments).output
     told = ran("explain", folder / "run", *OWN, "--axis", "x", "--at", "error=1.0", "--json")
     assert {"units", "parts", "command"} <= json.loads(told).keys()
     assert "toy" in ran("list", "controllers", *OWN)

@@ -5,7 +5,7 @@ import pytest
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
-from hfc_design.pictures.figure import WIDTH, image
+from hfc_design.pictures.figure import WIDTH, finish, framed, image
 from hfc_design.report import plots
 
 
@@ -71,3 +71,18 @@ def test_perfect_and_diverged_motions_are_drawn_too(bad):
     figure = contour(circle, time, actual, "diverged")
     assert len(figure.axes[1].lines[0].get_xdata()) == 150
     image(figure, "png")
+
+
+def test_long_numbers_leave_room_for_the_label():
+    figure = framed(2.0, top=0.2)
+    few, long = figure.subplots(2, 1)
+    few.plot([0, 1], [-0.02, 0.02])
+    long.plot([0, 1], [-0.0004, 0.0005])
+    for axes in (few, long):
+        finish(axes, "error [m]")
+    figure.draw_without_rendering()
+    assert few.yaxis.get_offset_text().get_text() == ""
+    assert long.yaxis.get_offset_text().get_text() == "1e\u22124"
+    for axes in (few, long):
+        left = min(tick.get_window_extent().x0 for tick in axes.get_yticklabels())
+        assert axes.yaxis.label.get_window_extent().x1 < left

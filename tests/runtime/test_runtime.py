@@ -1,5 +1,6 @@
 """The numpy runtime: by hand, and against the compiled loop."""
 
+import json
 import subprocess
 import sys
 from math import exp
@@ -13,7 +14,7 @@ from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runtime import Controller
+from hfc_design.runtime import Controller, load
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 
@@ -169,3 +170,49 @@ def test_runtime_never_imports_jax():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
     )
     assert done.stdout.strip() == "[]"
+
+
+KIND = """
+from typing import NamedTuple
+
+from hfc_design.controllers.gains import Law
+
+
+class Gains(NamedTuple):
+    kp: object
+
+
+LAW = Law(
+    "only-kp",
+    Gains((0.1, 10.0)),
+    lambda zero: (),
+    lambda every, gains, memory, signals: (gains.kp * signals["error"], memory),
+)
+"""
+
+
+def test_an_own_kind_is_made_known_without_jax(tmp_path):
+    """What the runtime advises where a kind is unknown works, in a script of its own."""
+    (tmp_path / "mykind.py").write_text(KIND)
+    data = {"name": "own", "plant": {"name": "sledge", "parameters": {}}}
+    data["controller"] = {"kind": "only-kp", "sample_time_s": 0.001, "gains": {"kp": 3.0}}
+    (tmp_path / "own.json").write_text(json.dumps(data))
+    script = """
+import sys
+from hfc_design import runtime
+from hfc_design.core.records import UserError
+try:
+    runtime.load("own.json")
+except UserError as error:
+    assert "use of hfc_design.runtime" in str(error), error
+runtime.use("mykind:LAW")
+print(runtime.load("own.json").step({"error": 2.0}), "jax" in sys.modules)
+"""
+    script = [sys.executable, "-c", script]
+    done = subprocess.run(script, check=True, capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout == "6.0 False\n"
+
+
+def test_a_built_in_design_is_loaded_by_its_name():
+    wanted = Controller(load_design("pd-only")).step({"error": 1.0, "error_rate": 2.0})
+    assert load("pd-only").step({"error": 1.0, "error_rate": 2.0}) == wanted

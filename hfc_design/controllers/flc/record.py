@@ -199,6 +199,8 @@ class FuzzySettings(ControllerSettings):
             design = (info.context or {})["named_design"](start)
         except UserError as error:
             raise ValueError(str(error)) from None
+        if (kind := design.controller.kind) != info.data.get("kind"):
+            raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
         return design.controller.model_dump()
 
     @model_serializer(mode="wrap")

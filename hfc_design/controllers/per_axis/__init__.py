@@ -87,7 +87,7 @@ def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
     found = []
     for axis, own in record.axes.items():
         told = kinds().get(own.kind).sections(own, shown.of(axis))
-        found += [section._replace(title=f"{axis.upper()}: {section.title}") for section in told]
+        found += [section._replace(title=f"{axis}: {section.title}") for section in told]
     return found
 
 

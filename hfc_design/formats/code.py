@@ -1,0 +1,128 @@
+"""A controller as code that does what ``runtime.Controller`` does: C99, Structured Text.
+
+C is a header and a source. Structured Text of IEC 61131-3 is one function block with LREAL, arrays
+of one dimension and no arrays as arguments: what every compiler gets right.
+"""
+
+import re
+from pathlib import Path
+
+from hfc_design.controllers.kind import Template, needed
+from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.formats.fcl import real
+from hfc_design.formats.writing import (
+    RESERVED,
+    Format,
+    check_names,
+    head,
+    rendered,
+    signal_units,
+    signals_read,
+    write,
+)
+
+#: What a kind lacks that has no template of a language.
+NO_CODE = "it has no template in {}; json holds its numbers"
+#: What the block itself calls by these names within a sample.
+WITHIN = ["weighted", "part", "firing_row", "firing_column"]
+CLASH = "IEC 61131-3 takes {name} for {other}"
+LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
+#: What a kind's values say of the block's variables, beside what only its template reads.
+USUAL: Json = {"constants": {}, "remembered": [], "within": [], "units": []}
+
+
+def sources(design: Design, **others: object) -> dict[str, str]:
+    """A folder with ``NAME.h`` and ``NAME.c``, NAME as ``c_name`` gives it.
+
+    Raises:
+        UserError: the kind has no C code, or an input is called like a word of the language.
+    """
+    template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
+    name = c_name(design)
+    values = {
+        "name": name,
+        "signals": signals(design),
+        "command_unit": signal_units(design).get("command", "unit"),
+        "exponential": False,
+        "integrates": False,
+        **template.values(design.controller),
+        **others,
+    }
+    files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
+    return {key: rendered(file, design, template.places, **values) for key, file in files.items()}
+
+
+def write_lookup(design: Design, path: Path, points: int) -> str:
+    """Write the same without ``exp``: degrees tabulated at ``points`` values, linear in between.
+
+    Returns:
+        The largest deviation from the exact command that was found, with the command's unit.
+
+    Raises:
+        UserError: the controller has no terms with an exponential; or as ``sources``.
+        RunError: the folder ``path`` cannot be written.
+    """
+    lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
+    values = lookup(design.controller, points)
+    write(path, sources(design, **values))
+    return f"{values['deviation']:.2g} {signal_units(design).get('command', '')}"
+
+
+def c_name(design: Design) -> str:
+    """What every name in the C code of a design begins with."""
+    name = identifier(design.name)
+    return name if name[:1].isalpha() else f"hfc_{name}"
+
+
+def signals(design: Design) -> dict[str, str]:
+    """What the controller reads at a sample, and its unit where that is known.
+
+    Raises:
+        UserError: an input is called like a word of the language.
+    """
+    found = signals_read(design)
+    for name in found:
+        if name in RESERVED["c"] or name.startswith("_"):
+            raise UserError(f"design {design.name}: an input named {name} cannot be one in C")
+    return found
+
+
+def block(design: Design) -> str:
+    """``design`` as one function block.
+
+    An adaptation is left out: the block holds the table that it starts from and says so.
+
+    Raises:
+        UserError: the kind has no such code, or a name is none of the language.
+    """
+    template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
+    values = USUAL | template.values(design.controller)
+    units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
+    constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
+    if design.limits.command is not None:
+        constants["largest"] = design.limits.command
+    if units:
+        within += [*WITHIN, *(unit.name for unit in units)]
+    signals = signals_read(design)
+    name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
+    names = [*signals, *constants, *values["remembered"], *within]
+    indices = ["i", "j", "in_column", "in_row"] if units else []
+    check_names("st", [name, "reset", "command", *names, *indices], CLASH)
+    notes = [LEFT_OUT] if values.get("leaves_out") else []
+    values |= {
+        "signals": signals,
+        "constants": constants,
+        "within": within,
+        "block": name,
+        "head": head(design, notes),
+        "literals": lambda row: ", ".join(map(real, row)),
+    }
+    return rendered("controller.st.j2", design, template.places, **values)
+
+
+C = "a folder with the controller in C99, adaptation and all"
+ST = "Structured Text of IEC 61131-3, one function block"
+FORMATS = (Format("c", C, sources), Format("st", ST, block, ".st"))

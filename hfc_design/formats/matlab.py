@@ -1,0 +1,145 @@
+"""For MATLAB and Octave: fuzzy inference systems with what runs them, and a MAT file of all."""
+
+import io
+import math
+import re
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.io import savemat
+
+from hfc_design.controllers.rules import FlatGaussian
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.formats.fuzzy_files import Input, beside, inputs, texts, unit_head
+from hfc_design.formats.writing import RESERVED, Format, facts, rendered, rule_units, signal_units
+
+EDGES = {"left": -math.inf, "right": math.inf}
+#: exp(-700) is about the smallest number of full precision.
+FADED = 700.0
+
+
+def systems(design: Design) -> dict[str, str]:
+    """A folder with one ``.fis`` a unit and ``controller.m``, which evaluates them all.
+
+    A hierarchy also gets ``controller_tree.m``, which builds MATLAB's ``fistree``.
+
+    Raises:
+        UserError: a name is none of MATLAB, or there are inputs for which no rule fires.
+    """
+    files, units, about = texts(design, "fis"), rule_units(design), beside(design)
+    sides = inputs(units)
+    for name, pair in sides.items():
+        # Where no rule fires a unit gives 0, Octave's evalfis an error, MATLAB's another value.
+        if sum(map(_faintest, pair)) > FADED:
+            raise UserError(
+                f"--to fis: the terms of {name} leave gaps in which no rule fires, and the "
+                "programs that read the format have no common value for these"
+            )
+    signals, remembered = _signals(design, about)
+    fields = ", ".join(f"{_named('fis', name)} [{unit}]" for name, unit in signals.items())
+    values: dict[str, object] = {"units": units, "head": unit_head(design), "about": about}
+    values |= {"sides": sides, "fields": fields, "remembered": remembered}
+    files["controller.m"] = rendered("controller.m.j2", design, **values)
+    wires = [(name, unit.name) for unit in units for name in (unit.row, unit.column)]
+    if wires := [wire for wire in wires if wire[0] in sides]:
+        files["controller_tree.m"] = rendered("controller_tree.m.j2", design, wires=wires, **values)
+    return files
+
+
+def _faintest(side: Input) -> float:
+    """-ln of the lowest that the highest degree of an input can be (LL eq. 3)."""
+    terms = [term for term in side.terms if isinstance(term, FlatGaussian)]
+    if not terms:
+        return 0.0  # triangles leave no gap, see flc.record
+    ends = (edge for term in terms for edge in (term.low, term.high))
+    marks = sorted({side.lowest, side.highest, *ends})
+    middles = [0.5 * (a + b) for a, b in pairwise(marks)]
+    return max(min(_exponent(term, u) for term in terms) for u in [*marks, *middles])
+
+
+def _exponent(term: FlatGaussian, u: float) -> float:
+    return 0.5 * (max(term.low - u, u - term.high, 0.0) / term.sigma) ** 2
+
+
+def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
+    """Signals that the command takes with their units, and what is remembered."""
+    if "inputs" not in about:
+        low = {"velocity": "BLU/s"} if about["low_velocity"] else {}
+        return {"error": "BLU"} | low, ["error", "action", "integral"]
+    units = signal_units(design)
+    names = ["error", "error_rate", *(item["signal"] for item in about["inputs"])]
+    earlier = {item["signal"] for item in about["inputs"] if item["samples_ago"]}
+    return {name: units.get(name, "") for name in names}, sorted(earlier)
+
+
+def variables(design: Design) -> bytes:
+    """A MAT file (version 5) with everything that a design file holds; SciPy reads it too.
+
+    Variables: ``design`` (name, plant, facts), ``controller`` (as in the design file; a missing
+    edge of a term is infinite), ``limits`` where the design has one, and of a rule base ``units``
+    (name, column_input, row_input, table) in evaluation order with ``wiring``.
+
+    Raises:
+        UserError: a name is none of a field in MATLAB.
+    """
+    lines = np.array(facts(design), dtype=object)
+    plant = design.plant.model_dump(mode="json")
+    data: dict[str, object] = {"design": {"name": design.name, "plant": plant, "facts": lines}}
+    data["controller"] = design.controller.model_dump(mode="json")
+    if design.limits.command is not None:
+        data["limits"] = {"command": design.limits.command}
+    if rules := design.kind.rules:
+        units = rules.units(design.controller)
+        data["units"] = [
+            {
+                "name": unit.name,
+                "column_input": unit.column,
+                "row_input": unit.row,
+                "table": [list(row) for row in unit.table],
+            }
+            for unit in units
+        ]
+        # (units, 2) column and row source: 1, 2, ... the inputs, then the units in their order.
+        names = [*rules.inputs(design.controller), *(unit.name for unit in units)]
+        wiring = [[names.index(unit.column) + 1.0, names.index(unit.row) + 1.0] for unit in units]
+        data["wiring"] = np.array(wiring)
+    buffer: Any = io.BytesIO()  # the stubs know paths only
+    savemat(buffer, {key: _matlab(value) for key, value in data.items()}, long_field_names=True)
+    head = f"MATLAB 5.0 MAT-file, {facts(design)[0]}".encode("ascii")
+    return head.ljust(116)[:116] + buffer.getvalue()[116:]  # SciPy puts the date there
+
+
+def _matlab(value: Any) -> object:
+    """Records as structs, lists of them as struct arrays, numbers as arrays, labels as cells."""
+    if value is None:
+        return np.zeros((0, 0))
+    if isinstance(value, dict):
+        return _struct(value)
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        records = [_struct(record) for record in value]
+        fields = [(field, object) for field in records[0]]
+        return np.array([[tuple(record.values()) for record in records]], dtype=fields)
+    if isinstance(value, list):
+        numbers = np.array(value)
+        return np.atleast_2d(numbers.astype(float if numbers.dtype.kind in "fi" else object))
+    return value if isinstance(value, str | np.ndarray) else float(value)
+
+
+def _struct(record: dict[str, object]) -> dict[str, object]:
+    parts = ((key, EDGES.get(key) if value is None else value) for key, value in record.items())
+    return {_named("mat", key): _matlab(value) for key, value in parts}
+
+
+def _named(target: str, name: str) -> str:
+    """``name``, which a field can have in MATLAB; UserError: it cannot."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in RESERVED.get(target, ()):
+        raise UserError(f"--to {target}: {name} is no name of a field in MATLAB; rename it")
+    return name
+
+
+FIS = "a folder for MATLAB and Octave, one .fis a unit, and controller.m"
+MAT = "a MAT file with tables, terms, gains and wiring"
+FORMATS = (Format("fis", FIS, systems), Format("mat", MAT, variables, ".mat"))
