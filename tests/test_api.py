@@ -69,7 +69,7 @@ def test_one_alone_is_judged_as_one_of_many(short):
         (lambda: hfc.design(None), "a NoneType is no scenario"),
         (lambda: hfc.Controller(3.0), "a float is no design"),
         (lambda: hfc.export({}, "json", "x"), "a dict is no design"),
-        (lambda: hfc.register(3), "a int is none of controller"),
+        (lambda: hfc.register(3), "3 is none of controller"),
     ],
 )
 def test_what_is_neither_is_refused_in_a_line(call, told):

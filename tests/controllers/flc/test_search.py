@@ -8,7 +8,7 @@ from jk04 import confined
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
 from hfc_design.core.records import UserError
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.pairing import controller_of, load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 from hfc_design.runs import run as design
@@ -83,7 +83,8 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     own = genome(kind)
     found = bred(own, count=3)
     scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS])
-    loop = closed_loop(scenario, own.controller)
+    one = problem.design_of(taken(own.empty(), slice(1)), scenario)
+    loop = closed_loop(scenario, controller_of(one, scenario)[0])
     machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
     for k in range(3):
         gains = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], own.gains(found))
