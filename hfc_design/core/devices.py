@@ -26,14 +26,9 @@ def configure() -> None:
     if config.jax_num_cpu_devices == -1:  # nobody has chosen yet
         config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
     if config.jax_compilation_cache_dir is None:
-        config.update("jax_compilation_cache_dir", str(cache_directory()))
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"  # the user's
+        config.update("jax_compilation_cache_dir", str(Path(base) / "hfc-design" / "xla"))
         config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
-
-
-def cache_directory() -> Path:
-    """Where compiled programs are kept: under the user's cache directory."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "hfc-design" / "xla"
 
 
 def compiler_options() -> dict[str, int]:
