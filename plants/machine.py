@@ -94,7 +94,8 @@ def side_by_side(name: str = "", **drives: Drive) -> Machine:
 
     ``name`` is what scenarios call it; "": the names of its drives.
     """
-    own = name or "-".join(dict.fromkeys(getattr(x, "name", "") for x in drives.values()))
+    own = "-".join(dict.fromkeys(getattr(drive, "name", "") for drive in drives.values()))
+    own = name or own or "machine"
     return _beside(own, tuple(drives), tuple(drives.values()))
 
 

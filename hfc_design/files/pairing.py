@@ -53,7 +53,7 @@ def check_laws(design: Design, machine: Machine) -> None:
         if kind.law is None:
             continue
         told = f"controller {kind.name!r}: its"
-        with own_code("", ("controller", kind.name)):
+        with own_code(", a step of its law", ("controller", kind.name)):
             read = kind.reads(record) if kind.reads else known
             for name in read:
                 if name not in known:

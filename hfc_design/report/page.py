@@ -128,7 +128,7 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
     signals = {axis.name: axis.told() for axis in own.axes} if known else None
     shown = Shown(plant.machine, plant.values(), signals)
     kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
-    with own_code(", sections of the report", *kinds):
+    with own_code(", sections of the report (the design is saved)", *kinds):
         return [Section(*section) for section in design.kind.sections(design.controller, shown)]
 
 

@@ -121,7 +121,7 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
             "scenario": movable.model_dump(mode="json", exclude_none=True),
         },
     }
-    return checked(Design, data, scenario.name, Path())
+    return checked(Design, data, f"{scenario.name}, kind {controller['kind']!r}", Path())
 
 
 def _kinds(controller: Json) -> References:

@@ -1,0 +1,204 @@
+"""Own parts with a field that is missing, of the wrong type, or whose code raises: one line."""
+
+import json
+from dataclasses import replace
+from typing import Literal
+
+import pytest
+from sledge import BUDGET, api_text, hfc, imported, refused, scenario_of
+
+from hfc_design import api
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.machine import ALL_PLANTS
+from hfc_design.objectives.judge import OBJECTIVES
+
+SMALL = {"simulation.duration_s": 0.1, "search.population": 4, "search.generations": 1}
+
+
+def why_not(thing):
+    """The one line with which a part is refused."""
+    with pytest.raises(api.UserError) as error:
+        api.register(thing)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+@pytest.fixture
+def sledge(own):
+    return imported("mine").SLEDGE
+
+
+FUNCTIONS = ("fault", "initial_state", "step", "signals", "accepted")
+
+
+@pytest.mark.parametrize("value", [None, 5])
+def test_every_field_of_a_drive_is_what_its_annotation_says(value, sledge):
+    for field in FUNCTIONS:
+        line = why_not(replace(sledge, **{field: value}))
+        assert line == f"plant 'sledge': {field} = {value}: has to be a function"
+    for field in ("units", "encoders"):
+        line = why_not(replace(sledge, **{field: value}))
+        assert line.startswith(f"plant 'sledge': {field} = {value}: has to be")
+    assert f"plant '{value}': name = {value}" in why_not(replace(sledge, name=value))
+
+
+def test_what_a_drive_names_exists(sledge):
+    assert "exact: no parameter is called 'nope'" in why_not(replace(sledge, exact={"nope"}))
+    assert "gives [0.0]" in why_not(replace(sledge, signals=lambda p, x: [x.place]))
+    api.register(replace(sledge, exact={"mass"}))
+
+
+def test_what_its_functions_raise_names_them(sledge):
+    line = why_not(replace(sledge, signals=lambda p: {}))
+    assert line.startswith("plant 'sledge': signals: TypeError: ")
+    line = why_not(api.coupled(sledge, lambda fixed, states, commands: 1 / 0, name="two"))
+    assert line == "plant 'two': forces: ZeroDivisionError: division by zero"
+
+
+def test_machines_of_drives(sledge):
+    other = replace(sledge, name="other")
+    both = api.register(api.side_by_side(x=sledge, y=other))
+    assert both.name == "sledge-other"
+    assert api.coupled(sledge, lambda fixed, states, commands: (0.0,)).axes == ("axis",)
+    for wrong in (api.side_by_side(x=5), api.side_by_side(x=both)):
+        assert "drives" in why_not(wrong)
+    assert "a drive for each of its axes" in why_not(api.side_by_side())
+    assert why_not(5).startswith("5 is none of ")
+
+
+class Weights(api.ObjectiveSettings):
+    effort: float = 1.0
+
+
+def test_fields_of_objectives_and_strategies(own):
+    last = imported("mine").LAST
+    assert "make = 5: has to be a function" in why_not(last._replace(make=5))
+    assert "fitness '5': name = 5" in why_not(last._replace(name=5))
+    race = api.strategies["race"]
+    assert "strategy 'None': name = None" in why_not(race._replace(name=None))
+    own_make = last._replace(make=lambda own: last._replace(unit=str(own.effort)))
+    api.register(own_make)
+    with pytest.raises(api.UserError, match="fitness 'last-error': make: AttributeError"):
+        api.load_scenario("c-axis-ramp", {"fitness": {"kind": "last-error"}})
+    api.register(own_make._replace(settings=Weights))
+    found = api.load_scenario("c-axis-ramp", {"fitness": {"kind": "last-error"}})
+    assert found.judge().objectives[0].unit == "1.0"
+
+
+def pd_kind(**changes):
+    """A kind as pd, but for some fields, under its own name."""
+    return replace(KINDS.get("pd"), **{"name": "mine", "c": None, "st": None} | changes)
+
+
+class Other(api.ControllerRecord):
+    kind: Literal["other"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        *(({key: 5}, f"{key} = 5") for key in ("gains", "law", "genome", "of_gains", "sections")),
+        *(({key: 5}, f"{key} = 5") for key in ("reads", "c", "record", "settings")),
+        ({"gains": None}, "gains = None: has to be a function"),
+        ({"name": None}, "controller 'None': name = None"),
+        ({"name": 5}, "controller '5': name = 5"),
+        ({"of_gains": None}, "genome_of_gains needs of_gains"),
+        ({"record": Other}, "name has to be the kind of its Other, 'other'"),
+    ],
+)
+def test_fields_of_a_kind(changes, words, own_plugins):
+    assert words in why_not(pd_kind(**changes))
+
+
+def step(reads):
+    """A law of an axis that reads a signal beside the error."""
+
+    def sample(xp, law, gains, memory, signals):
+        return gains.kp * signals["error"] + 0.0 * signals[reads], memory, None
+
+    return lambda record, limit: api.AxisLaw(
+        sample, lambda law, zero: (), record.sample_time_s, limit
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"law": step("current")},
+            "controller 'mine': its law reads 'current', which its reads does not name",
+        ),
+        (
+            {"reads": lambda record: ["error", "wobble"]},
+            "controller 'mine': its reads names 'wobble', no signal of the plant 'c-axis'",
+        ),
+        (
+            {"law": lambda record, limit: 1 / 0},
+            "controller 'mine', a step of its law: ZeroDivisionError: division by zero",
+        ),
+        ({"of_gains": lambda gains: {"pd": {"kp": 1.0}}}, "kind 'mine': controller.pd.kd: is miss"),
+    ],
+)
+def test_a_law_does_a_step_before_a_search_and_when_a_design_is_loaded(changes, line, own):
+    api.register(pd_kind(**changes))
+    scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL})
+    with pytest.raises(api.UserError) as error:
+        api.design(scenario)
+    assert line in str(error.value)
+    if "of_gains" not in changes:
+        design = json.loads(api_text("pd-only"))
+        design["controller"]["kind"] = "mine"
+        (own / "mine.json").write_text(json.dumps(design))
+        assert line in refused("score", "mine.json")
+
+
+def test_a_law_of_an_axis_reads_what_it_names(own_plugins):
+    api.register(pd_kind(law=step("current"), reads=lambda record: ["error", "current"]))
+    scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL})
+    assert api.design(scenario).design.controller.kind == "mine"
+
+
+def test_an_error_in_its_sections_loses_no_search(own):
+    (own / "kinds.py").write_text(
+        "from dataclasses import replace\n"
+        "from hfc_design.controllers.kinds import KINDS\n"
+        "KIND = replace(KINDS.get('pd'), name='mine', sections=lambda record, shown: 1 / 0)\n"
+    )
+    options = ("--plant", "mine:SLEDGE", "--controller", "kinds:KIND")
+    ranges = "controller.ranges={kp=[1.0,100.0],kd=[0.1,10.0]}"
+    line = refused("design", "sledge.toml", *options, "--set", ranges, "--out", "run", *BUDGET)
+    told = "controller 'mine', sections of the report (the design is saved): ZeroDivisionError"
+    assert told in line
+    assert told in refused("report", "run", *options)
+    assert hfc("score", "run", *options).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("group", "options"),
+    [
+        ("plant", ("--fitness", "mine:LAST", "--controller", "mine:P")),
+        ("fitness", ("--plant", "mine:SLEDGE", "--controller", "mine:P")),
+        ("controller", ("--plant", "mine:SLEDGE", "--fitness", "mine:LAST")),
+    ],
+)
+def test_what_a_design_needs_is_told_of_every_group(group, options, own):
+    names = {"plant": "SLEDGE", "fitness": "LAST", "controller": "P"}
+    whole = [text for key, x in names.items() for text in (f"--{key}", f"mine:{x}")]
+    assert hfc("design", "sledge.toml", *whole, "--out", "run", *BUDGET).exit_code == 0
+    for known in (ALL_PLANTS.known, KINDS.known, OBJECTIVES.known):
+        for name in ("sledge", "only-p", "last-error"):
+            known.pop(name, None)
+    used = [text if ":" in text else "--use" for text in options]
+    line = refused("score", "run", *used)
+    assert f"; its provenance names --use mine:{names[group]}" in line
+
+
+def test_a_search_in_which_everybody_failed_says_so(own, caplog):
+    nothing = imported("mine").LAST._replace(score=lambda sums: sums / 0.0)
+    api.register(nothing)
+    api.register(imported("mine").P)
+    changes = {"fitness": {"kind": "last-error"}, **SMALL}
+    assert api.design(api.load_scenario(scenario_of("only-p"), changes)).evaluation.diverged
+    assert [x.getMessage() for x in caplog.records if x.name.startswith("hfc_design")] == [
+        "every individual failed: the design is arbitrary"
+    ]
