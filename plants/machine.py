@@ -94,8 +94,8 @@ def side_by_side(name: str = "", **drives: Drive) -> Machine:
 
     ``name`` is what scenarios call it; "": the names of its drives.
     """
-    own = "-".join(dict.fromkeys(getattr(drive, "name", "") for drive in drives.values()))
-    own = name or own or "machine"
+    names = dict.fromkeys(getattr(drive, "name", "") for drive in drives.values())
+    own = name or "-".join(names) or "machine"
     return _beside(own, tuple(drives), tuple(drives.values()))
 
 

@@ -34,8 +34,9 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
         design = changed_design(design, changes, source)
     if design is not name:
         with naming(design.provenance):
-            own = design.plant.model_dump()
-            plant = checked(PlantSettings, own, f"{source}: plant", Path(source).parent)
+            plant = checked(
+                PlantSettings, dict(design.plant), f"{source}: plant", Path(source).parent
+            )
         check_laws(design, plant.machine)
     return design
 

@@ -202,3 +202,11 @@ def test_a_search_in_which_everybody_failed_says_so(own, caplog):
     assert [x.getMessage() for x in caplog.records if x.name.startswith("hfc_design")] == [
         "every individual failed: the design is arbitrary"
     ]
+
+
+def test_a_law_that_is_registered_again_is_the_same_key_of_compiled_code(own):
+    law = imported("mine").P
+    record = KINDS.add(law).record(kind="only-p", sample_time_s=0.01, gains={"p": 3.0})
+    one, other = (KINDS.add(law).law(record, 2.0) for _ in range(2))
+    assert one == other
+    assert hash(one) == hash(other)

@@ -56,8 +56,7 @@ class GainsSettings(ControllerSettings):
 
     def searched(self) -> Ranges:
         """The ranges to search, a NamedTuple of the kind's."""
-        changed: dict[str, Range] = dict(self.ranges)
-        return self.own_ranges._replace(**changed)
+        return self.own_ranges._replace(**self.ranges)
 
 
 def settings_of(own: Ranges) -> type[GainsSettings]:
@@ -75,9 +74,10 @@ def kind_of_gains(
     sample: Callable[..., tuple[Scalar, Memory, None]],
     start: Callable[[AxisLaw, Scalar], Memory],
     key: str = "",
+    structure: Any = None,
     **further: Any,
 ) -> Kind:
-    """A kind whose gains have ``ranges``, with ``sample`` and ``start`` of its ``AxisLaw``.
+    """A kind whose gains have ``ranges``; ``sample``, ``start``, ``structure`` are of ``AxisLaw``.
 
     They stand in a design file under ``key``, "": the name. ``further`` are fields of ``Kind``.
     """
@@ -89,7 +89,7 @@ def kind_of_gains(
         record=create_model("Design", __base__=ControllerRecord, **gains),
         settings=settings_of(ranges),
         gains=lambda record: type(ranges)(**dict(getattr(record, key))),
-        law=lambda record, limit: AxisLaw(sample, start, record.sample_time_s, limit),
+        law=lambda record, limit: AxisLaw(sample, start, record.sample_time_s, limit, structure),
         genome=genome_of_gains,
         of_gains=lambda gains: {key: gains},
         **further,
@@ -103,13 +103,15 @@ def kind_of(law: Law) -> Kind:
         raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
     checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
 
-    def sample(
-        xp: Xp, axis: AxisLaw, gains: Gains, memory: Memory, signals: Signals
-    ) -> tuple[Scalar, Memory, None]:
-        return *law.step(axis.sample_time, gains, memory, signals), None
+    own: Any = {"key": "gains", "structure": law, "summary": "an own law", "reads": None}
+    return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
 
-    def start(axis: AxisLaw, zero: Scalar) -> Memory:
-        return law.initial_memory(zero)
 
-    further: Any = {"summary": "an own law", "reads": None}
-    return kind_of_gains(law.name, law.ranges, sample, start, "gains", **further)
+def _sample(
+    xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
+) -> tuple[Scalar, Memory, None]:
+    return *law.structure.step(law.sample_time, gains, memory, signals), None
+
+
+def _start(law: AxisLaw, zero: Scalar) -> Memory:
+    return law.structure.initial_memory(zero)
