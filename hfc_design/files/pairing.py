@@ -34,9 +34,8 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
         design = changed_design(design, changes, source)
     if design is not name:
         with naming(design.provenance):
-            plant = checked(
-                PlantSettings, dict(design.plant), f"{source}: plant", Path(source).parent
-            )
+            own = design.plant.model_dump()
+            plant = checked(PlantSettings, own, f"{source}: plant", Path(source).parent)
         check_laws(design, plant.machine)
     return design
 
@@ -47,9 +46,8 @@ def check_laws(design: Design, machine: Machine) -> None:
     Raises:
         UserError: it reads what its kind or its drive does not name, or cannot step.
     """
-    parts = design.by_axis()
     for axis, drive in zip(machine.axes, machine.drives, strict=True):
-        part = parts.get(axis, design)
+        part = design.by_axis().get(axis, design)
         kind, record, known = part.kind, part.controller, [*drive.inputs, *FOLLOWED]
         if kind.law is None:
             continue
