@@ -7,7 +7,7 @@ PROGRAMS := interop or browser
 WORKERS ?= 2
 PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
 
-.PHONY: design test test-all lint interop bench clean
+.PHONY: design test test-all lint interop attack bench clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -24,6 +24,10 @@ test-all: $(VENV)/installed
 interop: $(VENV)/installed
 	tests/interop/install.sh
 	$(BIN)/pytest -m "$(PROGRAMS)"
+
+# What make test tries a few times, tried as often as docs/reliability.md says: hours.
+attack: $(VENV)/installed
+	HFC_ATTACK=full $(PYTEST) --dist loadfile tests/attack
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
