@@ -1,18 +1,26 @@
 """How JAX is set up: all CPU cores as devices, float64 allowed, compiled programs kept.
 
-Import this before anything starts JAX; afterwards it still works, only slower.
+Import this before anything starts JAX; afterwards it still works, only slower, and says so.
 """
 
 import os
+import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jax
 
+from hfc_design.core.records import UserError
+
 # Loops below this many bytes are compiled into one function instead of one call an operation.
 # With it a step of 16 individuals costs as little per individual as one of 512.
 _WHOLE_LOOP = "xla_cpu_small_while_loop_byte_threshold=1000000000"
+
+LATE = (
+    "JAX had started before hfc_design was imported, so that simulations are slower and on one "
+    "core; import hfc_design.api before the first computation with JAX"
+)
 
 
 @cache
@@ -24,7 +32,10 @@ def configure() -> None:
     config: Any = jax.config
     config.update("jax_enable_x64", True)
     if config.jax_num_cpu_devices == -1:  # nobody has chosen yet
-        config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
+        try:
+            config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
+        except RuntimeError:
+            warnings.warn(LATE, stacklevel=2)
     if config.jax_compilation_cache_dir is None:
         base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"  # the user's
         config.update("jax_compilation_cache_dir", str(Path(base) / "hfc-design" / "xla"))
@@ -32,5 +43,14 @@ def configure() -> None:
 
 
 def compiler_options() -> dict[str, int]:
-    """Options of every compiled loop: 512-bit vectors, where the processor has them."""
-    return {"xla_cpu_prefer_vector_width": 512} if jax.default_backend() == "cpu" else {}
+    """Options of every compiled loop: 512-bit vectors, where the processor has them.
+
+    Raises:
+        UserError: JAX has nothing to compute on.
+    """
+    try:
+        backend = jax.default_backend()
+    except (RuntimeError, AssertionError) as error:  # a platform without its plug-in: the latter
+        wanted = f"JAX_PLATFORMS={os.environ.get('JAX_PLATFORMS', '')}"
+        raise UserError(f"{wanted}: JAX cannot start: {error}".removesuffix(": ")) from None
+    return {"xla_cpu_prefer_vector_width": 512} if backend == "cpu" else {}

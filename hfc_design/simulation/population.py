@@ -86,7 +86,7 @@ def scores(
     if whole > count:
         gains = jax.tree.map(lambda leaf: np.take(leaf, lane // each, axis=-1), gains)
     true = machines.take(lane % each if each > 1 else 0).true
-    with _own_code(loop):
+    with _own_code(loop), jax.enable_x64(True):
         inputs = _cast(Inputs(machines.told, true, samples, gains), dtype)
         found = np.asarray(_scores(loop, each > 1, inputs), np.float64)
     merit, failed, *values = found[:, :lanes].reshape(-1, count, each)
@@ -102,7 +102,7 @@ def trajectory(
     """
     own = machines.size > 1
     inputs = Inputs(*(machines if own else machines.take(0)), samples, gains)
-    with _own_code(loop):
+    with _own_code(loop), jax.enable_x64(True):
         return jax.tree.map(np.asarray, _trajectory(loop, own, _cast(inputs, np.float64)))
 
 
@@ -115,7 +115,7 @@ def error_jacobian(
     (trailing axis 1) one after the other. Forward mode on a population of copies, one a
     parameter, is as fast as the population is.
     """
-    with _own_code(loop):
+    with _own_code(loop), jax.enable_x64(True):
         inputs = _cast(Inputs(*machines.take(0), samples, gains), dtype)
         error, jacobian = _error_jacobian(loop, inputs)
     parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")

@@ -1,0 +1,62 @@
+"""JAX that has started before the package, or that was set up by the user."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+START = "import jax.numpy as j; j.zeros(3) + 1\n"
+SCORE = (
+    "import hfc_design.api as hfc\n"
+    "print(repr(hfc.evaluate('lin-lee-1999-table-1', 'c-axis-ramp').fitness))\n"
+)
+
+
+def told(code, **variables):
+    """Score that a program prints, and its warnings."""
+    command = [sys.executable, "-W", "always", "-c", code + SCORE]
+    environment = {**os.environ, **variables}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return float(done.stdout), done.stderr
+
+
+@pytest.fixture(scope="module")
+def usual():
+    score, warned = told("")
+    assert warned == ""
+    return score
+
+
+def test_after_jax_has_started_it_works_with_one_warning(usual):
+    score, warned = told(START)
+    assert score == pytest.approx(usual, rel=1e-9)
+    assert warned.count("UserWarning") == 1
+    assert "import hfc_design.api before the first computation with JAX" in warned
+
+
+@pytest.mark.parametrize(
+    ("code", "variables"),
+    [
+        ("import jax\n", {"JAX_PLATFORMS": "cpu"}),
+        ("import jax; jax.config.update('jax_enable_x64', False)\n", {}),
+        ("import jax; import hfc_design.api; jax.config.update('jax_enable_x64', False)\n", {}),
+        ("import jax; jax.config.update('jax_enable_x64', True)\n", {}),
+        ("import jax; jax.config.update('jax_num_cpu_devices', 1)\n", {}),
+        ("", {"JAX_ENABLE_X64": "0", "JAX_NUM_CPU_DEVICES": "2"}),
+    ],
+)
+def test_scores_are_of_float64_however_jax_was_set_up(code, variables, usual):
+    score, warned = told(code, **variables)
+    assert score == pytest.approx(usual, rel=1e-9)
+    assert warned == ""
+
+
+@pytest.mark.parametrize("platform", ["cuda-12-nope", "nonsense"])
+def test_a_platform_that_is_not_there_is_one_line(platform):
+    command = [sys.executable, "-m", "hfc_design", "score", "lin-lee-1999-table-1"]
+    environment = {**os.environ, "JAX_PLATFORMS": platform}
+    done = subprocess.run(command, check=False, env=environment, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"hfc: JAX_PLATFORMS={platform}: JAX cannot start")
+    assert done.stderr.count("\n") == 1
