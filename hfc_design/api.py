@@ -29,7 +29,7 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, renamed
-from hfc_design.formats import FORMATS
+from hfc_design.formats import FORMATS, check_score
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Drawing, Listing, Section
 from hfc_design.runs.problem import design_with
@@ -75,7 +75,7 @@ def design(
 
     Raises:
         UserError: the folder holds a run of another scenario.
-        RunError: the folder cannot be written, or its checkpoint is damaged.
+        RunError: everything diverged; the folder cannot be written, or its checkpoint is damaged.
     """
     scenario = load_scenario(scenario)
     if folder is None:
@@ -110,16 +110,19 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, float]) -> 
     return design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
 
 
-def export(found: AnyDesign, to: str, path: str | Path) -> Path:
+def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) -> Path:
     """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
 
     Raises:
-        UserError: no such format, or not for this kind of controller.
+        UserError: no such format, or not for this kind of controller; or the design's score says
+            that it diverged, and it is not wanted ``anyway``.
         RunError: ``path`` cannot be written.
     """
     if to not in FORMATS:
         raise UserError(f"{to!r} is no format; there is {', '.join(FORMATS)}")
-    FORMATS[to].write(load_design(found), Path(path))
+    design = load_design(found)
+    check_score(design, anyway)
+    FORMATS[to].write(design, Path(path))
     return Path(path)
 
 

@@ -17,6 +17,7 @@ from hfc_design.batch.work import Outcome, Place, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError
+from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
@@ -34,14 +35,19 @@ Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
 
 
 def batch(
-    path: Path, out: Path | None, dry_run: bool, changes: Iterable[str], workers: Connected | None
+    path: Path,
+    out: Path | None,
+    dry_run: bool,
+    changes: Iterable[str],
+    workers: Connected | None,
+    at_once: int,
 ) -> None:
     """``hfc batch FILE``: run every cell that is not finished, here or on workers, and report.
 
-    ``changes`` of dotted keys are laid over every cell.
+    ``changes`` of dotted keys are laid over every cell; ``at_once`` of them run on this machine.
 
     Raises:
-        UserError: the batch file is not one.
+        UserError: the batch file is not one, or a cell needs more memory than there is.
         RunError: cells failed, or the batch was interrupted.
     """
     plan = read_batch(path, changes)
@@ -49,6 +55,8 @@ def batch(
     if dry_run:
         _show_plan(cells, target)
         return
+    for cell in cells if at_once else ():
+        check_memory(cell.scenario, cell.design, min(at_once, len(cells)))
     folder.note_plan(target, plan)
     watch = Watch(cells)
     try:

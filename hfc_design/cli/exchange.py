@@ -14,18 +14,22 @@ from hfc_design.cli.options import PATH, Texts, changing_design, knowing_plugins
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
 @click.option("--out", type=PATH, help="File or folder to write.")
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
+@click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")
 @knowing_plugins
-def export(design: str, others: Texts, target: str, out: Path | None, lookup: int | None) -> None:
+def export(
+    design: str, others: Texts, target: str, out: Path | None, lookup: int | None, anyway: bool
+) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
     from hfc_design.files.pairing import load_design
-    from hfc_design.formats import FORMATS, code
+    from hfc_design.formats import FORMATS, check_score, code
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
     if lookup is not None and target != "c":
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
+    check_score(found, anyway)
     path = out or Path(f"{found.name}.{target}")
     if path.exists():
         raise UserError(f"--out {path}: exists already; name another path")

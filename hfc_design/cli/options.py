@@ -1,11 +1,22 @@
 """Options that commands share: changes, the scenario of a design, a user's own parts."""
 
+import os
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
+
+
+def _bounded(_: click.Context, option: click.Parameter, told: str | None) -> None:
+    """Bound the memory of this process and of its workers."""
+    if told is not None:
+        from hfc_design.simulation import memory
+
+        memory.size(told)
+        os.environ[memory.VARIABLE] = told
+
 
 Command = Callable[..., None]
 Texts = tuple[str, ...]
@@ -19,6 +30,9 @@ changing_design = click.option(
     "--change", "others", multiple=True, metavar="KEY=VALUE", help=CHANGE_HELP
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+MEMORY_HELP = "Memory that it may hold, as in 8GB [default: 80 % of what is free]."
+#: Of every command that may need much of it; a variable, so that workers have it too.
+memory = click.option("--memory", callback=_bounded, expose_value=False, help=MEMORY_HELP)
 USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",

@@ -15,6 +15,7 @@ from hfc_design.cli.options import (
     Texts,
     as_json,
     knowing_plugins,
+    memory,
     on_scenario,
     setting,
     with_plugins,
@@ -46,6 +47,7 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--quiet", is_flag=True, help="No progress.")
+@memory
 @with_plugins(CHOICES)
 def design(
     scenario: str | None,
@@ -82,6 +84,8 @@ def design(
             result = run.run(found, folder, *(() if quiet else (watch.generation,)))
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None
+    except RunError as error:
+        raise RunError(f"{error} (run folder {folder})") from None
     rivals = write_page(found, result, folder)
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
@@ -95,6 +99,7 @@ def design(
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
+@memory
 @as_json
 @with_plugins(CHOICES)
 def score(
@@ -130,6 +135,7 @@ def score(
 @on_scenario
 @click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
 @click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
+@memory
 @with_plugins(CHOICES)
 def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
@@ -174,6 +180,7 @@ def report(folder: Path, each: bool, parquet: bool) -> None:
 @click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
 @click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
+@memory
 @knowing_plugins
 def batch(
     file: Path | None,
@@ -205,4 +212,5 @@ def batch(
     if status is not None:
         session.show_status(status)
     elif file is not None:
-        session.batch(file, workers=afar, **options)
+        at_once = 0 if scheduler else workers or 1
+        session.batch(file, workers=afar, at_once=at_once, **options)

@@ -81,6 +81,11 @@ class Design(Record):
         return KINDS.get(self.controller.kind)
 
     @property
+    def failed(self) -> bool:
+        """Whether it says itself that it diverged."""
+        return self.score.get("fitness", "") is None
+
+    @property
     def axis(self) -> str:
         """The axis that this is the part of; "" for the whole."""
         return self._axis

@@ -3,6 +3,8 @@
 import importlib
 import pkgutil
 
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
 from hfc_design.formats.writing import Format
 
 _MODULES = [module.name for module in pkgutil.iter_modules(__path__) if not module.ispkg]
@@ -10,3 +12,17 @@ _PARTS = (importlib.import_module(f"{__name__}.{name}") for name in _MODULES)
 _FOUND = {found.name: found for part in _PARTS for found in getattr(part, "FORMATS", ())}
 #: Every format by its name.
 FORMATS: dict[str, Format] = dict(sorted(_FOUND.items()))
+
+
+def check_score(design: Design, anyway: bool) -> None:
+    """Refuse to export a design that diverged where it was scored, if not ``anyway``.
+
+    Raises:
+        UserError: it is one.
+    """
+    if design.failed and not anyway:
+        where = design.score.get("scenario", "its scenario")
+        raise UserError(
+            f"design {design.name}: diverged on {where}, as its score says; "
+            "export it with --anyway (anyway=True) if that is wanted"
+        )

@@ -1,6 +1,5 @@
 """What a search needs of a scenario, and what becomes of its individuals: designs."""
 
-import logging
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from hfc_design.controllers.genome import Genome, Population, taken
 from hfc_design.controllers.kind import kinds
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.plugins import References, own_code, sources
-from hfc_design.core.records import checked
+from hfc_design.core.records import RunError, checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import check_laws, controller_of
@@ -19,12 +18,18 @@ from hfc_design.files.scenario import Scenario, renamed
 from hfc_design.search.loop import Search
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Task
+from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
+#: What to try where a search found nothing that stays finite.
+HINTS = (
+    "try a larger simulation.substeps, smaller gains or ranges, a shorter simulation.duration_s, "
+    "another run.seed or start, or a larger search.population"
+)
 
 
 class Problem:
@@ -62,6 +67,20 @@ class Problem:
         return Linear(error, jacobian) if finite else None
 
 
+def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:
+    """Refuse a run, or so many ``at_once``, that need more memory than there is.
+
+    Raises:
+        UserError: they do.
+    """
+    if design is None:
+        with own_code("", *_kinds(scenario.controller.model_dump())):
+            parts = memory.of_search(scenario, genome_of(scenario))
+    else:
+        parts = memory.of_motion(scenario)
+    memory.check(scenario.name, parts, at_once)
+
+
 def genome_of(scenario: Scenario) -> Genome:
     """What the search of ``scenario`` varies."""
     kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
@@ -73,15 +92,22 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
     """The best of the archive and of the last generation in float64.
 
     float32 and a single try flatter loops that are nearly chaotic.
+
+    Raises:
+        RunError: all have diverged.
     """
     designs = [design_of(individual, scenario) for individual in _finalists(search)]
-    found = [(design, evaluate(design, scenario)) for design in designs]
+    if not designs:
+        raise RunError(f"no design: every individual diverged; {HINTS}")
+    found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
     design, evaluation = max(found, key=lambda item: item[1].merit)
+    if evaluation.diverged:
+        raise RunError(f"no design: the best {len(designs)} diverge in float64; {HINTS}")
     return with_score(design, evaluation, scenario), evaluation
 
 
 def _finalists(search: Search) -> list[Population]:
-    """The best of the archive and of the last generation; any one where all have failed."""
+    """The best of the archive and of the last generation, without those that failed."""
     found = []
     sources: list[Any] = [search.archive]
     if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
@@ -90,9 +116,7 @@ def _finalists(search: Search) -> list[Population]:
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
         ranked = order[np.isfinite(source.score[order])]
         found += [taken(source.population, np.array([k])) for k in ranked]
-    if not found:
-        logging.getLogger(__name__).warning("every individual failed: the design is arbitrary")
-    return found or [taken(sources[-1].population, np.array([0]))]
+    return found
 
 
 def design_of(individual: Population, scenario: Scenario) -> Design:

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
+from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
-from hfc_design.runs.problem import Problem, champion, genome_of, with_score
+from hfc_design.runs.problem import Problem, champion, check_memory, genome_of, with_score
 from hfc_design.search.loop import STRATEGIES, Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 
@@ -37,11 +38,12 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     With a design that is ``given`` the run scores it and searches nothing.
 
     Raises:
-        UserError: the folder already holds a run.
+        UserError: the folder already holds a run, or the run needs more memory than there is.
         RunError: the folder cannot be written.
     """
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
+    check_memory(scenario, given)
 
     def copied(key: str, file: Path) -> Path:
         return Path(shutil.copyfile(file, folder / (key + file.suffix)).name)
@@ -76,7 +78,8 @@ def run(
     Stopped at any moment and called again, it ends with the same files as without the stop.
 
     Raises:
-        RunError: the checkpoint is damaged or foreign, or the folder cannot be written.
+        RunError: everything diverged; the checkpoint is damaged or foreign; or the folder cannot be
+            written.
     """
     if (folder / GIVEN).exists():
         given = load_design(str(folder / GIVEN))
@@ -84,6 +87,7 @@ def run(
         design = with_score(given, evaluation, scenario)
         _write_design(folder / DESIGN, design)
         return Result(design, evaluation, None)
+    check_memory(scenario)
     problem, settings, seed = Problem(scenario), scenario.search, scenario.run.seed
     config = (folder / CONFIG).read_text(encoding="utf-8")
     search = _stored(folder, scenario, config)
@@ -118,7 +122,8 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
     """
     for name in (CONFIG, DESIGN):
         if not (folder / name).exists():
-            raise UserError(f"{folder}: holds no finished run (no {name})")
+            told = f"; {resuming(folder)}" if name == DESIGN else ""
+            raise UserError(f"{folder}: holds no finished run (no {name}){told}")
     scenario = opened_run(folder)
     config = (folder / CONFIG).read_text(encoding="utf-8")
     search = _stored(folder, scenario, config)

@@ -17,7 +17,7 @@ from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives import metrics
 from hfc_design.objectives.judge import Judge
-from hfc_design.simulation import population
+from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
 from hfc_design.simulation.population import Machines
 from plants import Drive, Machine, in_a_name
@@ -88,9 +88,11 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     The plant is the design's, with the parameters that the scenario sets laid over it.
 
     Raises:
-        UserError: the two are made for different plants or sample times.
+        UserError: the two are made for different plants or sample times, or it needs more memory
+            than there is.
     """
     design, scenario = load_design(design), load_scenario(scenario)
+    memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller)
@@ -111,14 +113,15 @@ def evaluations(
         path = _contour(scenario, axes)
         parts = (slice(None), *(window.part(scenario.simulation) for window in scenario.windows))
         values = (value for part in parts for value in _metrics(scenario, axes, path, part))
-        found = dict(zip(meanings(scenario), values, strict=True))
+        numbers = (x if x is not None and np.isfinite(x) else None for x in values)
+        found = dict(zip(meanings(scenario), numbers, strict=True))
         diverged = bool(judged.failed[k]) or not all(
             np.isfinite(part).all()
             for axis in axes
             for part in (axis.motion.error, axis.motion.command, axis.velocity)
         )
-        numbers = (float(judged.values[k, 0]), float(judged.merit[k]))
-        fitness, merit = (-np.inf, -np.inf) if diverged else numbers
+        scores = (float(judged.values[k, 0]), float(judged.merit[k]))
+        fitness, merit = (-np.inf, -np.inf) if diverged else scores
         yield Evaluation(fitness, merit, diverged, own, found, time, axes, path)
 
 

@@ -18,6 +18,7 @@ from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, load_design, machine
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.simulation import memory
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluations
 from hfc_design.simulation.population import Machines
@@ -102,6 +103,8 @@ def robustness(
     """
     design, scenario = load_design(design), load_scenario(scenario)
     _check(spread, samples, seed)
+    drawing = {"--samples": memory.MACHINE * samples}
+    memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed)
     _check_steps(scenario, machines)
     found = list(_motions(design, scenario, machines, progress))
