@@ -12,7 +12,7 @@ from hfc_design.batch import summary
 from hfc_design.batch.plan import LABEL, OWN_KEYS
 from hfc_design.batch.runs import SEED, listed, text
 from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
-from hfc_design.pictures.figure import Rows, score
+from hfc_design.pictures.figure import LARGEST, Rows, score
 from hfc_design.report import REPORT, batch_plots, rendered
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -77,7 +77,7 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
 
 def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
     """The ratios that there are and that a logarithm can show."""
-    shown = [item for item in figures if 0 < (item.ratio or 0) < np.inf][:RATIOS]
+    shown = [item for item in figures if 1 / LARGEST < (item.ratio or 0) < LARGEST][:RATIOS]
     told = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
     labels = [", ".join(filter(None, parts)) for parts in told]
     return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
@@ -188,7 +188,7 @@ def _run_rows(
 
 def figure_row(item: Reproduced) -> list[str]:
     """What a reader sees of a published figure."""
-    ratio = "–" if item.ratio is None or np.isinf(item.ratio) else f"{item.ratio:.2f}"
+    ratio = "–" if item.ratio is None else f"{item.ratio:.2f}"
     told = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
     return [item.figure, item.quantity, *told, item.remark]
 

@@ -218,15 +218,22 @@ def reproduced(path: Path, runs: Sequence[Run]) -> list[Reproduced]:
     return found
 
 
+def _ratio(value: float | None, over: float | None) -> float | None:
+    """None where there is no number."""
+    found = np.inf if value is None or not over else value / over
+    return found if np.isfinite(found) else None
+
+
 def _figure(item: Published, finished: list[Run]) -> Reproduced:
     sides = []
     for wanted, metric in item.sides:
         found = (run.score.get(metric) for run in finished if matches(wanted, run.settings))
         sides.append([value for value in found if value is not None])
-    simulated = ratio = None
+    simulated: float | None = None
+    ratio = None
     if all(sides):
         simulated, *over = (float(np.median(values)) for values in sides)
-        simulated /= over[0] if over else 1.0
-        ratio = simulated / item.value if item.value else None
+        simulated = _ratio(simulated, over[0]) if over else simulated
+        ratio = _ratio(simulated, item.value)
     told = (item.value, simulated, ratio, len(sides[0]))
     return Reproduced(item.figure, item.quantity, *told, item.remark)

@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from numpy.typing import NDArray
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
@@ -25,6 +26,7 @@ from hfc_design.core.records import UserError
 Rows = list[list[str]]  # of a table
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
+LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
 #: File suffix -> metadata that keep the date out of the file.
@@ -103,6 +105,12 @@ def logarithmic(axes: Axes) -> None:
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def drawable(values: Any) -> NDArray[Any]:
+    """The numbers as a picture shows them: none beyond ``LARGEST``, 0 below its inverse."""
+    seen = np.where(np.abs(values) < 1.0 / LARGEST, 0, values)
+    return np.asarray(np.clip(seen, -LARGEST, LARGEST))
 
 
 def round_above(value: float) -> float:

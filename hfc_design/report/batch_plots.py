@@ -10,7 +10,16 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, finish, framed, gridded, logarithmic
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    WIDTH,
+    drawable,
+    finish,
+    framed,
+    gridded,
+    logarithmic,
+)
 from hfc_design.report.plots import thinned
 from hfc_design.search.loop import History
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
@@ -104,7 +113,7 @@ def outcomes(scores: Mapping[int, Floats], measure: str) -> Figure:
     figure = framed(3.2, top=0.15)
     axes = figure.subplots()
     for k, found in enumerate(scores.values()):
-        values = found[np.isfinite(found)]
+        values = drawable(found[np.isfinite(found)])
         if len(values) == 0:
             continue
         share = (np.arange(len(values)) + 0.5) / len(values) - 0.5
@@ -166,7 +175,7 @@ def distributions(found: Robustness, title: str) -> Figure:
         rows, COLUMNS, sharey=True, squeeze=False, gridspec_kw={"hspace": 0.75, "wspace": 0.12}
     )
     for axes, key in zip(panels.flat, drawn, strict=False):
-        values = found.spread_of(key)
+        values = drawable(found.spread_of(key))
         only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
         low, *_, high = np.quantile(values, QUANTILES)
         axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
@@ -209,7 +218,7 @@ def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Flo
     scores = np.full((len(runs), len(drawn)), np.nan)
     for row, run in zip(scores, runs, strict=True):
         there = drawn < len(run)
-        row[there] = run[drawn[there]]
+        row[there] = drawable(run[drawn[there]])
     known = np.isfinite(scores).any(axis=0)
     low, median, high = np.nanquantile(scores[:, known], (0.25, 0.5, 0.75), axis=0)
     return drawn[known] + 1, low, median, high

@@ -157,15 +157,17 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
             return f"that of {name} is {score(rival.fitness)}"
         factor = own.fitness / rival.fitness
         return f"{factor:.3g} times that of {name}, which is {score(rival.fitness)}"
-    its = _rms(rival)
-    return f"that of {name} is {its / _rms(own):.3g} times as large ({its:.3g} {own.contour.unit})"
+    its = f"{_rms(rival):.3g} {own.contour.unit}"
+    factor = _rms(rival) / _rms(own) if _rms(own) else np.inf
+    if not 0 < factor < np.inf:
+        return f"that of {name} is {its}"
+    return f"that of {name} is {factor:.3g} times as large ({its})"
 
 
 def _rms(found: Evaluation) -> float:
     """Root mean square of the contour error of a motion that did not diverge."""
     value = next(iter(found.metrics.values()))
-    assert value is not None
-    return value
+    return np.inf if value is None else value  # too large for its square
 
 
 def _measure(judge: Judge) -> str:

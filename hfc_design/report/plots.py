@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.motion.contour import Contour, glitches, nearest
 from hfc_design.motion.trajectories import PathSamples
-from hfc_design.pictures.figure import OTHER, OWN, finish, framed, gridded, logarithmic, round_above
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    drawable,
+    finish,
+    framed,
+    gridded,
+    logarithmic,
+    round_above,
+)
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 
 Places = NDArray[np.intp]  # of samples
@@ -105,7 +114,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
     """
     trajectory, actual = found.trajectory, found.actual
     drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
-    time, actual = time[:drawn], actual[:, :drawn]
+    time, actual = time[:drawn], drawable(actual[:, :drawn])
     samples = trajectory.samples(time)
     base, error = nearest(trajectory, samples, actual)
     marks = glitches(time, samples, error)
@@ -168,7 +177,7 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
             drawn = _drawn(evaluation)
             starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
             error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
-            largest = np.maximum.reduceat(factor * np.abs(error), starts)
+            largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
             label = f"{name} (diverged)" if evaluation.diverged else name
             axes.plot(evaluation.time[starts], largest, label=label, **style)
         named = f"{first.axes[k].name} " if count > 1 else ""
@@ -212,7 +221,7 @@ def _in_hand(axis: AxisMotion) -> Mask:
 
 def thinned(time: Floats, values: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
     """The curve with the lowest and the highest point of each slice of time, in order."""
-    size = -(-len(values) // SLICES)
+    values, size = drawable(values), -(-len(values) // SLICES)
     if size <= 2:
         return time, values
     slices = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
