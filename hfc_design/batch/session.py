@@ -34,11 +34,17 @@ Connected = Callable[[Callable[[int], None]], AbstractContextManager[Place]]
 
 
 def batch(
-    path: Path, out: Path | None, dry_run: bool, changes: Iterable[str], workers: Connected | None
+    path: Path,
+    out: Path | None,
+    dry_run: bool,
+    changes: Iterable[str],
+    workers: Connected | None,
+    anyway: bool,
 ) -> None:
     """``hfc batch FILE``: run every cell that is not finished, here or on workers, and report.
 
-    ``changes`` of dotted keys are laid over every cell.
+    ``changes`` of dotted keys are laid over every cell; ``anyway`` resumes cells that other
+    versions began.
 
     Raises:
         UserError: the batch file is not one.
@@ -54,6 +60,7 @@ def batch(
     try:
         here = nullcontext(Place(watch.generation))
         with watch, workers(watch.workers) if workers else here as place:
+            place.anyway = anyway
             run_cells(target, cells, place, watch.outcome)
     except KeyboardInterrupt:
         raise RunError("interrupted; the same command goes on where it stopped") from None
