@@ -5,8 +5,8 @@ import json
 import os
 import secrets
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
@@ -15,12 +15,12 @@ import numpy as np
 
 from hfc_design.core import archive
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, short
 
 FORMAT = "hfc-checkpoint-3"
 #: Which did not say what made them, but for the text of config.toml; in the first what had failed
 #: scored 0, and everything else more.
-EARLIER = FIRST_FORMAT, SECOND_FORMAT = "hfc-checkpoint-1", "hfc-checkpoint-2"
+EARLIER = "hfc-checkpoint-1", "hfc-checkpoint-2"
 CONFIG = "config.toml"
 #: Kinds of numbers that are a number of Python's.
 NUMBERS = {bool: "b", int: "biu", float: "biuf"}
@@ -70,13 +70,6 @@ def tidy(folder: Path) -> None:
             file.unlink()
 
 
-class Stored(NamedTuple):
-    """What a file holds, checked so far as that can be done without knowing the search."""
-
-    made_by: dict[str, str]  # what decides the result -> which it was; what is not told is missing
-    arrays: archive.Arrays
-
-
 def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
     """Write ``search``, a record of records and arrays, and what made it.
 
@@ -87,61 +80,61 @@ def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
     write_whole(path, archive.packed({**told, **dict(flat(search))}))
 
 
-@contextmanager
-def reading(path: Path) -> Iterator[None]:
-    """RunError: whatever goes wrong with what a file holds, which may be anything."""
-    try:
-        yield
-    except RunError:
-        raise
-    except Exception as error:
-        why = str(error or type(error)).encode("unicode_escape").decode()[:150]  # it may quote it
-        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({why})") from None
+class Wanted(NamedTuple):
+    """What a search in a file has to be."""
+
+    kind: type
+    #: Of some fields in it by their name or annotation: the type, or one that is built like them.
+    fields: dict[Any, Any]
+    made_by: dict[str, str]  # as far as it matters
+    most: int  # bytes
+    fault: Callable[[Any], str | None]  # what is wrong with one whose types are right
 
 
-def read(path: Path, most: int) -> Stored:
-    """What a file of at most so many bytes holds.
+def load(path: Path, wanted: Wanted, hint: str = "") -> Any:
+    """The search in a file; nothing in it is believed before it is checked.
 
     Raises:
-        RunError: it was made by a version that this one does not know.
-        Exception: the file is none, see ``reading``.
+        RunError: the file is damaged or no checkpoint, or something else than is wanted has made
+            it: then the line ends with the ``hint``.
     """
-    if not path.is_file() or (size := path.stat().st_size) > most:
-        raise ValueError(f"is no file of at most {most} bytes")
-    content = path.read_bytes()
-    arrays = archive.unpacked(content)
-    version = str(arrays.pop("format"))
-    if version in EARLIER:
-        made_by = {CONFIG: digest(str(arrays.pop("config")).encode())}
-    elif version != FORMAT:
-        raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
-    elif not archive.is_whole(content):
-        raise ValueError(f"its digest is not that of its {size} bytes")
-    else:
-        made_by = dict(json.loads(str(arrays.pop("made_by"))))
-    if version == FIRST_FORMAT:
-        scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
-        arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
-    return Stored(made_by, arrays)
+    try:
+        if not path.is_file() or path.stat().st_size > wanted.most:
+            raise ValueError(f"is no file of at most {wanted.most} bytes")
+        content = path.read_bytes()
+        arrays = archive.unpacked(content)
+        version, made_by = str(arrays.pop("format")), {}
+        if version in EARLIER:
+            made_by = {CONFIG: digest(str(arrays.pop("config")).encode())}
+        elif version != FORMAT:
+            raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
+        elif not archive.is_whole(content):
+            raise ValueError("its digest is another")
+        else:
+            made_by = dict(json.loads(str(arrays.pop("made_by"))))
+        if version == EARLIER[0]:
+            scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
+            arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
+        for key, now in wanted.made_by.items():
+            if (was := made_by.get(key)) is None:
+                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
+            if was != now:
+                which = f"{short(was, 20)}, here {short(now, 20)}"
+                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
+        found = _built(wanted.kind, "", arrays, wanted.fields)
+        if wrong := f"holds {next(iter(arrays))!r} too" if arrays else wanted.fault(found):
+            raise ValueError(wrong)
+        return found
+    except RunError:
+        raise
+    except Exception as error:  # whatever a file can make zipfile, NumPy and json raise
+        why = str(error or type(error)).encode("unicode_escape").decode()[:150]  # it may quote it
+        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({why})") from None
 
 
 def digest(content: bytes) -> str:
     """What tells a content from every other."""
     return sha256(content).hexdigest()
-
-
-def built(kind: type, stored: Stored, fields: dict[Any, Any]) -> Any:
-    """The search of type ``kind`` that a file holds, and nothing else.
-
-    ``fields`` has, of some fields in it by their name or annotation, the type, or one that is
-    built like them. Raises:
-        Exception: it holds another.
-    """
-    arrays = dict(stored.arrays)
-    found = _built(kind, "", arrays, fields)
-    if arrays:
-        raise ValueError(f"holds {next(iter(arrays))[:60]!r} too")
-    return found
 
 
 def _named(record: tuple[Any, ...]) -> dict[str, Any]:

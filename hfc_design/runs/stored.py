@@ -1,19 +1,20 @@
 """The checkpoint of a run: what decides its result, and the search as far as it has come."""
 
-from importlib.metadata import version
+from functools import cache, partial
+from importlib import metadata
 from pathlib import Path
 
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
 from hfc_design.core.plugins import origins
-from hfc_design.core.records import RunError, short
 from hfc_design.files.scenario import Scenario, renamed
 from hfc_design.runs.problem import genome_of, parts_of
 from hfc_design.search.loop import STRATEGIES, Search, fault
 
 #: Packages whose versions decide the last bits of a result.
 PACKAGES = "jax", "jaxlib", "numpy", "scipy"
+version = cache(metadata.version)  # a batch has many short cells
 #: Bytes that a search may have beside its individuals, and beside the numbers of each.
 SPARE, SPARE_EACH = 2**24, 64
 
@@ -49,17 +50,9 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
     each = sum(array.nbytes for _, array in checkpoint.flat(empty)) // genome.structures
     # As much as of a search that remembers every individual that it has ever tried, twice.
     tried = genome.structures + settings.population * (settings.generations + 1)
-    with checkpoint.reading(path):
-        found = checkpoint.read(path, SPARE + 2 * tried * (each + SPARE_EACH))
-        for key, now in needed.items():
-            was = found.made_by.get(key)
-            if was is None:
-                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
-            if was != now:
-                which = f"{short(was, 20)}, here {short(now, 20)}"
-                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
-        kinds = {"state": state, "population": empty, Population: empty}
-        search: Search = checkpoint.built(Search, found, kinds)
-        if wrong := fault(search, empty, settings):
-            raise ValueError(wrong)
+    kinds = {"state": state, "population": empty, Population: empty}
+    most = SPARE + 2 * tried * (each + SPARE_EACH)
+    wrong = partial(fault, empty=empty, settings=settings)
+    wanted = checkpoint.Wanted(Search, kinds, needed, most, wrong)
+    search: Search = checkpoint.load(path, wanted, hint)
     return search
