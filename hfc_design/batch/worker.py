@@ -85,7 +85,7 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
         raise UserError(f"{place}: {error}{hint}") from error
 
 
-def _run_in(out: Path, name: str, go_on: GoOn, anyway: bool) -> "Outcome":
+def _run_in(out: Path, name: str, go_on: GoOn, anyway: bool = False) -> "Outcome":
     from hfc_design.batch import folder
     from hfc_design.batch.work import Outcome
 

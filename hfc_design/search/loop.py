@@ -137,7 +137,7 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
     parts = [archive, state] if "population" in state._fields else [archive]
     scores = [getattr(part, "score", np.full(1, -np.inf)) for part in parts]
     possible = all(_possible(x.population, y, empty) for x, y in zip(parts, scores, strict=True))
-    if len(archive.population.tree) != len(empty.tree) or not possible:
+    if not (possible and np.array_equal(archive.population.tree, empty.tree)):
         return "its individuals cannot be"
     known = STRATEGIES.get(settings.preset).sound(settings, state)
     return None if known else "its state cannot be that of such a search"
