@@ -48,10 +48,10 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
     settings, genome = scenario.search, genome_of(scenario)
     empty, state = genome.empty(), STRATEGIES.get(settings.preset).state
     each = sum(array.nbytes for _, array in checkpoint.flat(empty)) // genome.structures
-    # As much as of a search that remembers every individual that it has ever tried, twice.
+    # As much as of a search that remembers every individual that it has ever tried.
     tried = genome.structures + settings.population * (settings.generations + 1)
     kinds = {"state": state, "population": empty, Population: empty}
-    most = SPARE + 2 * tried * (each + SPARE_EACH)
+    most = SPARE + tried * (each + SPARE_EACH)
     wrong = partial(fault, empty=empty, settings=settings)
     wanted = checkpoint.Wanted(Search, kinds, needed, most, wrong)
     search: Search = checkpoint.load(path, wanted, hint)
