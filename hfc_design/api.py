@@ -67,15 +67,18 @@ def design(
     scenario: AnyScenario,
     folder: str | Path | None = None,
     on_generation: Callable[[Search], None] = lambda search: None,
+    anyway: bool = False,
 ) -> Result:
     """Search a controller: its design file, what it does on the scenario, and the search.
 
     With ``folder`` it leaves a run folder and a report there, as ``hfc design`` does. Called
-    again for a run of the same scenario that was stopped, it goes on.
+    again for a run of the same scenario that was stopped, it goes on; ``anyway`` even if other
+    versions of packages or own parts began it.
 
     Raises:
         UserError: the folder holds a run of another scenario.
-        RunError: everything diverged; the folder cannot be written, or its checkpoint is damaged.
+        RunError: everything diverged; the folder cannot be written, or its checkpoint is damaged
+            or of other versions.
     """
     scenario = load_scenario(scenario)
     if folder is None:
@@ -93,7 +96,7 @@ def design(
             raise UserError(f"{place}: holds a run of another scenario; name another folder")
     else:
         own = new_run(scenario, place)
-    result = run(own, place, on_generation)
+    result = run(own, place, on_generation, anyway)
     write_page(own, result, place)
     return result
 

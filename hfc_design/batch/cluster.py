@@ -55,7 +55,7 @@ class Workers(Place):
     def start(self, cell: Cell, path: Path) -> Task:
         """Send the cell: the folder of the batch, or what is in its own."""
         where, files = (str(path.parent.resolve()), {}) if self.claims else ("", contents(path))
-        sent = (__version__, cell.name, where, files, given())
+        sent = (__version__, cell.name, where, files, given(), self.anyway)
         with self._reached():
             key = f"{cell.name}-{uuid.uuid4().hex}"
             return self._client.submit(run_cell, *sent, key=key, pure=False)

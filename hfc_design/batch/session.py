@@ -41,10 +41,12 @@ def batch(
     changes: Iterable[str],
     workers: Connected | None,
     at_once: int,
+    anyway: bool,
 ) -> None:
     """``hfc batch FILE``: run every cell that is not finished, here or on workers, and report.
 
-    ``changes`` of dotted keys are laid over every cell; ``at_once`` of them run on this machine.
+    ``changes`` of dotted keys are laid over every cell; ``at_once`` of them run on this machine;
+    ``anyway`` resumes cells that other versions began.
 
     Raises:
         UserError: the batch file is not one, or a cell needs more memory than there is.
@@ -62,6 +64,7 @@ def batch(
     try:
         here = nullcontext(Place(watch.generation))
         with watch, workers(watch.workers) if workers else here as place:
+            place.anyway = anyway
             run_cells(target, cells, place, watch.outcome)
     except KeyboardInterrupt:
         raise RunError("interrupted; the same command goes on where it stopped") from None

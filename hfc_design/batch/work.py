@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Cell
-from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.checkpoint import tidy, write_whole
 from hfc_design.core.records import RunError
 from hfc_design.runs import run as design
 from hfc_design.search.loop import Search
@@ -41,6 +41,8 @@ class Place:
 
     #: Whether who runs a cell sees the folder of the batch and claims the cell himself.
     claims = False
+    #: Whether a cell goes on that other versions began.
+    anyway = False
 
     def __init__(self, on_generation: Callable[[Cell, Search], None] = lambda cell, search: None):
         self._on_generation = on_generation
@@ -52,7 +54,8 @@ class Place:
     def start(self, cell: Cell, path: Path) -> Any:
         """A task that runs the cell in its folder; here it does when its outcome is asked for."""
         on_generation = partial(self._on_generation, cell)
-        return partial(attempt, partial(design.run, cell.scenario, path, on_generation))
+        work = partial(design.run, cell.scenario, path, on_generation, self.anyway)
+        return partial(attempt, work)
 
     def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
         """Tasks that are done and what became of their cells; waits a little for the first."""
@@ -124,6 +127,7 @@ def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitSt
         if folder.state(out, cell.name) == "finished":
             return Outcome("finished")
         folder.forget_failure(out, cell.name)
+        tidy(path)
         try:
             if (path / design.CONFIG).exists():  # from an earlier try
                 scenario = design.opened_run(path)

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Contents of the files of a run folder, by their names.
 Files = dict[str, bytes]
+#: What is told of each generation, and raises where the cell has to be left.
+GoOn = Callable[[object], None]
 #: What claims of cores and GPUs begin with.
 CLAIM = "hfc-design"
 
@@ -39,10 +41,13 @@ def dask_setup(worker: Worker) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def run_cell(version: str, name: str, shared: str, files: Files, plugins: References) -> "Outcome":
+def run_cell(
+    version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool = False
+) -> "Outcome":
     """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
 
     ``plugins`` is what the command line of the batch named; no others of earlier cells are known.
+    ``anyway`` goes on where other versions began.
     """
     worker = get_worker()
     key = worker.get_current_task()
@@ -63,9 +68,9 @@ def run_cell(version: str, name: str, shared: str, files: Files, plugins: Refere
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)
             if shared:
-                return _run_in(Path(shared), name, go_on)
+                return _run_in(Path(shared), name, go_on, anyway)
             with TemporaryDirectory(dir=worker.local_directory) as place:
-                return _run_sent(Path(place) / name, files, go_on)
+                return _run_sent(Path(place) / name, files, go_on, anyway)
         except Exception as error:  # a full disk, for one; the worker may run other cells
             return work.Outcome("failed", work.told(error))
 
@@ -80,7 +85,7 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
         raise UserError(f"{place}: {error}{hint}") from error
 
 
-def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> "Outcome":
+def _run_in(out: Path, name: str, go_on: GoOn, anyway: bool = False) -> "Outcome":
     from hfc_design.batch import folder
     from hfc_design.batch.work import Outcome
 
@@ -92,19 +97,19 @@ def _run_in(out: Path, name: str, go_on: Callable[[object], None]) -> "Outcome":
             return Outcome("again")
         if folder.state(out, name) == "finished":
             return Outcome("finished")
-        return _run(out / name, go_on)
+        return _run(out / name, go_on, anyway)
 
 
-def _run_sent(path: Path, files: Files, go_on: Callable[[object], None]) -> "Outcome":
+def _run_sent(path: Path, files: Files, go_on: GoOn, anyway: bool) -> "Outcome":
     path.mkdir()
     for name, content in files.items():
         (path / name).write_bytes(content)
-    found = _run(path, go_on)  # if it fails, what it has written is sent all the same
+    found = _run(path, go_on, anyway)  # if it fails, what it has written is sent all the same
     now = contents(path)
     return found._replace(files={k: v for k, v in now.items() if files.get(k) != v})
 
 
-def _run(path: Path, go_on: Callable[[object], None]) -> "Outcome":
+def _run(path: Path, go_on: GoOn, anyway: bool) -> "Outcome":
     from hfc_design.batch.work import attempt
     from hfc_design.runs import run as design
 
@@ -112,7 +117,7 @@ def _run(path: Path, go_on: Callable[[object], None]) -> "Outcome":
         go_on(None)  # it may have waited for long
         with _of_this_worker():  # a package that the batch has may be missing
             scenario = design.opened_run(path)
-        design.run(scenario, path, go_on)
+        design.run(scenario, path, go_on, anyway)
 
     return attempt(work)
 

@@ -33,6 +33,7 @@ KEYS = {
     "preset": "search.preset",
     "precision": "run.precision",
 }
+ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
 BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
@@ -46,6 +47,7 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
+@click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
 @click.option("--quiet", is_flag=True, help="No progress.")
 @memory
 @with_plugins(CHOICES)
@@ -54,6 +56,7 @@ def design(
     changes: Texts,
     out: Path | None,
     resume: bool,
+    anyway: bool,
     quiet: bool,
     **options: Any,
 ) -> None:
@@ -70,6 +73,8 @@ def design(
 
     plugins = filter(None, [options.pop(key) for key in CHOSEN])
     given = [f"{key}={x}" for name, key in KEYS.items() if (x := options.pop(name)) is not None]
+    if anyway and not resume:
+        raise UserError("--anyway needs --resume")
     if not resume:
         found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
         folder = out or shown.free_folder(found.name)
@@ -81,7 +86,8 @@ def design(
     watch = shown.Watch(found)
     try:
         with nullcontext() if quiet else watch:
-            result = run.run(found, folder, *(() if quiet else (watch.generation,)))
+            own = {} if quiet else {"on_generation": watch.generation}
+            result = run.run(found, folder, anyway=anyway, **own)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None
     except RunError as error:
@@ -180,6 +186,7 @@ def report(folder: Path, each: bool, parquet: bool) -> None:
 @click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
 @click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
+@click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
 @memory
 @knowing_plugins
 def batch(

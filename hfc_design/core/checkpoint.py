@@ -1,21 +1,31 @@
 """A search on disk: written whole or not at all, read back bit for bit, never unpickled."""
 
-import io
+import errno
+import json
 import os
+import secrets
 import tomllib
-import zipfile
-import zlib
+from collections.abc import Callable
+from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from hfc_design.core import archive
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, short
 
-FORMAT = "hfc-checkpoint-2"
-#: In which what had failed scored 0, and everything else more.
-FIRST_FORMAT = "hfc-checkpoint-1"
+FORMAT = "hfc-checkpoint-3"
+#: Which did not say what made them, but for the text of config.toml; in the first what had failed
+#: scored 0, and everything else more.
+EARLIER = "hfc-checkpoint-1", "hfc-checkpoint-2"
+CONFIG = "config.toml"
+#: Kinds of numbers that are a number of Python's.
+NUMBERS = {bool: "b", int: "biu", float: "biuf"}
+#: Begin and end of the name of a file that is being written.
+HALF = ".hfc-", ".new"
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -24,51 +34,107 @@ def write_whole(path: Path, content: bytes) -> None:
     Raises:
         RunError: the disk is full or the folder cannot be written; what was there stays.
     """
-    beside = path.with_name(path.name + ".new")
+    beside = path.with_name(secrets.token_hex(8).join(HALF))
     try:
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
+        with beside.open("xb") as file:  # never what somebody else has put or linked there
+            try:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+                beside.replace(path)
+            except BaseException:
+                with suppress(OSError):
+                    beside.unlink()
+                raise
+        synced(path.parent)
     except OSError as error:
         raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def save(path: Path, search: Any, config: str) -> None:
-    """Write ``search``, a record of records and arrays, for the run with this config.
+def synced(folder: Path) -> None:
+    """Keep what was created or renamed in a folder, whatever becomes of the machine."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a file system that cannot
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def tidy(folder: Path) -> None:
+    """Remove what killed processes have left half written; nobody else may be writing there."""
+    for file in folder.glob("*".join(HALF)):
+        with suppress(OSError):
+            file.unlink()
+
+
+def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
+    """Write ``search``, a record of records and arrays, and what made it.
 
     Raises:
         RunError: it cannot be written.
     """
-    arrays = {"format": np.array(FORMAT), "config": np.array(config), **dict(_flat(search))}
-    buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **arrays)
-    write_whole(path, buffer.getvalue())
+    told = {"format": np.array(FORMAT), "made_by": np.array(json.dumps(made_by))}
+    write_whole(path, archive.packed({**told, **dict(flat(search))}))
 
 
-def load(path: Path, kind: type, fields: dict[Any, Any], config: str) -> Any:
-    """The search of type ``kind`` in ``path``.
+class Wanted(NamedTuple):
+    """What a search in a file has to be."""
 
-    ``fields`` has, of some fields in it by their name or annotation, the type, or one that is
-    built like them.
+    kind: type
+    #: Of some fields in it by their name or annotation: the type, or one that is built like them.
+    fields: dict[Any, Any]
+    made_by: dict[str, str]  # as far as it matters
+    most: int  # bytes
+    fault: Callable[[Any], str | None]  # what is wrong with one whose types are right
+
+
+def load(path: Path, wanted: Wanted, hint: str = "") -> Any:
+    """The search in a file; nothing in it is believed before it is checked.
 
     Raises:
-        RunError: the file is damaged, is no checkpoint, or belongs to another run.
+        RunError: the file is damaged or no checkpoint, or something else than is wanted has made
+            it: then the line ends with the ``hint``.
     """
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        if str(arrays["format"]) == FIRST_FORMAT:
+        if not path.is_file() or path.stat().st_size > wanted.most:
+            raise ValueError(f"is no file of at most {wanted.most} bytes")
+        content = path.read_bytes()
+        arrays = archive.unpacked(content)
+        version, made_by = str(arrays.pop("format")), {}
+        if version in EARLIER:
+            made_by = {CONFIG: digest(str(arrays.pop("config")).encode())}
+        elif version != FORMAT:
+            raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
+        elif not archive.is_whole(content):
+            raise ValueError("its digest is another")
+        else:
+            made_by = dict(json.loads(str(arrays.pop("made_by"))))
+        if version == EARLIER[0]:
             scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
             arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
-        elif str(arrays["format"]) != FORMAT:
-            raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
-        if str(arrays["config"]) != config:
-            raise RunError(f"{path}: belongs to a run with another config.toml")
-        return _built(kind, "", arrays, fields)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
+        for key, now in wanted.made_by.items():
+            if (was := made_by.get(key)) is None:
+                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
+            if was != now:
+                which = f"{short(was, 20)}, here {short(now, 20)}"
+                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
+        found = _built(wanted.kind, "", arrays, wanted.fields)
+        if wrong := f"holds {next(iter(arrays))!r} too" if arrays else wanted.fault(found):
+            raise ValueError(wrong)
+        return found
+    except RunError:
+        raise
+    except Exception as error:  # whatever a file can make zipfile, NumPy and json raise
+        why = str(error or type(error)).encode("unicode_escape").decode()[:150]  # it may quote it
+        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({why})") from None
+
+
+def digest(content: bytes) -> str:
+    """What tells a content from every other."""
+    return sha256(content).hexdigest()
 
 
 def _named(record: tuple[Any, ...]) -> dict[str, Any]:
@@ -77,11 +143,12 @@ def _named(record: tuple[Any, ...]) -> dict[str, Any]:
     return dict(zip(names, record, strict=True))
 
 
-def _flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
+def flat(record: Any, prefix: str = "") -> list[tuple[str, np.ndarray]]:
+    """Every array of a record of records and its name, as in "population.tree"."""
     if not isinstance(record, tuple):
         return [(prefix.rstrip("."), np.asarray(record))]
     parts = _named(record).items()
-    return [item for name, part in parts for item in _flat(part, f"{prefix}{name}.")]
+    return [item for name, part in parts for item in flat(part, f"{prefix}{name}.")]
 
 
 def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[Any, Any]) -> Any:
@@ -92,10 +159,26 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         hints = get_type_hints(like).items()
         kind, parts = like, {key: known.get(key, known.get(own, own)) for key, own in hints}
     else:
-        value = arrays[prefix.rstrip(".")]
-        return like(value) if any(like is kind for kind in (int, float, bool)) else value
+        name, is_number = prefix.rstrip("."), isinstance(like, type) and like in NUMBERS
+        value = arrays.pop(name)
+        if not _fits(value, like):
+            raise ValueError(f"{name} is not what such a search has")
+        return like(value) if is_number else value
     found = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
     return kind(*found) if hasattr(kind, "_fields") else tuple(found)
+
+
+def _fits(value: np.ndarray, like: Any) -> bool:
+    """Whether a value is of the type ``like``, or made of such elements as that array."""
+    if isinstance(like, np.ndarray):
+        same = value.ndim == like.ndim and value.shape[1:] == like.shape[1:]
+        real = value.dtype.kind in NUMBERS[float]
+        return same and real and np.can_cast(like.dtype, value.dtype, "same_kind")
+    if isinstance(like, type) and like in NUMBERS:
+        return value.shape == () and value.dtype.kind in NUMBERS[like]
+    told = get_args(get_args(like)[-1]) if get_origin(like) is np.ndarray else ()
+    kinds = [x.__mro__[1] for x in told if isinstance(x, type)]  # as float64 is a floating
+    return all(np.issubdtype(value.dtype, kind) for kind in kinds)
 
 
 def read_text(path: str | Path) -> str:

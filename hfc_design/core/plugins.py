@@ -12,6 +12,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
+from hashlib import sha256
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
@@ -49,6 +51,7 @@ class Group(Generic[Thing]):
     adopt: Callable[[Any], Any] = lambda thing: thing  # what makes one of something simpler
     built_in: frozenset[str] = field(init=False)  # known at first: names that nobody may take
     given: dict[str, str] = field(default_factory=dict)  # name -> module:OBJECT that was resolved
+    modules: dict[str, str] = field(default_factory=dict)  # name -> module of an added one's code
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "built_in", frozenset(self.known))
@@ -70,6 +73,7 @@ class Group(Generic[Thing]):
             raise UserError(f"{self.what} {name!r} is built in; give yours another name")
         with own_code("", (self.what, name)):
             _check_fields(thing, f"{self.what} {name!r}")
+            self.modules[name] = _module(thing)
             thing = self.adopt(thing)
             fault = self.fault(thing)
         if fault:
@@ -189,6 +193,36 @@ def sources(used: Iterable[tuple[str, str]]) -> dict[str, dict[str, str]]:
         if source := GROUPS[what].source(name):
             found.setdefault(what, {})[name] = source
     return found
+
+
+def origins(used: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Which is at work of each that is used and not built in: version, or digest of its module.
+
+    The version is that of the installed distribution that has it.
+    """
+    found = {}
+    for what, name in own_ones(used):
+        source = (GROUPS[what].source(name) or "").partition(":")[0]
+        module = source or GROUPS[what].modules.get(name, "")
+        file = getattr(sys.modules.get(module), "__file__", None)
+        if package := _distributions().get(module.partition(".")[0]):
+            found[f"{what} {name!r}"] = f"{package[0]} {metadata.version(package[0])}"
+        elif file and Path(file).is_file():
+            found[f"{what} {name!r}"] = sha256(Path(file).read_bytes()).hexdigest()
+        else:
+            found[f"{what} {name!r}"] = "unknown"  # typed in, for one
+    return found
+
+
+_distributions = cache(metadata.packages_distributions)
+
+
+def _module(thing: Any) -> str:
+    """Where a user's own part has its code, "" where it has none but the package's."""
+    parts = [thing, *(thing if isinstance(thing, tuple) else vars(thing).values())]
+    names = (str(getattr(part, "__module__", None) or "") for part in parts)
+    ours = {"", "builtins", "functools", *(__name__.partition(".")[:1]), "plants"}
+    return next((name for name in names if name.partition(".")[0] not in ours), "")
 
 
 @contextmanager

@@ -130,9 +130,7 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
     Raises:
         UserError: it is no controller that can run.
     """
-    used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
-    used += [("strategy", scenario.search.preset), *_kinds(controller)]
-    own_parts = sources(used)
+    own_parts = sources(parts_of(scenario, controller))
     movable = renamed(scenario, lambda key, file: Path(file.name))
     data = {
         "name": scenario.name,
@@ -146,6 +144,12 @@ def design_with(controller: Json, scenario: Scenario) -> Design:
         },
     }
     return checked(Design, data, f"{scenario.name}, kind {controller['kind']!r}", Path())
+
+
+def parts_of(scenario: Scenario, controller: Json) -> References:
+    """Group and name of everything that a scenario and a controller name."""
+    used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
+    return [*used, ("strategy", scenario.search.preset), *_kinds(controller)]
 
 
 def _kinds(controller: Json) -> References:

@@ -1,27 +1,28 @@
 """A design run: scenario -> search -> run folder, with a checkpoint that survives anything."""
 
-import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
-from hfc_design.runs.problem import Problem, champion, check_memory, genome_of, with_score
-from hfc_design.search.loop import STRATEGIES, Search, generations, searcher
+from hfc_design.runs import stored
+from hfc_design.runs.problem import Problem, champion, check_memory, with_score
+from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 
-CONFIG, CHECKPOINT, HISTORY, DESIGN = "config.toml", "checkpoint.npz", "history.csv", "design.json"
+CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
+HISTORY, DESIGN = "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
 GIVEN = "given.json"
 #: Seconds between checkpoints of a search that is faster than that.
 CHECKPOINT_EVERY = 2.0
+HINT = "; with --anyway it goes on all the same"
 
 
 class Result(NamedTuple):
@@ -46,10 +47,12 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     check_memory(scenario, given)
 
     def copied(key: str, file: Path) -> Path:
-        return Path(shutil.copyfile(file, folder / (key + file.suffix)).name)
+        checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())
+        return Path(key + file.suffix)
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        checkpoint.synced(folder.parent)
         own = renamed(scenario, copied)  # it stands alone
     except OSError as error:
         raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
@@ -71,16 +74,20 @@ def opened_run(folder: Path) -> Scenario:
 
 
 def run(
-    scenario: Scenario, folder: Path, on_generation: Callable[[Search], None] = lambda search: None
+    scenario: Scenario,
+    folder: Path,
+    on_generation: Callable[[Search], None] = lambda search: None,
+    anyway: bool = False,
 ) -> Result:
     """Search from the start, or from the folder's checkpoint, and fill the folder.
 
     Stopped at any moment and called again, it ends with the same files as without the stop.
 
     Raises:
-        RunError: everything diverged; the checkpoint is damaged or foreign; or the folder cannot be
-            written.
+        RunError: everything diverged; the checkpoint is damaged, or another version, file or own
+            part has made it and it is not to go on ``anyway``; or the folder cannot be written.
     """
+    checkpoint.tidy(folder)
     if (folder / GIVEN).exists():
         given = load_design(str(folder / GIVEN))
         evaluation = evaluate(given, scenario)
@@ -89,8 +96,8 @@ def run(
         return Result(design, evaluation, None)
     check_memory(scenario)
     problem, settings, seed = Problem(scenario), scenario.search, scenario.run.seed
-    config = (folder / CONFIG).read_text(encoding="utf-8")
-    search = _stored(folder, scenario, config)
+    made_by = stored.made_by(scenario, folder)
+    search = stored.load(folder / CHECKPOINT, scenario, {} if anyway else made_by, HINT)
     saved = time.monotonic()
     parts = (searcher(settings, problem.task), problem.genome, settings.generations, seed)
     steps = generations(*parts, problem.rank, search)
@@ -98,11 +105,11 @@ def run(
         for search in steps:
             on_generation(search)
             if time.monotonic() - saved > CHECKPOINT_EVERY:
-                _save(folder, search, config)
+                _save(folder, search, made_by)
                 saved = time.monotonic()
     finally:
         if search is not None:
-            _save(folder, search, config)
+            _save(folder, search, made_by)
     assert search is not None  # there is at least one generation
     design, evaluation = champion(search, scenario)
     _write_design(folder / DESIGN, design)
@@ -125,26 +132,16 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
             told = f"; {resuming(folder)}" if name == DESIGN else ""
             raise UserError(f"{folder}: holds no finished run (no {name}){told}")
     scenario = opened_run(folder)
-    config = (folder / CONFIG).read_text(encoding="utf-8")
-    search = _stored(folder, scenario, config)
+    config = {CONFIG: stored.made_by(scenario, folder)[CONFIG]}  # it only has to be told of
+    search = stored.load(folder / CHECKPOINT, scenario, config)
     if search is None and not (folder / GIVEN).exists():
         raise RunError(f"{folder / CHECKPOINT}: is gone; what the search did is not known")
     design = read_design(folder / DESIGN)
     return scenario, Result(design, evaluate(design, scenario), search)
 
 
-def _stored(folder: Path, scenario: Scenario, config: str) -> Search | None:
-    if not (folder / CHECKPOINT).exists():
-        return None
-    example = genome_of(scenario).empty()
-    state = STRATEGIES.get(scenario.search.preset).state
-    kinds = {"state": state, "population": example, Population: example}
-    search: Search = checkpoint.load(folder / CHECKPOINT, Search, kinds, config)
-    return search
-
-
-def _save(folder: Path, search: Search, config: str) -> None:
-    checkpoint.save(folder / CHECKPOINT, search, config)
+def _save(folder: Path, search: Search, made_by: dict[str, str]) -> None:
+    checkpoint.save(folder / CHECKPOINT, search, made_by)
     lines = ["generation,best,median,diverged,structures"]
     columns = (column.tolist() for column in search.history)
     rows = enumerate(zip(*columns, strict=True))

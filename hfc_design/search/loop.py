@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import SerializeAsAny
 
 from hfc_design.controllers.genome import Genome, Population, joined, taken
+from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.search import strategies
@@ -121,6 +122,36 @@ def generations(
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
         search = Search(generation + 1, searcher.tell(state, asked, score), archive, history)
         yield search
+
+
+def fault(search: Search, empty: Population, settings: StrategySettings) -> str | None:
+    """What is wrong with a search that was read, in a line; ``empty`` is that of its genome."""
+    generation, state, archive, history = search
+    if not 1 <= generation <= settings.generations:
+        return f"{generation} generations of {settings.generations}"
+    if any(column.shape != (generation,) for column in history) or np.isinf(history.best).any():
+        return "its history has not a row for each generation"
+    best = archive.score.max()
+    if not (archive.score < np.inf).all() or (np.isfinite(best) and history.best[-1] != best):
+        return "the scores of its archive are none, or not those of its history"
+    parts = [archive, state] if "population" in state._fields else [archive]
+    scores = [getattr(part, "score", np.full(1, -np.inf)) for part in parts]
+    possible = all(_possible(x.population, y, empty) for x, y in zip(parts, scores, strict=True))
+    if not (possible and np.array_equal(archive.population.tree, empty.tree)):
+        return "its individuals cannot be"
+    known = STRATEGIES.get(settings.preset).sound(settings, state)
+    return None if known else "its state cannot be that of such a search"
+
+
+def _possible(population: Population, score: Floats, empty: Population) -> bool:
+    """Whether all its arrays are as long, its structures exist, and finite is what has a score."""
+    arrays, trees = dict(flat(population)), dict(flat(taken(empty, population.tree)))
+    return all(
+        len(array) == len(population.tree)
+        and (name.rpartition(".")[2] != "tree" or np.array_equal(array, trees[name]))
+        and (array.dtype.kind != "f" or np.isfinite(array[np.isfinite(score).nonzero()]).all())
+        for name, array in arrays.items()
+    )
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hfc_design.runs import run
+from hfc_design.core.records import RunError
+from hfc_design.runs import run, stored
 
 #: A race of five PD controllers after its first generation, in which four diverged.
 BROKEN_OFF = Path(__file__).parent.parent / "data" / "broken_off_1"
@@ -16,7 +17,10 @@ BROKEN_OFF = Path(__file__).parent.parent / "data" / "broken_off_1"
 def test_a_run_that_an_earlier_version_began_ends_as_it_would_have(tmp_path):
     folder = tmp_path / "run"
     shutil.copytree(BROKEN_OFF, folder)
-    run.run(run.opened_run(folder), folder)
+    with pytest.raises(RunError, match=r"did not say what made it; with --anyway"):
+        run.run(run.opened_run(folder), folder)
+    assert sorted(path.name for path in folder.iterdir()) == ["checkpoint.npz", "config.toml"]
+    run.run(run.opened_run(folder), folder, anyway=True)
     # What that version ended with, on the machine that it ran on.
     design = json.loads((folder / "design.json").read_text())
     gains = {"kp": 3488.40793571948, "kd": 2310.058453209248}
@@ -31,7 +35,6 @@ def test_a_run_that_an_earlier_version_began_ends_as_it_would_have(tmp_path):
 
 def test_what_had_failed_ranks_last(tmp_path):
     scenario = run.opened_run(BROKEN_OFF)
-    config = (BROKEN_OFF / run.CONFIG).read_text(encoding="utf-8")
-    state = run._stored(BROKEN_OFF, scenario, config).state
+    state = stored.load(BROKEN_OFF / run.CHECKPOINT, scenario, {}).state
     assert np.isneginf(state.score).tolist() == [False, True, True, True, True]
     assert state.score[0] == pytest.approx(74.610207, rel=1e-6)

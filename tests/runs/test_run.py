@@ -15,8 +15,7 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import run as design
-from hfc_design.search.loop import Search
-from hfc_design.search.strategies.race import RaceState
+from hfc_design.runs import stored
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.evaluation import evaluate
 
@@ -110,16 +109,7 @@ def test_killed_again_and_again_and_resumed_equals_uninterrupted(whole, tmp_path
             time.sleep(0.001)
         assert process.wait() in (-signal.SIGKILL, 0)  # 0: it was quicker
     design.run(design.opened_run(part), part)
-    finished = contents(part)
-    finished.pop("checkpoint.npz.new", None)  # a half-written file that the kill left behind
-    finished.pop("history.csv.new", None)
-    assert finished == contents(folder)
-
-
-def stored(whole):
-    folder, changes = whole
-    state = RaceState if not changes else None
-    return folder / "checkpoint.npz", state, (folder / "config.toml").read_text()
+    assert contents(part) == contents(folder)  # what a kill left half written is gone
 
 
 def test_damaged_checkpoints_are_refused_and_left_alone(whole, tmp_path):
@@ -149,13 +139,13 @@ def test_checkpoint_of_another_run_is_refused(whole, tmp_path):
 
 
 def test_pickled_arrays_are_refused(whole, tmp_path):
-    path, _, config = stored(whole)
-    with np.load(path) as arrays:
+    folder, _ = whole
+    with np.load(folder / "checkpoint.npz") as arrays:
         data = dict(arrays)
     data["generation"] = np.array([{"a": 1}], dtype=object)
     np.savez(tmp_path / "bad.npz", **data)
     with pytest.raises(RunError, match="is damaged"):
-        checkpoint.load(tmp_path / "bad.npz", Search, RaceState, config)
+        stored.load(tmp_path / "bad.npz", design.opened_run(folder), {})
 
 
 def test_folder_that_holds_a_run_is_refused(whole):
@@ -205,10 +195,7 @@ def test_disk_that_fills_during_a_run_leaves_a_resumable_run(whole, tmp_path, mo
         with pytest.raises(RunError, match="No space left on device"):
             design.run(scenario, part)
     design.run(design.opened_run(part), part)
-    finished = contents(part)
-    finished.pop("checkpoint.npz.new", None)
-    finished.pop("history.csv.new", None)
-    assert finished == contents(folder)
+    assert contents(part) == contents(folder)
 
 
 def test_folder_that_cannot_be_written(tmp_path):

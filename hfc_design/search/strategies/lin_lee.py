@@ -202,6 +202,16 @@ def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | No
     return None if known else "searches hierarchies; use race"
 
 
+def _sound(settings: LinLeeSettings, state: LinLeeState) -> bool:
+    return (
+        state.genes.shape == (settings.population, state.population.scales.shape[1])
+        and np.array_equal(_trees(state.genes), state.population.tree)
+        and state.score.shape == (settings.population,)
+        and bool((state.score < np.inf).all())
+        and bool((state.score[:-1] >= state.score[1:]).all())
+    )
+
+
 STRATEGY = Strategy(
     "lin-lee-1999",
     LinLeeSettings,
@@ -209,4 +219,5 @@ STRATEGY = Strategy(
     LinLee,
     "the two-phase genetic algorithm of Lin & Lee (1999), of hierarchies",
     _fault,
+    _sound,
 )
