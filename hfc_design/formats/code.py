@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
@@ -17,6 +17,7 @@ from hfc_design.formats.writing import (
     RESERVED,
     Format,
     check_names,
+    comment,
     head,
     rendered,
     signal_units,
@@ -28,6 +29,12 @@ from hfc_design.formats.writing import (
 NO_CODE = "it has no template in {}; json holds its numbers"
 #: What the block itself calls by these names within a sample.
 WITHIN = ["weighted", "part", "firing_row", "firing_column"]
+#: Largest number of a design: no sum or product of what the law is made of overflows.
+LARGEST = 1e100
+#: The same where it adapts: there a difference of 1e-4 decides, so that it has to be seen.
+LARGEST_LEARNT = 1e9
+#: What single precision holds with room for products, as largest and as smallest beside 0.
+SINGLE = 1e30
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 #: What a kind's values say of the block's variables, beside what only its template reads.
@@ -41,14 +48,21 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
+    found = _numbers_of(design)
     name = c_name(design)
+    own = template.values(design.controller)
+    odd = [f"{key} = {x:g}" for key, x in found.items() if x and not 1 / SINGLE < abs(x) < SINGLE]
+    if any(x < 1 / SINGLE for x in own.get("divisors", ())):
+        odd.append("two numbers that it divides by the difference of")
     values = {
         "name": name,
         "signals": signals(design),
         "command_unit": signal_units(design).get("command", "unit"),
         "exponential": False,
         "integrates": False,
-        **template.values(design.controller),
+        "in_place": False,
+        "only_double": comment(odd[:1])[0] if odd else "",
+        **own,
         **others,
     }
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
@@ -99,6 +113,7 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
+    _numbers_of(design)
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
@@ -108,19 +123,49 @@ def block(design: Design) -> str:
         within += [*WITHIN, *(unit.name for unit in units)]
     signals = signals_read(design)
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    names = [*signals, *constants, *values["remembered"], *within]
+    remembered = values["remembered"]
+    kept = [f"kept_{key}" for key in remembered]
+    names = [*signals, *constants, *remembered, *within, *kept, "greatest", "fault"]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     notes = [LEFT_OUT] if values.get("leaves_out") else []
     values |= {
         "signals": signals,
         "constants": constants,
-        "within": within,
+        "within": [*within, *kept],
         "block": name,
         "head": head(design, notes),
         "literals": lambda row: ", ".join(map(real, row)),
     }
     return rendered("controller.st.j2", design, template.places, **values)
+
+
+def _numbers_of(design: Design) -> dict[str, float]:
+    """Every number of the controller and its limits by its dotted key.
+
+    Raises:
+        UserError: one is too large for code that does what the runtime does.
+    """
+    found: dict[str, float] = {}
+
+    def walk(key: str, value: Plain) -> None:
+        if isinstance(value, dict | list | tuple):
+            items = value.items() if isinstance(value, dict) else enumerate(value)
+            for name, part in items:
+                walk(f"{key}.{name}", part)
+        elif isinstance(value, int | float):
+            found[key] = float(value)
+
+    walk("controller", design.controller.model_dump())
+    walk("limits", design.limits.model_dump())
+    learns = getattr(design.controller, "adaptation", None) is not None
+    largest = LARGEST_LEARNT if learns else LARGEST
+    for key, x in found.items():
+        if not abs(x) <= largest:
+            where = " where it adapts" if learns else ""
+            told = f"{key} = {x:g}: code takes numbers up to {largest:g}{where}"
+            raise UserError(f"design {design.name}: {told}")
+    return found
 
 
 C = "a folder with the controller in C99, adaptation and all"
