@@ -5,6 +5,7 @@ of one dimension and no arrays as arguments: what every compiler gets right.
 """
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from hfc_design.controllers.kind import Template, needed
@@ -48,12 +49,11 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
-    found = _numbers_of(design)
+    odd = _not_in_float(design)
     name = c_name(design)
     own = template.values(design.controller)
-    odd = [f"{key} = {x:g}" for key, x in found.items() if x and not 1 / SINGLE < abs(x) < SINGLE]
-    if any(x < 1 / SINGLE for x in own.get("divisors", ())):
-        odd.append("two numbers that it divides by the difference of")
+    if any(x < 1 / SINGLE for x in own.get("widths", ())):
+        odd.append("a term has no width")
     values = {
         "name": name,
         "signals": signals(design),
@@ -113,7 +113,7 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
-    _numbers_of(design)
+    _not_in_float(design)
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
@@ -140,32 +140,33 @@ def block(design: Design) -> str:
     return rendered("controller.st.j2", design, template.places, **values)
 
 
-def _numbers_of(design: Design) -> dict[str, float]:
-    """Every number of the controller and its limits by its dotted key.
+def _not_in_float(design: Design) -> list[str]:
+    """What single precision does not hold of the controller and its limits.
 
     Raises:
-        UserError: one is too large for code that does what the runtime does.
+        UserError: a number is too large for code that does what the runtime does.
     """
-    found: dict[str, float] = {}
-
-    def walk(key: str, value: Plain) -> None:
-        if isinstance(value, dict | list | tuple):
-            items = value.items() if isinstance(value, dict) else enumerate(value)
-            for name, part in items:
-                walk(f"{key}.{name}", part)
-        elif isinstance(value, int | float):
-            found[key] = float(value)
-
-    walk("controller", design.controller.model_dump())
-    walk("limits", design.limits.model_dump())
+    whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
     learns = getattr(design.controller, "adaptation", None) is not None
-    largest = LARGEST_LEARNT if learns else LARGEST
-    for key, x in found.items():
+    largest, odd = LARGEST_LEARNT if learns else LARGEST, []
+    for key, x in _numbers(whole):
         if not abs(x) <= largest:
-            where = " where it adapts" if learns else ""
-            told = f"{key} = {x:g}: code takes numbers up to {largest:g}{where}"
-            raise UserError(f"design {design.name}: {told}")
-    return found
+            where = f"{largest:g}{' where it adapts' if learns else ''}"
+            raise UserError(
+                f"design {design.name}: {key} = {x:g}: code takes numbers up to {where}"
+            )
+        if x and not 1 / SINGLE < abs(x) < SINGLE:
+            odd.append(f"{key} is {x:g}")
+    return odd
+
+
+def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
+    """Every number in a table by its dotted key."""
+    if isinstance(value, dict | list | tuple):
+        for name, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _numbers(part, f"{key}.{name}".lstrip("."))
+    elif isinstance(value, int | float):
+        yield key, value
 
 
 C = "a folder with the controller in C99, adaptation and all"

@@ -16,14 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from hfc_design.controllers.controller import (
-    AxisLaw,
-    PathView,
-    PerAxis,
-    Signals,
-    View,
-    limited,
-)
+from hfc_design.controllers.controller import AxisLaw, PathView, PerAxis, Signals, View, limited
 from hfc_design.controllers.kind import ControllerRecord, Kind, needed
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, Plain
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
@@ -75,18 +68,14 @@ class Controller:
                 command, memory, parts = self._sample(self._memory, signals)
                 if isfinite(command) and (self._law.tells or finite(memory)):
                     return float(limited(SCALARS, self._law.limit, command)), memory, parts
-        except ArithmeticError:  # a division by zero is inf in every other language
+        except ArithmeticError:  # in other languages a division by zero is infinite
             pass
         return nan, self._memory, None
 
     def remember(self, readings: dict[str, float]) -> None:
-        """Take ``readings`` for those of the sample before; the rest of the memory stays.
-
-        Raises:
-            ValueError: one is not finite.
-        """
+        """Take ``readings`` for those of the sample before, if finite; the rest stays."""
         if not finite(readings):
-            raise ValueError(f"{readings}: have to be finite")
+            return
         told = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
         self._memory = told.remember(self._memory, readings)
 
@@ -137,7 +126,7 @@ class Machine:
             tried = [one._tried(own) for one, own in zip(self._each, axes, strict=True)]
             for one, (_, memory, _) in zip(self._each, tried, strict=True):
                 one._memory = memory
-            return {axis: command for axis, (command, *_) in zip(self.axes, tried, strict=True)}
+            return dict(zip(self.axes, (command for command, *_ in tried), strict=True))
         commands = (nan,) * len(axes)
         try:
             if all(map(self._reads, axes)) and finite(path):
@@ -158,18 +147,17 @@ class Machine:
 
 def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
-    names = kind.reads(record) if kind.reads else []
-    if not names:
+    if not (names := kind.reads(record) if kind.reads else []):
         return finite
-    read, one = itemgetter(*names), len(names) == 1
+    read, sound = itemgetter(*names), partial(map, isfinite)
 
-    def sound(signals: Signals) -> bool:
+    def reads(signals: Signals) -> bool:
         try:
-            return isfinite(read(signals)) if one else all(map(isfinite, read(signals)))
-        except KeyError:  # which one is missing the law tells, if it does read it
+            return isfinite(read(signals)) if len(names) == 1 else all(sound(read(signals)))
+        except KeyError:  # the law tells which is missing, if it does read it
             return finite(signals)
 
-    return sound
+    return reads
 
 
 def finite(value: Plain) -> bool:

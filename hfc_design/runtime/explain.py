@@ -16,6 +16,7 @@ from plants import Drive
 
 Sample = dict[str, float]
 PREVIOUS = "previous_"
+TOO_LARGE = "--at {}: too large, what comes out of it is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
@@ -55,14 +56,11 @@ def explanation(
         _check(design, kind, sample, alone)
     held = design.model_copy(update={"controller": kind.held(record)}) if alone else design
     controller = Controller(held)
-    before = _memory(kind, samples[0])
-    if not finite(before):
-        raise _too_large(texts[0])
-    controller.remember(before)
+    controller.remember(_memory(kind, samples[0]))
     for text, sample in zip(texts, samples, strict=True):
         command, parts = controller.told(sample)
         if math.isnan(command):
-            raise _too_large(text)
+            raise UserError(TOO_LARGE.format(text[:60]))
     accepted = drive.accepted(drive.coefficients(parameters), command)
     found = {
         "design": design.name,
@@ -79,12 +77,8 @@ def explanation(
         "adaptation_held": alone and held.controller != record,
     }
     if not finite(found):
-        raise _too_large(texts[-1])
+        raise UserError(TOO_LARGE.format(texts[-1][:60]))
     return found
-
-
-def _too_large(text: str) -> UserError:
-    return UserError(f"--at {text[:60]}: too large, what comes out is not finite")
 
 
 def _sample(text: str) -> Sample:

@@ -25,6 +25,7 @@ from hfc_design.runtime import Controller, finite, use
 OWN = Path(__file__).parents[1] / "own_parts"
 ODD = (nan, inf, -inf)
 HUGE = (1e308, -1e308, 1.7e308, -1.7e308, 1e155, -1e155, 1e30, 5e-324, -0.0)
+SAMPLES = 80  # of a run
 LIMITS = (None, 20.0, 1e3)
 
 
@@ -170,7 +171,7 @@ def test_a_faulty_sample_is_as_if_it_had_not_been(kind, tmp_path):
         random = np.random.default_rng([SEED, seed])
         design, folder = design_of(1000 * SEED + seed), tmp_path / str(seed)
         built("gcc", design, folder)
-        samples = wandering(design, random, 200)
+        samples = wandering(design, random, SAMPLES)
         with np.errstate(all="ignore"):
             stepped_alike(design, mixed(samples, random, ODD), folder, True)
             stepped_alike(design, mixed(samples, random, (*ODD, *HUGE)), folder, False)
@@ -178,7 +179,7 @@ def test_a_faulty_sample_is_as_if_it_had_not_been(kind, tmp_path):
 
     for seed in range(rounds(2, 200)):
         attack.input(one, seed)
-    attack.end(samples=400 * attack.outcomes.total())
+    attack.end(samples=2 * SAMPLES * attack.outcomes.total())
 
 
 def test_a_soak(kind, tmp_path):

@@ -28,8 +28,9 @@ block: statement+
 ?sum: product (/[+-]/ product)*
 ?product: unary (/[*\/]/ unary)*
 ?unary: _MINUS atom -> negated | atom
-?atom: TRUTH -> truth | REAL -> real | INTEGER -> integer | NAME -> name | NAME "[" expression "]" -> item
-    | FUNCTION "(" expression ("," expression)* ")" -> call | "(" expression ")"
+?atom: TRUTH -> truth | REAL -> real | INTEGER -> integer | NAME -> name
+    | NAME "[" expression "]" -> item | "(" expression ")"
+    | FUNCTION "(" expression ("," expression)* ")" -> call
 TRUTH.2: /(TRUE|FALSE)(?![A-Za-z0-9_])/
 FUNCTION.2: /(ABS|EXP|MIN|MAX)(?=\()/
 SECTION.2: /VAR(_INPUT|_OUTPUT)?(?![A-Za-z0-9_])/

@@ -13,6 +13,7 @@ from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE, blamed_af
 from hfc_design.controllers.aflc.record import AdaptiveDesign, AflcDesign, AflcSettings
 from hfc_design.controllers.flc import KIND as FLC
 from hfc_design.controllers.flc.export import EXPLAIN, HERE, apart, c_values
+from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.kind import Template, later
 from hfc_design.core.numbers import SCALARS, Floats, Json
 from hfc_design.core.records import ZR, UserError
@@ -31,12 +32,11 @@ def c_template(blamed: law.Blame) -> Template:
         start = record.gains()
         memory = law.aflc(record.sample_time_s).initial_memory(0.0)
         first = law.adapted(SCALARS, blamed, start, memory, 0.0)
-        _check_kept(np.array(start.flc.singletons), np.array(first.singletons))
-        values, narrow = c_values(record, first), _closest(start)
+        values = c_values(record, first)
         return values | {
             "adaptive": True,
             "in_place": True,
-            "divisors": values["divisors"] + narrow,
+            "widths": values["widths"] + _widths(start, first),
             "start": "start_",
             "current": "state->",
             "rates": start.rates,
@@ -53,38 +53,30 @@ def c_template(blamed: law.Blame) -> Template:
     return Template((*ADAPTATION, HERE), values)
 
 
-def _check_kept(start: Floats, now: Floats) -> None:
-    """Whether the runtime, which keeps how far ``start`` has moved, has what C has.
-
-    Raises:
-        UserError: the table starts so far outside its stable range that a move rounds it away.
-    """
-    if np.abs(start + (now - start) - now).max() > KEPT * np.abs(now).max():
-        raise UserError(
-            f"controller.rules.centroids: go up to {np.abs(start).max():g}, and "
-            f"adaptation.stable_range holds them to {np.abs(now).max():g}: too far apart for C to "
-            "equal the runtime"
-        )
-
-
-def _closest(start: law.AdaptiveGains) -> list[float]:
+def _widths(start: law.AdaptiveGains, first: FlcGains) -> list[float]:
     """How near an edge can come to a centre, in single precision.
 
     Raises:
-        UserError: it can come to 0.
+        UserError: it can come to 0, or the table starts so far outside its stable range that the
+            runtime, which keeps how far it has moved, does not have what C has.
     """
-    table, rates, found = start.flc, start.rates, []
-    for terms, overlap in (
-        (table.error_terms, rates.a_overlap),
-        (table.change_terms, rates.b_overlap),
-    ):
-        for _, centre, _ in terms if overlap else ():
-            for edge in (centre - 0.5 * overlap, centre + 0.5 * overlap):
-                if edge == centre:
-                    told = f"= {overlap:g}: nothing beside a centre of {centre:g}"
-                    raise UserError(f"controller.adaptation: an overlap {told}")
-                found.append(apart(edge, centre))
-    return found
+    # The middle row has no bounds.
+    old: Floats = np.delete(start.flc.singletons, ZR, axis=0)
+    new: Floats = np.delete(first.singletons, ZR, axis=0)
+    largest = np.abs(new).max()
+    if np.abs(old + (new - old) - new).max() > KEPT * largest:
+        raise UserError(
+            f"controller.rules.centroids: go up to {np.abs(old).max():g}, adaptation.stable_range "
+            f"holds them to {largest:g}: too far apart for C to equal the runtime"
+        )
+    table, rates = start.flc, start.rates
+    pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
+    near = [
+        (m, m + side * k / 2) for terms, k in pairs if k for _, m, _ in terms for side in (1, -1)
+    ]
+    if any(centre == edge for centre, edge in near):
+        raise UserError("controller.adaptation: an overlap is too small beside a term's centre")
+    return [apart(*pair) for pair in near]
 
 
 KIND = replace(

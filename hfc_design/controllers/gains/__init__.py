@@ -78,9 +78,9 @@ def kind_of_gains(
     tells: bool = False,
     **further: Any,
 ) -> Kind:
-    """A kind whose gains have ``ranges``; ``sample``, ``start``, ``structure``, ``tells`` are of ``AxisLaw``.
+    """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
-    They stand in a design file under ``key``, "": the name. ``further`` are fields of ``Kind``.
+    ``sample``, ``start``, ``structure`` and ``tells`` are of ``AxisLaw``, ``further`` of ``Kind``.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
