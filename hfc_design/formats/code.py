@@ -34,8 +34,8 @@ WITHIN = ["weighted", "part", "firing_row", "firing_column"]
 LARGEST = 1e100
 #: The same where it adapts: there a difference of 1e-4 decides, so that it has to be seen.
 LARGEST_LEARNT = 1e9
-#: What single precision holds with room for products, as largest and as smallest beside 0.
-SINGLE = 1e30
+#: What single precision holds with room for products, beside 0.
+SINGLE = (1e-30, 1e12)
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 #: What a kind's values say of the block's variables, beside what only its template reads.
@@ -52,7 +52,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
     odd = _not_in_float(design)
     name = c_name(design)
     own = template.values(design.controller)
-    if any(x < 1 / SINGLE for x in own.get("widths", ())):
+    if any(x < SINGLE[0] for x in own.get("widths", ())):
         odd.append("a term has no width")
     values = {
         "name": name,
@@ -155,7 +155,7 @@ def _not_in_float(design: Design) -> list[str]:
             raise UserError(
                 f"design {design.name}: {key} = {x:g}: code takes numbers up to {where}"
             )
-        if x and not 1 / SINGLE < abs(x) < SINGLE:
+        if x and not SINGLE[0] < abs(x) < SINGLE[1]:
             odd.append(f"{key} is {x:g}")
     return odd
 

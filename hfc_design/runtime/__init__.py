@@ -36,6 +36,7 @@ class Controller:
         )
         self._law: AxisLaw = law(self.design, design.limits.of(axis or design.axis).command)
         self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
+        self._limited = partial(limited, SCALARS, self._law.limit)
         self._reads = _reader(kind, self.design)
         self._memory = self._law.initial_memory(0.0)
 
@@ -48,7 +49,8 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        return self.told(signals)[0]
+        command, self._memory, _ = self._tried(signals)
+        return command
 
     def told(self, signals: Signals) -> tuple[float, Any]:
         """Step: the command, and what it is made of.
@@ -67,15 +69,15 @@ class Controller:
             if self._reads(signals):
                 command, memory, parts = self._sample(self._memory, signals)
                 if isfinite(command) and (self._law.tells or finite(memory)):
-                    return float(limited(SCALARS, self._law.limit, command)), memory, parts
+                    return float(self._limited(command)), memory, parts
         except ArithmeticError:  # in other languages a division by zero is infinite
             pass
         return nan, self._memory, None
 
     def remember(self, readings: dict[str, float]) -> None:
-        """Take ``readings`` for those of the sample before, if finite; the rest stays."""
+        """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
         if not finite(readings):
-            return
+            raise ValueError(f"{readings}: have to be finite")
         told = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
         self._memory = told.remember(self._memory, readings)
 
@@ -149,11 +151,11 @@ def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
-    read, sound = itemgetter(*names), partial(map, isfinite)
+    read, one = itemgetter(*names), len(names) == 1
 
     def reads(signals: Signals) -> bool:
         try:
-            return isfinite(read(signals)) if len(names) == 1 else all(sound(read(signals)))
+            return isfinite(read(signals)) if one else all(map(isfinite, read(signals)))
         except KeyError:  # the law tells which is missing, if it does read it
             return finite(signals)
 

@@ -56,7 +56,10 @@ def explanation(
         _check(design, kind, sample, alone)
     held = design.model_copy(update={"controller": kind.held(record)}) if alone else design
     controller = Controller(held)
-    controller.remember(_memory(kind, samples[0]))
+    before = _memory(kind, samples[0])
+    if not finite(before):
+        raise UserError(TOO_LARGE.format(texts[0][:60]))
+    controller.remember(before)
     for text, sample in zip(texts, samples, strict=True):
         command, parts = controller.told(sample)
         if math.isnan(command):

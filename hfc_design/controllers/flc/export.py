@@ -123,6 +123,7 @@ def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
     error_terms, change_terms = table.error_terms, table.change_terms
     return {
         "adaptive": False,
+        "in_place": not table.k_i and record.control_form() != "PI",  # always finite
         "widths": [
             apart(edge, term[1]) for term in (*error_terms, *change_terms) for edge in term[::2]
         ],
