@@ -163,6 +163,17 @@ def stepped_alike(design, samples, folder, readings_alone):
     return f"{faulty.sum() > 0}"
 
 
+def in_float(program, samples, random):
+    """Single precision overflows elsewhere; what it takes for faulty leaves nothing behind too."""
+    huge = (3.4e38, -3.4e38, 1e30, 1e-45)
+    samples = mixed(samples, random, (*ODD, *huge)).astype(np.float32)
+    found = commands(program, samples, np.float32)
+    good = ~np.isnan(found)
+    assert not np.isinf(found).any()
+    assert np.isfinite(samples[good]).all()
+    np.testing.assert_array_equal(found[good], commands(program, samples[good], np.float32))
+
+
 def test_a_faulty_sample_is_as_if_it_had_not_been(kind, tmp_path):
     name, design_of = kind
     attack = Attack(f"NaN and infinity, {name}")
@@ -175,6 +186,8 @@ def test_a_faulty_sample_is_as_if_it_had_not_been(kind, tmp_path):
         with np.errstate(all="ignore"):
             stepped_alike(design, mixed(samples, random, ODD), folder, True)
             stepped_alike(design, mixed(samples, random, (*ODD, *HUGE)), folder, False)
+            if seed % 4 == 0:
+                in_float(built("gcc", design, folder / "float", "-DHFC_FLOAT"), samples, random)
         return "equal"
 
     for seed in range(rounds(2, 200)):
