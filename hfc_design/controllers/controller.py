@@ -66,6 +66,8 @@ class AxisLaw(NamedTuple):
     sample_time: float  # [s]
     limit: float | None = None  # largest command of either sign
     structure: Any = None  # what is code and no number: forms, names of inputs, terms
+    #: Its command is not finite wherever what it remembers would break a later sample.
+    tells: bool = False
 
     def initial_memory(self, zero: Scalar) -> Memory:
         """Memory before the first sample."""

@@ -5,11 +5,12 @@ of one dimension and no arrays as arguments: what every compiler gets right.
 """
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.fcl import real
@@ -17,6 +18,7 @@ from hfc_design.formats.writing import (
     RESERVED,
     Format,
     check_names,
+    comment,
     head,
     rendered,
     signal_units,
@@ -28,6 +30,12 @@ from hfc_design.formats.writing import (
 NO_CODE = "it has no template in {}; json holds its numbers"
 #: What the block itself calls by these names within a sample.
 WITHIN = ["weighted", "part", "firing_row", "firing_column"]
+#: Largest number of a design: no sum or product of what the law is made of overflows.
+LARGEST = 1e100
+#: The same where it adapts: there a difference of 1e-4 decides, so that it has to be seen.
+LARGEST_LEARNT = 1e9
+#: What single precision holds with room for products, beside 0.
+SINGLE = (1e-30, 1e12)
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 #: What a kind's values say of the block's variables, beside what only its template reads.
@@ -41,14 +49,20 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
+    odd = _not_in_float(design)
     name = c_name(design)
+    own = template.values(design.controller)
+    if any(x < SINGLE[0] for x in own.get("widths", ())):
+        odd.append("a term has no width")
     values = {
         "name": name,
         "signals": signals(design),
         "command_unit": signal_units(design).get("command", "unit"),
         "exponential": False,
         "integrates": False,
-        **template.values(design.controller),
+        "in_place": False,
+        "only_double": comment(odd[:1])[0] if odd else "",
+        **own,
         **others,
     }
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
@@ -99,6 +113,7 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
+    _not_in_float(design)
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
@@ -108,19 +123,50 @@ def block(design: Design) -> str:
         within += [*WITHIN, *(unit.name for unit in units)]
     signals = signals_read(design)
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    names = [*signals, *constants, *values["remembered"], *within]
+    remembered = values["remembered"]
+    kept = [f"kept_{key}" for key in remembered]
+    names = [*signals, *constants, *remembered, *within, *kept, "greatest", "fault"]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     notes = [LEFT_OUT] if values.get("leaves_out") else []
     values |= {
         "signals": signals,
         "constants": constants,
-        "within": within,
+        "within": [*within, *kept],
         "block": name,
         "head": head(design, notes),
         "literals": lambda row: ", ".join(map(real, row)),
     }
     return rendered("controller.st.j2", design, template.places, **values)
+
+
+def _not_in_float(design: Design) -> list[str]:
+    """What single precision does not hold of the controller and its limits.
+
+    Raises:
+        UserError: a number is too large for code that does what the runtime does.
+    """
+    whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
+    learns = getattr(design.controller, "adaptation", None) is not None
+    largest, odd = LARGEST_LEARNT if learns else LARGEST, []
+    for key, x in _numbers(whole):
+        if not abs(x) <= largest:
+            where = f"{largest:g}{' where it adapts' if learns else ''}"
+            raise UserError(
+                f"design {design.name}: {key} = {x:g}: code takes numbers up to {where}"
+            )
+        if x and not SINGLE[0] < abs(x) < SINGLE[1]:
+            odd.append(f"{key} is {x:g}")
+    return odd
+
+
+def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
+    """Every number in a table by its dotted key."""
+    if isinstance(value, dict | list | tuple):
+        for name, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _numbers(part, f"{key}.{name}".lstrip("."))
+    elif isinstance(value, int | float):
+        yield key, value
 
 
 C = "a folder with the controller in C99, adaptation and all"

@@ -2,16 +2,23 @@
 
 >>> controller = load("design.json")                                    # doctest: +SKIP
 >>> voltage = controller.step({"error": 1e-3, "error_rate": 0.0, ...})  # doctest: +SKIP
+
+A sample is faulty where a reading is not finite, or where what the law makes of it is not: its
+command is NaN, and the next one goes on as if it had not been. C, Structured Text and HAL do alike.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from math import isfinite, nan
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from hfc_design.controllers.controller import AxisLaw, PathView, Signals, View, limited
-from hfc_design.controllers.kind import ControllerRecord, needed
-from hfc_design.core.numbers import SCALARS, Parameters
+import numpy as np
+
+from hfc_design.controllers.controller import AxisLaw, PathView, PerAxis, Signals, View, limited
+from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.core.numbers import SCALARS, Memory, Parameters, Plain
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
 from hfc_design.files.design import AnyDesign, named_design
 
@@ -29,10 +36,12 @@ class Controller:
         )
         self._law: AxisLaw = law(self.design, design.limits.of(axis or design.axis).command)
         self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
+        self._limited = partial(limited, SCALARS, self._law.limit)
+        self._reads = _reader(kind, self.design)
         self._memory = self._law.initial_memory(0.0)
 
     def step(self, signals: Signals) -> float:
-        """The command for this sample's ``signals``.
+        """The command for this sample's ``signals``; NaN where the sample is faulty.
 
         A C-axis takes volts for error [rad], error_rate [rad/s], ...; a feed drive takes units of
         its converter for error [BLU] and, with low-velocity compensation, velocity [BLU/s].
@@ -40,19 +49,35 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        return self.told(signals)[0]
+        command, self._memory, _ = self._tried(signals)
+        return command
 
     def told(self, signals: Signals) -> tuple[float, Any]:
-        """Step: the command, and what it is made of; None where the kind does not tell.
+        """Step: the command, and what it is made of.
+
+        None where the kind does not tell, or the sample is faulty.
 
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        command, self._memory, parts = self._sample(self._memory, signals)
-        return float(limited(SCALARS, self._law.limit, command)), parts
+        command, self._memory, parts = self._tried(signals)
+        return command, parts
+
+    def _tried(self, signals: Signals) -> tuple[float, Memory, Any]:
+        """The command, what to remember then, and what the command is made of."""
+        try:
+            if self._reads(signals):
+                command, memory, parts = self._sample(self._memory, signals)
+                if isfinite(command) and (self._law.tells or finite(memory)):
+                    return float(self._limited(command)), memory, parts
+        except ArithmeticError:  # in other languages a division by zero is infinite
+            pass
+        return nan, self._memory, None
 
     def remember(self, readings: dict[str, float]) -> None:
-        """Take ``readings`` for those of the sample before; the rest of the memory stays."""
+        """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
+        if not finite(readings):
+            raise ValueError(f"{readings}: have to be finite")
         told = needed(self._whole.kind.explain, self._whole, "it cannot be told what was before")
         self._memory = told.remember(self._memory, readings)
 
@@ -80,23 +105,75 @@ class Machine:
         kind, limits = design.kind, design.limits.commands(self.axes)
         self._controller = kind.controller_of(design.controller, limits)
         self._gains = kind.gains(design.controller)
+        self._reads = _reader(kind, design.controller)
         self._memory = self._controller.initial_memory(0.0)
+        #: Of each axis, where none sees another: a fault is of its axis alone.
+        self._each: list[Controller] = []
+        if isinstance(self._controller, PerAxis) and (kind.law or kind.axes):
+            self._each = [Controller(design, axis) for axis in self.axes]
 
     def step(
         self, signals: Mapping[str, Signals], path: PathView | None = None, told: Parameters = None
     ) -> dict[str, float]:
         """The command of every axis by its name, for what each axis tells at this sample.
 
+        A faulty axis has the command NaN and the others their own; where the controller sees the
+        whole machine, all have NaN if one is faulty or ``path`` is not finite.
+
         Raises:
             KeyError: an axis, or a signal that the design reads, is missing.
         """
-        view = View(tuple(signals[axis] for axis in self.axes), path, told)
-        found, self._memory = self._controller.step(SCALARS, self._gains, self._memory, view)
-        return dict(zip(self.axes, map(float, found), strict=True))
+        axes = tuple(signals[axis] for axis in self.axes)
+        if self._each:
+            tried = [one._tried(own) for one, own in zip(self._each, axes, strict=True)]
+            for one, (_, memory, _) in zip(self._each, tried, strict=True):
+                one._memory = memory
+            return dict(zip(self.axes, (command for command, *_ in tried), strict=True))
+        commands = (nan,) * len(axes)
+        try:
+            if all(map(self._reads, axes)) and finite(path):
+                view = View(axes, path, told)
+                found, memory = self._controller.step(SCALARS, self._gains, self._memory, view)
+                if finite((found, memory)):
+                    commands, self._memory = tuple(map(float, found)), memory
+        except ArithmeticError:
+            pass
+        return dict(zip(self.axes, commands, strict=True))
 
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
         self._memory = self._controller.initial_memory(0.0)
+        for one in self._each:
+            one.reset()
+
+
+def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
+    """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
+    if not (names := kind.reads(record) if kind.reads else []):
+        return finite
+    read, one = itemgetter(*names), len(names) == 1
+
+    def reads(signals: Signals) -> bool:
+        try:
+            return isfinite(read(signals)) if one else all(map(isfinite, read(signals)))
+        except KeyError:  # the law tells which is missing, if it does read it
+            return finite(signals)
+
+    return reads
+
+
+def finite(value: Plain) -> bool:
+    """Whether every number in ``value`` is finite: in tables, rows, arrays; what is none counts."""
+    if isinstance(value, float):
+        return isfinite(value)
+    if isinstance(value, Mapping):
+        return all(map(finite, value.values()))
+    if isinstance(value, Iterable) and not isinstance(value, str | np.ndarray):
+        return all(map(finite, value))
+    try:
+        return bool(np.isfinite(value).all())
+    except TypeError:
+        return True
 
 
 def load(path: str | Path) -> Controller:

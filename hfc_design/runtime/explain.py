@@ -11,11 +11,12 @@ from hfc_design.controllers.kind import Explain, needed
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.runtime import Controller
+from hfc_design.runtime import Controller, finite
 from plants import Drive
 
 Sample = dict[str, float]
 PREVIOUS = "previous_"
+TOO_LARGE = "--at {}: too large, what comes out of it is not finite"
 
 
 def part(design: Design, axis: str) -> Design:
@@ -55,12 +56,16 @@ def explanation(
         _check(design, kind, sample, alone)
     held = design.model_copy(update={"controller": kind.held(record)}) if alone else design
     controller = Controller(held)
-    controller.remember(_memory(kind, samples[0]))
-    for sample in samples[:-1]:
-        controller.step(sample)
-    command, parts = controller.told(samples[-1])
+    before = _memory(kind, samples[0])
+    if not finite(before):
+        raise UserError(TOO_LARGE.format(texts[0][:60]))
+    controller.remember(before)
+    for text, sample in zip(texts, samples, strict=True):
+        command, parts = controller.told(sample)
+        if math.isnan(command):
+            raise UserError(TOO_LARGE.format(text[:60]))
     accepted = drive.accepted(drive.coefficients(parameters), command)
-    return {
+    found = {
         "design": design.name,
         "kind": record.kind,
         "signals": samples[-1],
@@ -74,6 +79,9 @@ def explanation(
         "command_unit": drive.units["command"],
         "adaptation_held": alone and held.controller != record,
     }
+    if not finite(found):
+        raise UserError(TOO_LARGE.format(texts[-1][:60]))
+    return found
 
 
 def _sample(text: str) -> Sample:

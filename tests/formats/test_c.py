@@ -1,17 +1,22 @@
 """What stands in exported C code, and which designs and options it refuses."""
 
 import re
+import subprocess
 from math import exp
 
+import made_up
+import numpy as np
 import pytest
+from c_program import built, commands
 from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
-from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.design import builtin_designs, design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, code
+from hfc_design.runtime import Controller
 
 HOSTILE = 'x); system("id */ int main(void) {\n#define x'
 
@@ -104,3 +109,92 @@ def test_lookup_by_hand():
     expected = [exp(-4 * 1.4**2), exp(-8 * 1.05**2), exp(-32 * 0.7**2), exp(-32 * 0.5**2)]
     expected += [exp(-32 * 0.3**2), exp(-8 * 0.05**2), exp(-4 * 0.4**2)]
     assert found.table[24] == pytest.approx(expected, abs=1e-15)
+
+
+def table_of(kind, height, **adaptation):
+    design = made_up.fuzzy(kind, 1)
+    rules = {"labels": made_up.rule_labels("I"), "centroids": np.full((7, 7), height).tolist()}
+    changes = {"rules": rules}
+    if adaptation:
+        own = design.controller.adaptation.model_dump()
+        changes["adaptation"] = own | {"smallest_overlap": adaptation}
+    return made_up.fuzzy(kind, 1, **changes)
+
+
+@pytest.mark.parametrize("target", ["c", "st"])
+@pytest.mark.parametrize(
+    ("design", "told"),
+    [
+        (table_of("flc", 1e154), "centroids.0.0 = 1e+154: code takes numbers up to 1e+100"),
+        (table_of("soflc", -1e11), "= -1e+11: code takes numbers up to 1e+09 where it adapts"),
+        (("pd-only", {"controller.pd.kp": 1e308}), "controller.pd.kp = 1e+308: code takes"),
+        (("pd-only", {"limits.command": 1e200}), "limits.command = 1e+200: code takes"),
+    ],
+)
+def test_what_would_overflow_is_refused(design, told, target, tmp_path):
+    design = load_design(*design) if isinstance(design, tuple) else design
+    with pytest.raises(UserError, match=re.escape(told)):
+        FORMATS[target].write(design, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("design", "told"),
+    [
+        (table_of("aflc", 1e8), "go up to 1e+08, adaptation.stable_range holds them to"),
+        (table_of("aflc", 9.0, error=1e-300, error_change=0.1), "an overlap is too small"),
+    ],
+)
+def test_an_adaptation_in_which_c_would_differ_is_refused(design, told, tmp_path):
+    with pytest.raises(UserError, match=re.escape(told)):
+        FORMATS["c"].write(design, tmp_path / "out")
+
+
+def test_a_table_beyond_its_range_that_is_not_refused_is_equal(tmp_path):
+    errors = np.random.default_rng(0).normal(0.0, 15.0, 300)
+    design = table_of("aflc", 3e4)
+    design = design.model_copy(
+        update={"controller": design.controller.model_copy(update={"low_velocity": None})}
+    )
+    controller = Controller(design)
+    expected = [controller.step({"error": error}) for error in errors.tolist()]
+    found = commands(built("gcc", design, tmp_path / "c"), errors[:, None])
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10)
+
+
+NARROW = load_design("jee-koren-2004-flc").model_dump(mode="json")["controller"]["error_terms"]
+NARROW[0] |= {"right": -14.0}
+NARROW[1] |= {"left": -14.0 - 1e-9}
+
+
+@pytest.mark.parametrize(
+    ("design", "told"),
+    [
+        (("jee-koren-2004-pid", {"controller.sample_time_s": 1e-320}), "sample_time_s is 9.99"),
+        (("jee-koren-2004-pid", {"controller.pid.k_p": 1e38}), "pid.k_p is 1e"),
+        (("lin-lee-1999-table-1", {"controller.output_scale": 1e-50}), "output_scale is 1e-50"),
+        (("jee-koren-2004-flc", {"controller.error_terms": NARROW}), "a term has no width"),
+        (table_of("aflc", 9.0, error=1e-7, error_change=0.1), "a term has no width"),
+    ],
+)
+def test_what_is_nothing_in_float_compiles_in_double_alone(design, told, tmp_path):
+    design = load_design(*design) if isinstance(design, tuple) else design
+    built("gcc", design, tmp_path / "double")
+    with pytest.raises(subprocess.CalledProcessError):
+        built("gcc", design, tmp_path / "float", "-DHFC_FLOAT")
+    assert re.search(rf'#error "has to be in double: .*{told}', source(design, tmp_path / "c"))
+
+
+def test_the_built_in_designs_fit_into_float(tmp_path):
+    for name in builtin_designs():
+        assert "#error" not in source(load_design(name), tmp_path / name)
+
+
+@pytest.mark.parametrize("flag", ["-ffast-math", "-Ofast", "-ffinite-math-only"])
+def test_a_compiler_that_knows_no_nan_is_stopped(flag, tmp_path):
+    design = load_design("jee-koren-2004-flc")
+    with pytest.raises(subprocess.CalledProcessError):
+        built("gcc", design, tmp_path / "c", flag)
+    program = built("gcc", design, tmp_path / "d", flag, "-fno-finite-math-only")
+    found = commands(program, np.array([[3.0], [np.nan], [np.inf], [4.0]]))
+    assert np.isnan(found).tolist() == [False, True, True, False]

@@ -23,12 +23,15 @@ literal: SIGN? REAL
     | "FOR" NAME ":=" INTEGER "TO" INTEGER "DO" block "END_FOR" ";" -> loop
 _elsif: "ELSIF" expression "THEN" block
 block: statement+
-?expression: sum (/<=|>=|<|>/ sum)?
+?expression: compared | compared ("AND" compared)+ -> all
+?compared: sum (/<=|>=|<|>/ sum)?
 ?sum: product (/[+-]/ product)*
 ?product: unary (/[*\/]/ unary)*
 ?unary: _MINUS atom -> negated | atom
-?atom: REAL -> real | INTEGER -> integer | NAME -> name | NAME "[" expression "]" -> item
-    | FUNCTION "(" expression ("," expression)* ")" -> call | "(" expression ")"
+?atom: TRUTH -> truth | REAL -> real | INTEGER -> integer | NAME -> name
+    | NAME "[" expression "]" -> item | "(" expression ")"
+    | FUNCTION "(" expression ("," expression)* ")" -> call
+TRUTH.2: /(TRUE|FALSE)(?![A-Za-z0-9_])/
 FUNCTION.2: /(ABS|EXP|MIN|MAX)(?=\()/
 SECTION.2: /VAR(_INPUT|_OUTPUT)?(?![A-Za-z0-9_])/
 SIGN: "-"
@@ -120,7 +123,7 @@ class FunctionBlock(Interpreter):
     def _indented(self, block):
         return [f" {line}" for part in block.children for line in self.visit(part)]
 
-    def expression(self, tree):
+    def sum(self, tree):
         first, *rest = tree.children
         kind, code = self.visit(first)
         for operator, part in zip(rest[::2], rest[1::2], strict=True):
@@ -130,7 +133,15 @@ class FunctionBlock(Interpreter):
             code = f"({code} {operator} {right})"
         return kind, code
 
-    sum = product = expression
+    product = compared = sum
+
+    def all(self, tree):
+        kinds, codes = zip(*map(self.visit, tree.children), strict=True)
+        assert set(kinds) == {"BOOL"}
+        return "BOOL", f"({' and '.join(codes)})"
+
+    def truth(self, tree):
+        return "BOOL", str(tree.children[0]).title()
 
     def negated(self, tree):
         kind, code = self.visit(tree.children[0])

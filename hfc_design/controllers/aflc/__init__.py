@@ -6,15 +6,20 @@ What it shares with the flc it has from there; its block of Structured Text is w
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from hfc_design.controllers.aflc import law
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE, blamed_aflc
 from hfc_design.controllers.aflc.record import AdaptiveDesign, AflcDesign, AflcSettings
 from hfc_design.controllers.flc import KIND as FLC
-from hfc_design.controllers.flc.export import EXPLAIN, HERE, c_values
+from hfc_design.controllers.flc.export import EXPLAIN, HERE, apart, c_values
+from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.kind import Template, later
-from hfc_design.core.numbers import SCALARS, Json
-from hfc_design.core.records import ZR
+from hfc_design.core.numbers import SCALARS, Floats, Json
+from hfc_design.core.records import ZR, UserError
 
+#: How far a table of the runtime may be from that of C, in shares of its largest singleton.
+KEPT = 1e-12
 #: Where the templates of the adaptation lie.
 ADAPTATION = (Path(__file__).parent / "templates",)
 
@@ -26,8 +31,12 @@ def c_template(blamed: law.Blame) -> Template:
         """It starts from what its law makes of the design at the first sample."""
         start = record.gains()
         memory = law.aflc(record.sample_time_s).initial_memory(0.0)
-        return c_values(record, law.adapted(SCALARS, blamed, start, memory, 0.0)) | {
+        first = law.adapted(SCALARS, blamed, start, memory, 0.0)
+        values = c_values(record, first)
+        return values | {
             "adaptive": True,
+            "in_place": True,
+            "widths": values["widths"] + _widths(start, first),
             "start": "start_",
             "current": "state->",
             "rates": start.rates,
@@ -42,6 +51,32 @@ def c_template(blamed: law.Blame) -> Template:
         }
 
     return Template((*ADAPTATION, HERE), values)
+
+
+def _widths(start: law.AdaptiveGains, first: FlcGains) -> list[float]:
+    """How near an edge can come to a centre, in single precision.
+
+    Raises:
+        UserError: it can come to 0, or the table starts so far outside its stable range that the
+            runtime, which keeps how far it has moved, does not have what C has.
+    """
+    # The middle row has no bounds.
+    old: Floats = np.delete(start.flc.singletons, ZR, axis=0)
+    new: Floats = np.delete(first.singletons, ZR, axis=0)
+    largest = np.abs(new).max()
+    if np.abs(old + (new - old) - new).max() > KEPT * largest:
+        raise UserError(
+            f"controller.rules.centroids: go up to {np.abs(old).max():g}, adaptation.stable_range "
+            f"holds them to {largest:g}: too far apart for C to equal the runtime"
+        )
+    table, rates = start.flc, start.rates
+    pairs = ((table.error_terms, rates.a_overlap), (table.change_terms, rates.b_overlap))
+    near = [
+        (m, m + side * k / 2) for terms, k in pairs if k for _, m, _ in terms for side in (1, -1)
+    ]
+    if any(centre == edge for centre, edge in near):
+        raise UserError("controller.adaptation: an overlap is too small beside a term's centre")
+    return [apart(*pair) for pair in near]
 
 
 KIND = replace(

@@ -61,7 +61,7 @@ Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 def aflc(sample_time: float, limit: float | None = None, blamed: Blame = blamed_aflc) -> AxisLaw:
     """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, blamed)
+    return AxisLaw(sample, initial_memory, sample_time, limit, blamed, tells=True)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:

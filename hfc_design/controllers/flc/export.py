@@ -5,6 +5,8 @@ Rules and terms of a kind that adapts are those that it starts from.
 
 from pathlib import Path
 
+import numpy as np
+
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.kind import Explain, Template
@@ -109,12 +111,22 @@ def shown(record: FuzzyRecord, parts: Parts) -> Json:
     return {"units": [unit], "parts": shares}
 
 
+def apart(one: float, other: float) -> float:
+    """How far apart two numbers are in single precision."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return abs(float(np.float32(one) - np.float32(other)))
+
+
 def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
     """What the template needs of a controller, which may start from another ``table``."""
     table = table or record.table()
     error_terms, change_terms = table.error_terms, table.change_terms
     return {
         "adaptive": False,
+        "in_place": not table.k_i and record.control_form() != "PI",  # always finite
+        "widths": [
+            apart(edge, term[1]) for term in (*error_terms, *change_terms) for edge in term[::2]
+        ],
         "start": "",
         "current": "",
         "integrates": bool(table.k_i) or record.control_form() == "PI",

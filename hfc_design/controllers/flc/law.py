@@ -49,7 +49,7 @@ def flc(form: str, sample_time: float, limit: float | None = None) -> AxisLaw:
 
     ``P`` u = F(e), ``PI`` du = F(e, de), ``PD`` u = F(e, de).
     """
-    return AxisLaw(sample, initial_memory, sample_time, limit, form)
+    return AxisLaw(sample, initial_memory, sample_time, limit, form, tells=True)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> FlcMemory:

@@ -75,11 +75,12 @@ def kind_of_gains(
     start: Callable[[AxisLaw, Scalar], Memory],
     key: str = "",
     structure: Any = None,
+    tells: bool = False,
     **further: Any,
 ) -> Kind:
-    """A kind whose gains have ``ranges``; ``sample``, ``start``, ``structure`` are of ``AxisLaw``.
+    """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
-    They stand in a design file under ``key``, "": the name. ``further`` are fields of ``Kind``.
+    ``sample``, ``start``, ``structure`` and ``tells`` are of ``AxisLaw``, ``further`` of ``Kind``.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
@@ -89,7 +90,9 @@ def kind_of_gains(
         record=create_model("Design", __base__=ControllerRecord, **gains),
         settings=settings_of(ranges),
         gains=lambda record: type(ranges)(**dict(getattr(record, key))),
-        law=lambda record, limit: AxisLaw(sample, start, record.sample_time_s, limit, structure),
+        law=lambda record, limit: AxisLaw(
+            sample, start, record.sample_time_s, limit, structure, tells
+        ),
         genome=genome_of_gains,
         of_gains=lambda gains: {key: gains},
         **further,

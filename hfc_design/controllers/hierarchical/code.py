@@ -27,6 +27,7 @@ def _c(record: HierarchicalDesign) -> Json:
     places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
     return {
         "exponential": True,
+        "in_place": adaptation is not None,
         "lookup": None,
         "pd": record.pd,
         "inputs": [

@@ -144,7 +144,7 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
 
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd+hierarchical-fuzzy``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, layout)
+    return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells=True)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:

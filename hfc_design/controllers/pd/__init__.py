@@ -39,6 +39,7 @@ KIND = kind_of_gains(
     RANGES,
     sample,
     initial_memory,
+    tells=True,
     summary="proportional-derivative: v = kp e + kd de/dt",
     c=Template(HERE, lambda record: {"pd": record.pd}),
     st=Template(HERE, lambda record: {"constants": record.pd.model_dump()}),

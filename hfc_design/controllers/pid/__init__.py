@@ -63,6 +63,7 @@ KIND = kind_of_gains(
     RANGES,
     sample,
     initial_memory,
+    tells=True,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
     c=Template(HERE, lambda record: {"gains": record.pid, "integrates": True}),

@@ -1,0 +1,154 @@
+"""Faulty samples: of several axes, of a controller that sees the whole machine, of an own law.
+
+Every kind, in C and Structured Text too: tests/attack/test_nan.py.
+"""
+
+from math import inf, isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import hfc_design.api as hfc
+from hfc_design.cli import main
+from hfc_design.controllers.controller import PathView
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.design import Design
+from hfc_design.runtime import Controller, Machine
+
+PID, AFLC = "jee-koren-2004-pid", "jee-koren-2004-aflc"
+ERRORS = np.random.default_rng(0).normal(0.0, 8.0, 40).tolist()
+
+
+def on_two_axes(**controller):
+    design = hfc.load_design(PID).model_dump(mode="json")
+    design["plant"]["axes"] = {"x": {}, "y": {}}
+    return Design.model_validate(design | ({"controller": controller} if controller else {}))
+
+
+@pytest.mark.parametrize("several_kinds", [False, True])
+def test_a_fault_is_of_its_axis_alone(several_kinds):
+    own = {"x": PID, "y": AFLC} if several_kinds else {"x": PID, "y": PID}
+    records = {axis: hfc.load_design(name).controller for axis, name in own.items()}
+    dumped = {axis: record.model_dump(mode="json") for axis, record in records.items()}
+    per_axis = {"kind": "per-axis", "sample_time_s": 0.01, "axes": dumped}
+    machine = Machine(on_two_axes(**per_axis) if several_kinds else on_two_axes())
+    alone = {axis: Controller(hfc.load_design(name)) for axis, name in own.items()}
+    for k, error in enumerate(ERRORS):
+        broken = {3: "x", 7: "y", 8: "y"}.get(k)
+        found = machine.step(
+            {axis: {"error": nan if axis == broken else error + k} for axis in ("x", "y")}
+        )
+        for axis, controller in alone.items():
+            if axis == broken:
+                assert isnan(found[axis])
+            else:
+                assert found[axis] == controller.step({"error": error + k})
+
+
+def test_a_signal_that_is_missing_moves_no_axis():
+    machine, other = Machine(on_two_axes()), Machine(on_two_axes())
+    with pytest.raises(KeyError, match="error"):
+        machine.step({"x": {"error": 3.0}, "y": {}})
+    good = {"x": {"error": 1.0}, "y": {"error": 2.0}}
+    assert machine.step(good) == other.step(good)
+
+
+class Coupled(NamedTuple):
+    """Pushes each axis by the sum of all errors so far, and towards the path."""
+
+    kind: str = "coupled"
+
+    def initial_memory(self, zero):
+        return {"sum": zero}
+
+    def step(self, xp, gains, memory, view):
+        total = memory["sum"] + sum(signals["error"] for signals in view.axes)
+        away = view.path.contour_error if view.path else 0.0
+        return tuple(total / signals["gap"] - away for signals in view.axes), {"sum": total}
+
+
+def test_a_controller_of_the_whole_machine_is_faulty_as_a_whole(own_plugins, monkeypatch):
+    class Record(hfc.ControllerRecord):
+        """No gains."""
+
+        kind: str = "coupled"
+
+    kind = hfc.Kind(
+        name="coupled",
+        summary="for a test",
+        record=Record,
+        settings=None,
+        gains=lambda record: (),
+        controller=lambda record, limits: Coupled(),
+        reads=lambda record: ["error", "gap"],
+    )
+    monkeypatch.setitem(KINDS.known, "coupled", kind)
+    machine = Machine(on_two_axes(kind="coupled", sample_time_s=0.01))
+
+    def step(x, y, path=None, gap=2.0):
+        found = machine.step({"x": {"error": x, "gap": gap}, "y": {"error": y, "gap": 1.0}}, path)
+        return tuple(found.values())
+
+    assert step(1.0, 2.0) == (1.5, 3.0)
+    faulty = [step(nan, 1.0), step(1.0, -inf), step(1.0, 1.0, PathView(1.0, 0.0, 0.0, nan))]
+    faulty += [step(1.0, 1.0, gap=0.0), step(1.7e308, 1.7e308)]  # a division by zero, an overflow
+    assert np.isnan(faulty).all()
+    assert step(1.0, 0.0, PathView(1.0, 0.0, 0.0, 0.5)) == (1.5, 3.5)
+
+
+def test_what_an_own_law_reads_is_not_known(own_plugins):
+    """So that every number in the signals counts, and its memory too."""
+
+    class Gains(NamedTuple):
+        """Of a made-up law."""
+
+        k: object
+
+    def step(every, gains, memory, signals):
+        return gains.k * signals["error"], (memory[0] + 1.0, memory[1] * signals["error"])
+
+    law = hfc.Law("made-up-law", Gains((0.1, 10.0)), lambda zero: (zero, 2.0 + zero), step)
+    hfc.register(law)
+    data = hfc.load_design(PID).model_dump(mode="json")
+    data["controller"] = {"kind": "made-up-law", "sample_time_s": 0.01, "gains": {"k": 2.0}}
+    controller = Controller(Design.model_validate(data))
+    assert controller.step({"error": 3.0, "mode": "fast"}) == 6.0
+    assert isnan(controller.step({"error": 3.0, "velocity": nan}))
+    assert isnan(controller.step({"error": 8e307, "velocity": 0.0}))  # its memory would be 4.8e308
+    assert controller._memory == (1.0, 6.0)
+
+
+def test_a_remembered_reading_is_finite():
+    controller = Controller(hfc.load_design("jee-koren-2004-flc"))
+    with pytest.raises(ValueError, match="have to be finite"):
+        controller.remember({"error": nan})
+    assert controller.step({"error": 3.0}) == Controller(controller._whole).step({"error": 3.0})
+
+
+@pytest.mark.parametrize(
+    ("name", "at"),
+    [
+        ("jee-koren-2004-flc", "error=nan,error_change=1"),
+        ("jee-koren-2004-flc", "error=1e308,error_change=-1e308"),
+        ("jee-koren-2004-flc", "error=1e999,error_change=0"),
+        (
+            "lin-lee-1999-table-1",
+            "error=1e308,error_rate=0,deflection=0,deflection_rate=0,spindle_velocity=0,"
+            "previous_spindle_velocity=0",
+        ),
+        (
+            "lin-lee-1999-table-1",
+            "error=0,error_rate=0,deflection=1e308,deflection_rate=0,spindle_velocity=0,"
+            "previous_spindle_velocity=0",
+        ),
+    ],
+)
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_an_explanation_of_what_is_not_finite_is_one_line(name, at, options):
+    found = CliRunner().invoke(main, ["explain", name, "--at", at, *options])
+    assert found.exit_code == 2, found.output
+    assert isinstance(found.exception, SystemExit)
+    assert len(found.output.splitlines()) <= 3
+    assert "--at" in found.output
