@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import PATH, Texts, changing_design, knowing_plugins
+from hfc_design.cli.options import PATH, Texts, changing_design, check_free, force, knowing_plugins
 
 
 @click.command()
@@ -14,8 +14,11 @@ from hfc_design.cli.options import PATH, Texts, changing_design, knowing_plugins
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
 @click.option("--out", type=PATH, help="File or folder to write.")
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
+@force
 @knowing_plugins
-def export(design: str, others: Texts, target: str, out: Path | None, lookup: int | None) -> None:
+def export(
+    design: str, others: Texts, target: str, out: Path | None, lookup: int | None, force: bool
+) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
     from hfc_design.files.pairing import load_design
@@ -27,8 +30,7 @@ def export(design: str, others: Texts, target: str, out: Path | None, lookup: in
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
     path = out or Path(f"{found.name}.{target}")
-    if path.exists():
-        raise UserError(f"--out {path}: exists already; name another path")
+    check_free(force, out=path)
     if lookup is None:
         FORMATS[target].write(found, path)
     else:
@@ -51,8 +53,9 @@ SIGNAL_HELP = (
 @click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
 @click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
 @click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
+@force
 def import_(
-    file: Path, out: Path | None, plant: str | None, signals: Texts, **options: Any
+    file: Path, out: Path | None, plant: str | None, signals: Texts, force: bool, **options: Any
 ) -> None:
     """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
 
@@ -78,7 +81,6 @@ def import_(
         plant = ALL_PLANTS.resolve(plant).name
     design = imported(file, Wish(**options, plant=plant, signals=pairs))
     path = out or Path(f"{design.name}.json")
-    if path.exists():
-        raise UserError(f"--out {path}: exists already; name another path")
+    check_free(force, out=path)
     write_whole(path, (design_json(design) + "\n").encode())
     click.echo(path)

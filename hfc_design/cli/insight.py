@@ -5,7 +5,15 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.options import PATH, Texts, as_json, changing_design, knowing_plugins
+from hfc_design.cli.options import (
+    PATH,
+    Texts,
+    as_json,
+    changing_design,
+    check_free,
+    force,
+    knowing_plugins,
+)
 
 LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
 SIGNALS = "SIGNAL=NUMBER,..."
@@ -102,10 +110,16 @@ def explain(
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
 @click.option("--plot", type=PATH, help="Draw the range (png, svg or pdf).")
+@force
 @as_json
 @knowing_plugins
 def stability(
-    design: str | None, others: Texts, plot: Path | None, as_json: bool, **options: float | None
+    design: str | None,
+    others: Texts,
+    plot: Path | None,
+    force: bool,
+    as_json: bool,
+    **options: float | None,
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
 
@@ -117,6 +131,7 @@ def stability(
     from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
+    check_free(force, plot=plot)
     given = {key: value for key, value in options.items() if value is not None}
     if design is None:
         if others:

@@ -19,6 +19,7 @@ changing_design = click.option(
     "--change", "others", multiple=True, metavar="KEY=VALUE", help=CHANGE_HELP
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+force = click.option("--force", is_flag=True, help="Overwrite the files that are named.")
 USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
@@ -33,6 +34,20 @@ KNOWN = CHOICES | {
     "fitness": "Make an own fitness known, as module:OBJECT.",
     "controller": "Make an own control law or kind of controller known, as module:OBJECT.",
 }
+
+
+def check_free(force: bool, **files: Path | None) -> None:
+    """Whether nothing is lost when these files are written; UserError: one exists, and no --force.
+
+    Each has the name of its option.
+    """
+    from hfc_design.core.records import UserError
+    from hfc_design.core.texts import exists
+
+    for option, path in files.items():
+        if path is not None and exists(path) and not force:
+            told = "exists already; name another path, or add --force"
+            raise UserError(f"--{option} {path}: {told}")
 
 
 def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:

@@ -14,6 +14,8 @@ from hfc_design.cli.options import (
     PATH,
     Texts,
     as_json,
+    check_free,
+    force,
     knowing_plugins,
     on_scenario,
     setting,
@@ -95,10 +97,16 @@ def design(
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
+@force
 @as_json
 @with_plugins(CHOICES)
 def score(
-    found: "Design", where: "Scenario", spread: float | None, as_json: bool, **options: Any
+    found: "Design",
+    where: "Scenario",
+    spread: float | None,
+    as_json: bool,
+    force: bool,
+    **options: Any,
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
@@ -114,6 +122,7 @@ def score(
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
+    check_free(force, plot=given.get("plot"))
     if spread is not None:
         shown.score_spread(found, where, spread, as_json, **given)
         return
@@ -130,11 +139,15 @@ def score(
 @on_scenario
 @click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
 @click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
+@force
 @with_plugins(CHOICES)
-def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
+def simulate(
+    found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None, force: bool
+) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
+    check_free(force, csv=csv_file, plot=plot)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.figure import save

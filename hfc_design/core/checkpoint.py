@@ -2,7 +2,6 @@
 
 import io
 import os
-import tomllib
 import zipfile
 import zlib
 from pathlib import Path
@@ -10,8 +9,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from hfc_design.core.numbers import Json
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError
 
 FORMAT = "hfc-checkpoint-2"
 #: In which what had failed scored 0, and everything else more.
@@ -96,29 +94,3 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         return like(value) if any(like is kind for kind in (int, float, bool)) else value
     found = [_built(part, f"{prefix}{key}.", arrays, known) for key, part in parts.items()]
     return kind(*found) if hasattr(kind, "_fields") else tuple(found)
-
-
-def read_text(path: str | Path) -> str:
-    """What a user's file says, in UTF-8.
-
-    Raises:
-        UserError: it cannot be read.
-    """
-    try:
-        return Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: cannot be read: it is not a text in UTF-8") from None
-
-
-def read_toml(path: Path) -> Json:
-    """What a user's TOML file says.
-
-    Raises:
-        UserError: it cannot be read, or is no TOML.
-    """
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}: is not valid TOML: {error}") from None

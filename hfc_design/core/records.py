@@ -36,13 +36,25 @@ class Record(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+#: Characters of a message: nobody reads more.
+LONGEST = 300
+
+
+def in_a_line(message: str) -> str:
+    """A message as a line, whatever was quoted in it: not long, and nothing moves the terminal."""
+    line = " ".join(message.split())
+    if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
+        line = f"{line[: LONGEST // 2]} ... {line[5 - LONGEST // 2 :]}"
+    return "".join(letter if letter.isprintable() else "?" for letter in line)
+
+
 class UserError(Exception):
     """Something that the user wrote cannot be used: exit code 2."""
 
     exit_code = 2
 
     def __init__(self, message: str):
-        super().__init__(" ".join(message.split()))  # one line, whatever was quoted in it
+        super().__init__(in_a_line(message))
 
 
 class RunError(UserError):
@@ -82,6 +94,9 @@ def checked(
         return model.model_validate(data, context={"folder": folder, **context})
     except ValidationError as error:
         raise UserError(f"{source}: {_explained(error, data)}") from None
+    except ArithmeticError as error:  # of what is computed to check it
+        told = "a number in it is too large or too small to compute with"
+        raise UserError(f"{source}: {told} ({error})") from None
 
 
 #: Kind of a mistake -> what TOML and JSON call what is wanted.

@@ -11,6 +11,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple, TypeAlias
 
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
@@ -29,6 +30,9 @@ RESERVED: dict[str, list[str]] = {
     target: words.split()
     for target, words in tomllib.loads((HERE / "reserved.toml").read_text(encoding="utf-8")).items()
 }
+#: What a spreadsheet takes for the start of a formula, unless a number follows.
+FORMULA = tuple("=+-@\t\r\n")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 #: A file, or a folder's by their names.
 Content: TypeAlias = "str | bytes | Mapping[str, Content]"
 
@@ -57,16 +61,40 @@ class Format(NamedTuple):
 
 
 def write(path: Path, content: Content) -> None:
-    """Write a file or a folder; RunError: it cannot be written."""
+    """Write a file or a folder, all of it or nothing; what else is in the folder stays.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    try:
+        if isinstance(content, str | bytes):
+            _fill(path, content)
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # Beside it, so that a disk that is full is found before the first file is in its place.
+        with TemporaryDirectory(prefix=f".{path.name[:100]}-", dir=path.parent) as beside:
+            _fill(Path(beside) / "whole", content)
+            _move(Path(beside) / "whole", path)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _fill(path: Path, content: Content) -> None:
     if isinstance(content, str | bytes):
         write_whole(path, content.encode() if isinstance(content, str) else content)
         return
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+    path.mkdir()
     for name, part in content.items():
-        write(path / name, part)
+        _fill(path / name, part)
+
+
+def _move(whole: Path, path: Path) -> None:
+    """Put a folder in its place, or its files into a folder that is there."""
+    if whole.is_dir() and path.is_dir():
+        for inner in sorted(whole.iterdir()):
+            _move(inner, path / inner.name)
+    else:
+        whole.replace(path)
 
 
 def rule_base(design: Design) -> RuleBase:
@@ -123,10 +151,18 @@ def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as CSV."""
+    """Rows as CSV; a spreadsheet takes no text in it for a formula."""
     buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(rows)
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerows(map(_harmless, row) for row in rows)
     return buffer.getvalue()
+
+
+def _harmless(cell: object) -> object:
+    """A cell; a text that a spreadsheet would compute gets an apostrophe (OWASP, CSV injection)."""
+    if isinstance(cell, str) and cell[:1] in FORMULA and not NUMBER.fullmatch(cell):
+        return f"'{cell}"
+    return cell
 
 
 def check_names(target: str, names: Iterable[str], clash: str) -> None:
