@@ -6,6 +6,7 @@ Only what a summary needs is read; whatever is damaged is told beside the run an
 import json
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -158,7 +159,7 @@ def _score(path: Path) -> tuple[dict[str, float | None], str]:
 
 
 def _number(value: object) -> float | None:
-    return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else None
+    return float(value) if isinstance(value, (int, float)) and isfinite(value) else None
 
 
 def _best(path: Path) -> Floats:

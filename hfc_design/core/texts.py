@@ -24,6 +24,8 @@ MEGABYTE = 1_000_000
 LARGEST, LARGEST_TABLE = 5, 64
 #: How often tables and lists may lie in each other, and how many parts a dotted key may have.
 DEEPEST = 64
+#: Of an integer; larger ones are no floats.
+BITS = 1023
 #: First bytes of what has been packed, and by what.
 PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ": "xz", b"BZh": "bzip2", b"PK\3\4": "zip"}
 PACKED[b"\x28\xb5\x2f\xfd"] = "zstd"
@@ -124,6 +126,8 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
                     item.encode()
                 except UnicodeEncodeError:
                     return "a text holds half a character, which no file in UTF-8 can"
+            elif isinstance(item, int) and item.bit_length() > BITS:
+                return "an integer is larger than any number here"
             elif finite and isinstance(item, float) and not isfinite(item):
                 return f"{item} is no number that a file may hold"
         if not inside:

@@ -186,7 +186,9 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     """
     data = changed(design.model_dump(mode="json"), changes, "--change")
     told = dict(changes) if isinstance(changes, Mapping) else list(changes)
-    data |= {"score": {}, "provenance": data["provenance"] | {"changes": told}}
+    data["score"] = {}
+    if isinstance(data["provenance"], dict):  # else it is refused
+        data["provenance"]["changes"] = told
     return checked(Design, data, f"{source}, changed", Path(source).parent)
 
 
