@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from itertools import product
 from math import prod
+from os.path import exists
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -13,7 +14,7 @@ from pydantic import BeforeValidator, Field
 from hfc_design.core.dotted import flat, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
-from hfc_design.core.texts import exists, read_toml
+from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml

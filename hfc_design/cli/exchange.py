@@ -5,20 +5,26 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import PATH, Texts, changing_design, check_free, force, knowing_plugins
+from hfc_design.cli.options import (
+    NEW_PATH,
+    PATH,
+    Texts,
+    changing_design,
+    force,
+    free,
+    knowing_plugins,
+)
 
 
 @click.command()
 @click.argument("design")
 @changing_design
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
-@click.option("--out", type=PATH, help="File or folder to write.")
-@click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
+@click.option("--out", type=NEW_PATH, help="File or folder to write.")
 @force
+@click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @knowing_plugins
-def export(
-    design: str, others: Texts, target: str, out: Path | None, lookup: int | None, force: bool
-) -> None:
+def export(design: str, others: Texts, target: str, out: Path | None, lookup: int | None) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
     from hfc_design.files.pairing import load_design
@@ -29,8 +35,7 @@ def export(
     if lookup is not None and target != "c":
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
-    path = out or Path(f"{found.name}.{target}")
-    check_free(force, out=path)
+    path = out or free(Path(f"{found.name}.{target}"))
     if lookup is None:
         FORMATS[target].write(found, path)
     else:
@@ -46,16 +51,16 @@ SIGNAL_HELP = (
 
 @click.command("import")
 @click.argument("file", type=PATH)
-@click.option("--out", type=PATH, help="Design file [default: NAME.json].")
+@click.option("--out", type=NEW_PATH, help="Design file [default: NAME.json].")
+@force
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
 @click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
 @click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
 @click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
 @click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
-@force
 def import_(
-    file: Path, out: Path | None, plant: str | None, signals: Texts, force: bool, **options: Any
+    file: Path, out: Path | None, plant: str | None, signals: Texts, **options: Any
 ) -> None:
     """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
 
@@ -80,7 +85,6 @@ def import_(
     if plant is not None:
         plant = ALL_PLANTS.resolve(plant).name
     design = imported(file, Wish(**options, plant=plant, signals=pairs))
-    path = out or Path(f"{design.name}.json")
-    check_free(force, out=path)
+    path = out or free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
     click.echo(path)

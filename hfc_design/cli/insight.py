@@ -5,15 +5,7 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.options import (
-    PATH,
-    Texts,
-    as_json,
-    changing_design,
-    check_free,
-    force,
-    knowing_plugins,
-)
+from hfc_design.cli.options import NEW_PATH, Texts, as_json, changing_design, force, knowing_plugins
 
 LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
 SIGNALS = "SIGNAL=NUMBER,..."
@@ -109,17 +101,12 @@ def explain(
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
-@click.option("--plot", type=PATH, help="Draw the range (png, svg or pdf).")
+@click.option("--plot", type=NEW_PATH, help="Draw the range (png, svg or pdf).")
 @force
 @as_json
 @knowing_plugins
 def stability(
-    design: str | None,
-    others: Texts,
-    plot: Path | None,
-    force: bool,
-    as_json: bool,
-    **options: float | None,
+    design: str | None, others: Texts, plot: Path | None, as_json: bool, **options: float | None
 ) -> None:
     """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
 
@@ -131,7 +118,6 @@ def stability(
     from hfc_design.stability import report
     from hfc_design.stability.stable_range import stable_range
 
-    check_free(force, plot=plot)
     given = {key: value for key, value in options.items() if value is not None}
     if design is None:
         if others:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import wraps
+from os.path import exists
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,34 @@ import click
 Command = Callable[..., None]
 Texts = tuple[str, ...]
 PATH = click.Path(path_type=Path)
+
+
+def free(path: Path, option: str = "--out") -> Path:
+    """Where a command is to write; UserError: something is there already, and no --force."""
+    from hfc_design.core.records import UserError
+
+    if exists(path) and not click.get_current_context().meta["hfc.force"]:
+        raise UserError(f"{option} {path}: exists already; name another path, or add --force")
+    return path
+
+
+class _NewPath(click.Path):
+    """A path as ``PATH``, which is ``free``; of commands that have ``force``."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Path:
+        """Raises UserError: it is not free."""
+        return free(Path(value), param.opts[0])
+
+
+NEW_PATH = _NewPath()
+force = click.option(
+    "--force",
+    is_flag=True,
+    is_eager=True,  # the paths ask for it
+    expose_value=False,
+    callback=lambda ctx, _, told: ctx.meta.update({"hfc.force": told}),
+    help="Overwrite what is there.",
+)
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
@@ -19,7 +48,6 @@ changing_design = click.option(
     "--change", "others", multiple=True, metavar="KEY=VALUE", help=CHANGE_HELP
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-force = click.option("--force", is_flag=True, help="Overwrite the files that are named.")
 USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
@@ -34,20 +62,6 @@ KNOWN = CHOICES | {
     "fitness": "Make an own fitness known, as module:OBJECT.",
     "controller": "Make an own control law or kind of controller known, as module:OBJECT.",
 }
-
-
-def check_free(force: bool, **files: Path | None) -> None:
-    """Whether nothing is lost when these files are written; UserError: one exists, and no --force.
-
-    Each has the name of its option.
-    """
-    from hfc_design.core.records import UserError
-    from hfc_design.core.texts import exists
-
-    for option, path in files.items():
-        if path is not None and exists(path) and not force:
-            told = "exists already; name another path, or add --force"
-            raise UserError(f"--{option} {path}: {told}")
 
 
 def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:

@@ -11,10 +11,10 @@ import click
 from hfc_design.cli.options import (
     CHOICES,
     CHOSEN,
+    NEW_PATH,
     PATH,
     Texts,
     as_json,
-    check_free,
     force,
     knowing_plugins,
     on_scenario,
@@ -96,17 +96,12 @@ def design(
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
-@click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
+@click.option("--plot", type=NEW_PATH, help="Draw the metrics' distributions.")
 @force
 @as_json
 @with_plugins(CHOICES)
 def score(
-    found: "Design",
-    where: "Scenario",
-    spread: float | None,
-    as_json: bool,
-    force: bool,
-    **options: Any,
+    found: "Design", where: "Scenario", spread: float | None, as_json: bool, **options: Any
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
@@ -122,7 +117,6 @@ def score(
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    check_free(force, plot=given.get("plot"))
     if spread is not None:
         shown.score_spread(found, where, spread, as_json, **given)
         return
@@ -137,17 +131,14 @@ def score(
 
 @click.command()
 @on_scenario
-@click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
-@click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
+@click.option("--csv", "csv_file", type=NEW_PATH, help="Write the trajectory.")
+@click.option("--plot", type=NEW_PATH, help="Draw it (png, svg or pdf).")
 @force
 @with_plugins(CHOICES)
-def simulate(
-    found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None, force: bool
-) -> None:
+def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.simulation.evaluation import evaluate, trajectory_csv
 
-    check_free(force, csv=csv_file, plot=plot)
     evaluation = evaluate(found, where)
     if plot is not None:
         from hfc_design.pictures.figure import save

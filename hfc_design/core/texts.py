@@ -6,11 +6,10 @@ a part of another file; ``of`` makes a line for the user of it.
 
 import io
 import json
-import os
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -24,11 +23,9 @@ MEGABYTE = 1_000_000
 LARGEST, LARGEST_TABLE = 5, 64
 #: How often tables and lists may lie in each other, and how many parts a dotted key may have.
 DEEPEST = 64
-#: Of an integer; larger ones are no floats.
-BITS = 1023
+NESTED = f"lists and tables lie in each other more than {DEEPEST} times"
 #: First bytes of what has been packed, and by what.
-PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ": "xz", b"BZh": "bzip2", b"PK\3\4": "zip"}
-PACKED[b"\x28\xb5\x2f\xfd"] = "zstd"
+PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ": "xz", b"BZh": "bzip2", b"PK": "zip", b"(\xb5": "zstd"}
 # The time that tomllib takes grows with the square of a key's parts. Every part is passed once.
 _STRING = re.compile(r"\"(?:[^\"\\]|\\.)*+\"?|'[^']*+'?")
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
@@ -42,13 +39,11 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
     """
     try:
         if Path(path).resolve().is_fifo():  # what the shell has opened for us has no such name
-            raise ValueError("cannot be read: it is a named pipe; give a file, or /dev/stdin")
+            raise OSError("it is a named pipe; give a file, or /dev/stdin")
         with open(path, "rb") as file:
             found = file.read(largest * MEGABYTE + 1)
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a zero byte in the name
-        told = str(error).removeprefix("cannot be read: ")
+    except (OSError, ValueError) as error:  # the other one: a zero byte in the name
+        told = getattr(error, "strerror", None) or error
         raise ValueError(f"cannot be read: {told}") from None
     if len(found) > largest * MEGABYTE:
         raise ValueError(f"cannot be read: it has more than {largest} MB")
@@ -57,13 +52,15 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
 
 def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
     """The text that a file holds; ValueError: it is none, or a packed one."""
-    for start, by in PACKED.items():
-        if found.startswith(start):
-            raise ValueError(f"cannot be read: it is packed by {by}; unpack it")
     try:
-        return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
+        return io.TextIOWrapper(io.BytesIO(found), encoding).read()  # a line ends with \n
     except UnicodeDecodeError:
-        raise ValueError("cannot be read: it is not a text in UTF-8") from None
+        told = "it is not a text in UTF-8"
+    if by := next((by for start, by in PACKED.items() if found.startswith(start)), None):
+        told = f"it is packed by {by}; unpack it"
+    elif errors != "strict":
+        return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
+    raise ValueError(f"cannot be read: {told}")
 
 
 def toml_of(text: str) -> Json:
@@ -71,25 +68,25 @@ def toml_of(text: str) -> Json:
     for line in text.split("\n"):
         if line.count(".") >= DEEPEST and _LONG_KEY.search(_STRING.sub("_", line)):
             raise ValueError(f"is not valid TOML: a key has more than {DEEPEST} parts")
-    try:
-        return _usable(tomllib.loads(text))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"is not valid TOML: {_why(error)}") from None
+    return _parsed("is not valid TOML", tomllib.loads, text)
 
 
 def json_of(text: str) -> Plain:
     """What a JSON text says; ValueError: it is none, or goes beyond the limits."""
+    return _parsed("is not a whole JSON file", JSON.decode, text)
+
+
+def _parsed(wrong: str, parse: Callable[[str], Plain], text: str) -> Plain:
     try:
-        found = json.loads(text, parse_constant=_no_number, object_pairs_hook=_distinct)
-        return _usable(found, finite=True)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"is not a whole JSON file: {_why(error)}") from None
-
-
-def _why(error: Exception) -> str:
-    if isinstance(error, RecursionError):
-        return f"lists and tables lie in each other more than {DEEPEST} times"
-    return str(error).partition("; use sys.")[0]  # that is for programmers
+        found = parse(text)
+        fault = plain_fault(found, finite=parse == JSON.decode)
+    except RecursionError:
+        fault = NESTED
+    except ValueError as error:
+        fault = str(error).partition("; use sys.")[0]  # that is for programmers
+    if fault:
+        raise ValueError(f"{wrong}: {fault}")
+    return found
 
 
 def _no_number(name: str) -> NoReturn:
@@ -104,10 +101,7 @@ def _distinct(pairs: list[tuple[str, Plain]]) -> Json:
     return found
 
 
-def _usable(value: Plain, finite: bool = False) -> Plain:
-    if fault := plain_fault(value, finite):
-        raise ValueError(fault)
-    return value
+JSON = json.JSONDecoder(parse_constant=_no_number, object_pairs_hook=_distinct)
 
 
 def plain_fault(value: Plain, finite: bool = False) -> str | None:
@@ -117,8 +111,7 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
         inside: list[Plain] = []
         for item in level:
             if isinstance(item, dict):
-                inside += item.keys()
-                inside += item.values()
+                inside += [*item, *item.values()]
             elif type(item) in (list, tuple):
                 inside += item
             elif isinstance(item, str) and not item.isascii():
@@ -126,14 +119,14 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
                     item.encode()
                 except UnicodeEncodeError:
                     return "a text holds half a character, which no file in UTF-8 can"
-            elif isinstance(item, int) and item.bit_length() > BITS:
-                return "an integer is larger than any number here"
+            elif isinstance(item, int) and item.bit_length() > 1023:
+                return "an integer is larger than any float"
             elif finite and isinstance(item, float) and not isfinite(item):
                 return f"{item} is no number that a file may hold"
         if not inside:
             return None
         level = inside
-    return f"lists and tables lie in each other more than {DEEPEST} times"
+    return NESTED
 
 
 @contextmanager
@@ -155,8 +148,3 @@ def read_toml(path: str | Path) -> Json:
     """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
     with of(path):
         return toml_of(decoded(content(path)))
-
-
-def exists(path: str | Path) -> bool:
-    """Whether there is such a file or folder; not by a name that none can have."""
-    return os.path.exists(path)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from operator import not_
+from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -23,7 +24,7 @@ from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
-from hfc_design.core.texts import exists, json_of, of, plain_fault, read_text
+from hfc_design.core.texts import json_of, of, plain_fault, read_text
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"

@@ -4,6 +4,7 @@ The records here are what a user writes as TOML; they are checked once, when the
 """
 
 from collections.abc import Callable, Mapping
+from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,7 +17,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
-from hfc_design.core.texts import exists, read_toml
+from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, Limits, named_design
 from hfc_design.files.machine import Axis, PlantSettings, SensorSettings, check_axes
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference

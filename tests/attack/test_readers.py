@@ -43,7 +43,7 @@ def scenario(place, text):
     again = place / "again.toml"
     again.write_text(scenario_toml(found), encoding="utf-8")
     assert load_scenario(again) == found
-    assert found.name == tomllib.loads(text.decode()).get("name", "mine")
+    assert found.name == tomllib.loads(file.read_text("utf-8")).get("name", "mine")
     assert 1 <= found.simulation.steps <= MAX_STEPS
     if found.follows_path:
         assert math.isfinite(found.reference.duration_s)
@@ -98,7 +98,7 @@ def program(place, text):
     file.write_bytes(text)
     path = Path.of(gcode.read(file, 1500.0))
     assert all(np.isfinite(part).all() for part in path)
-    assert (path.length > 0).all() and (path.feed > 0).all()
+    assert min(path.length.min(), path.feed.min()) > 0
     last = np.arange(len(path.length))
     ends = path.on(last, path.length).position
     assert np.abs(ends[:, :-1] - path.start[:, 1:]).max(initial=0.0) < 1e-6
@@ -200,7 +200,8 @@ def run_folder(place, text, name):
         (run / file).write_bytes(content)
     (found,) = runs_below(place)
     assert found.state in ("finished", "unreadable")
-    assert len(found.reason) <= 2 * LONGEST and (not found.reason or found.reason.isprintable())
+    assert len(found.reason) <= 2 * LONGEST
+    assert found.reason.isprintable()
     if found.reason:
         raise UserError(found.reason)
 
@@ -246,7 +247,9 @@ def outcome(read, place, text):
         read(place, text)
     except UserError as error:
         (line,) = str(error).splitlines()
-        assert 0 < len(line) <= LONGEST and line.isprintable() and error.exit_code == 2, line
+        assert 0 < len(line) <= LONGEST, line
+        assert line.isprintable(), line
+        assert error.exit_code == UserError.exit_code == 2
         return "refused"
     return "accepted"
 

@@ -60,7 +60,7 @@ def test_a_damaged_configuration_belongs_to_no_group(tmp_path):
         "config.toml: cannot be read: No such file or directory",
     )
     assert found[2][:3] == ("two", "", "unreadable")
-    assert found[2][3].startswith("config.toml: Invalid value")
+    assert found[2][3].startswith("config.toml: is not valid TOML: Invalid value")
     assert len(found) == 3
 
 
