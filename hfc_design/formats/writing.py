@@ -70,11 +70,12 @@ def write(path: Path, content: Content) -> None:
         if isinstance(content, str | bytes):
             _fill(path, content)
             return
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # Beside it, so that a disk that is full is found before the first file is in its place.
-        with TemporaryDirectory(prefix=f".{path.name[:100]}-", dir=path.parent) as beside:
-            _fill(Path(beside) / "whole", content)
-            _move(Path(beside) / "whole", path)
+        # So near that a disk that is full is found before the first file is in its place.
+        near = next(folder for folder in path.absolute().parents if folder.is_dir())
+        with TemporaryDirectory(prefix=".hfc-", dir=near) as name:
+            _fill(whole := Path(name) / "whole", content)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _move(whole, path)
     except OSError as error:
         raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
 
