@@ -1,6 +1,7 @@
 """Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
 
 from collections.abc import Callable
+from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -71,6 +72,8 @@ def readable_by(read: Callable[[Path], object]) -> AfterValidator:
 
     def found(file: Path, info: ValidationInfo) -> Path:
         path = Path((info.context or {}).get("folder", "")) / file
+        if exists(path) and not (isfile(path) or isdir(path)):
+            raise ValueError("has to be a file, which can be read again")
         read(path)
         return path
 

@@ -12,8 +12,11 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import isfinite
+from os.path import realpath
 from pathlib import Path
 from typing import NoReturn
+
+from pydantic import AfterValidator
 
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
@@ -38,7 +41,7 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
         ValueError: it cannot be read, holds more, or waits for somebody to open its other end.
     """
     try:
-        if Path(path).resolve().is_fifo():  # what the shell has opened for us has no such name
+        if Path(realpath(path)).is_fifo():  # what the shell has opened for us has no such name
             raise OSError("it is a named pipe; give a file, or /dev/stdin")
         with open(path, "rb") as file:
             found = file.read(largest * MEGABYTE + 1)
@@ -127,6 +130,14 @@ def plain_fault(value: Plain, finite: bool = False) -> str | None:
             return None
         level = inside
     return NESTED
+
+
+@AfterValidator
+def writable(data: Json) -> Json:
+    """Validates what stands in a file as it is; it has to be what can be written again."""
+    if fault := plain_fault(data, finite=True):
+        raise ValueError(fault)
+    return data
 
 
 @contextmanager

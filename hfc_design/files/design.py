@@ -9,22 +9,14 @@ from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    JsonValue,
-    SerializeAsAny,
-    ValidationError,
-    model_validator,
-)
+from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
-from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
-from hfc_design.core.texts import json_of, of, plain_fault, read_text
+from hfc_design.core.texts import json_of, of, read_text, writable
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -70,14 +62,8 @@ class PlantRecord(Record):
     axes: dict[Label, dict[str, Finite]] = {}  # what differs in each axis, if there are several
 
 
-def _writable(data: Json) -> Json:
-    if fault := plain_fault(data, finite=True):
-        raise ValueError(fault)
-    return data
-
-
-#: What a file tells and nothing computes with; it can be written again.
-Told = Annotated[dict[str, JsonValue], AfterValidator(_writable)]
+#: What a file tells and nothing computes with.
+Told = Annotated[dict[str, JsonValue], writable]
 
 
 class Design(Record):

@@ -152,18 +152,16 @@ def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as CSV; a spreadsheet takes no text in it for a formula."""
+    """Rows as CSV; what a spreadsheet would compute gets an apostrophe (OWASP, CSV injection)."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerows(map(_harmless, row) for row in rows)
+    writer.writerows([_text(x) if isinstance(x, str) else x for x in row] for row in rows)
     return buffer.getvalue()
 
 
-def _harmless(cell: object) -> object:
-    """A cell; a text that a spreadsheet would compute gets an apostrophe (OWASP, CSV injection)."""
-    if isinstance(cell, str) and cell[:1] in FORMULA and not NUMBER.fullmatch(cell):
-        return f"'{cell}"
-    return cell
+def _text(cell: str) -> str:
+    formula = cell[:1] in FORMULA and not NUMBER.fullmatch(cell)
+    return "'" * formula + cell.replace("\r", "\n")  # which the csv module puts in quotes
 
 
 def check_names(target: str, names: Iterable[str], clash: str) -> None:

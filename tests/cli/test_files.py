@@ -102,7 +102,7 @@ def test_cells_that_a_spreadsheet_would_compute():
         ["-1.5", "+2", "-1e-3", "-.5", -1.5, -2, None, float("-inf"), "–"],
     ]
     found = list(csv.reader(io.StringIO(writing.csv_text(rows), newline="")))
-    quoted = ["'=1+1", "'+cmd|' /C calc'!A0", "'-x", "'@SUM(A1)", "'\tx", "'\rx", "a=b", "", "'-"]
+    quoted = ["'=1+1", "'+cmd|' /C calc'!A0", "'-x", "'@SUM(A1)", "'\tx", "'\nx", "a=b", "", "'-"]
     assert found[0] == quoted
     assert found[1] == ["-1.5", "+2", "-1e-3", "-.5", "-1.5", "-2", "", "-inf", "–"]
 

@@ -130,6 +130,18 @@ def test_a_named_pipe_keeps_nobody_waiting_and_the_end_of_a_pipe_is_read(tmp_pat
     os.close(read)
 
 
+def test_links_in_a_circle_and_files_that_can_be_read_once(tmp_path):
+    (tmp_path / "a.toml").symlink_to(tmp_path / "b.toml")
+    (tmp_path / "b.toml").symlink_to(tmp_path / "a.toml")
+    assert "cannot be read" in refused(read_text, tmp_path / "a.toml")
+    refused(load_scenario, tmp_path / "a.toml")
+    read, write = os.pipe()
+    os.write(write, b"0,1\n1,2\n")
+    os.close(write)
+    assert "read again" in refused(load_scenario, {"load": {"file": f"/dev/fd/{read}"}})
+    os.close(read)
+
+
 def test_changes_of_a_command_line():
     name = "c-axis-ramp"
     assert "more than 64 parts" in refused(load_scenario, name, ["a" + ".a" * 3000 + "=1"])
