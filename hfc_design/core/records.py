@@ -45,7 +45,7 @@ def in_a_line(message: str) -> str:
     """A message as a line, whatever was quoted in it: not long, and nothing moves the terminal."""
     line = " ".join(message.split())
     if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
-        line = f"{line[: LONGEST // 2]} ... {line[5 - LONGEST // 2 :]}"
+        line = f"{line[: LONGEST - 100]} ... {line[-95:]}"
     return "".join(letter if letter.isprintable() else "?" for letter in line)
 
 
