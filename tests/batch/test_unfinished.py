@@ -9,7 +9,7 @@ DAMAGED = {
     "no JSON": ("design.json", "{", "design.json: "),
     "no score": ("design.json", "{}", "has no score"),
     "a list": ("design.json", "[]", "has no score"),
-    "nan": ("design.json", '{"score": {"fitness": NaN}}', "no fitness that is a number"),
+    "nan": ("design.json", '{"score": {"fitness": NaN}}', "NaN is no number"),
     "a word": ("design.json", '{"score": {"fitness": "high"}}', "no fitness that is a number"),
     "not UTF-8": ("design.json", b"\xff", "design.json: "),
     "empty": ("history.csv", "", "history.csv: has no column best"),
