@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import inf
 from typing import Any, TypeAlias
 
@@ -126,7 +127,8 @@ def only_positive(
     def fault(changes: dict[str, float]) -> str | None:
         for name, value in changes.items():
             if name not in parameters._fields:
-                return f"parameters.{name}: unknown; there is {', '.join(parameters._fields)}"
+                near = get_close_matches(name, parameters._fields) or parameters._fields
+                return f"parameters.{name}: unknown; there is {', '.join(near)}"
             allowed, words = others.get(name, POSITIVE)
             if not allowed(value):
                 return f"parameters.{name} = {value}: has to be {words}"

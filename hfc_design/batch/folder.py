@@ -5,7 +5,6 @@ batch lies in ``batch.json`` and in ``.batch/``.
 """
 
 import fcntl
-import json
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ from hfc_design.batch.plan import Plan, Told
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Record, RunError, UserError, checked
+from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, of
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 PLAN, NOTES = "batch.json", ".batch"
@@ -122,10 +122,8 @@ def locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
 
 
 def _noted(out: Path) -> Noted:
-    try:
-        plan = json.loads((out / PLAN).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise UserError(f"{out / PLAN}: cannot be read: {error}") from None
+    with of(out / PLAN):
+        plan = json_of(decoded(content(out / PLAN, LARGEST_TABLE)))
     return checked(Noted, plan, out / PLAN, out)
 
 

@@ -5,15 +5,16 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from itertools import product
 from math import prod
+from os.path import exists
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
-from hfc_design.core.checkpoint import read_toml
 from hfc_design.core.dotted import flat, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
+from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
@@ -186,7 +187,7 @@ def _asked(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
 def _place(name: object, folder: Path) -> str:
     """What a batch file names: beside it, from where the user is, or built in."""
     beside = folder / str(name)
-    return str(beside if beside.exists() else name)
+    return str(beside if exists(beside) else name)
 
 
 def _name(scenario: Scenario, design: Design | None) -> str:

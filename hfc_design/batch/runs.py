@@ -4,9 +4,9 @@ Only what a summary needs is read; whatever is damaged is told beside the run an
 """
 
 import json
-import tomllib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -16,7 +16,8 @@ from hfc_design.batch import folder
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Json
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, in_a_line
+from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, toml_of
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
@@ -96,8 +97,8 @@ def _folders(path: Path) -> Iterator[Path]:
 def _alone(path: Path, top: Path) -> Run:
     """A run outside of every batch; its settings are all that its configuration says."""
     try:
-        config = tomllib.loads((path / CONFIG).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        config = toml_of(decoded(content(path / CONFIG)))
+    except ValueError as error:
         return Run(_below(path, top), {}, "unreadable", _told(CONFIG, error))
     said = {key: value for key, value in flat(config).items() if key not in SAID}
     settings = {SCENARIO: config.get("name", "")} | said
@@ -127,12 +128,12 @@ def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "")
     if state == "finished":
         try:
             score, judged_by = _score(path)
-        except (OSError, ValueError) as error:
+        except ValueError as error:
             state, reason = "unreadable", _told(DESIGN, error)
     if (path / HISTORY).exists() or (state == "finished" and searched):
         try:
             best = _best(path)
-        except (OSError, ValueError) as error:
+        except ValueError as error:
             reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
     if state in ("running", "broken off") and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
@@ -146,7 +147,7 @@ def _score(path: Path) -> tuple[dict[str, float | None], str]:
     Raises:
         ValueError: the file is no design with a score.
     """
-    design = json.loads((path / DESIGN).read_text(encoding="utf-8"))
+    design = json_of(decoded(content(path / DESIGN)))
     score = design.get("score") if isinstance(design, dict) else None
     if not isinstance(score, dict):
         raise ValueError("has no score")
@@ -158,7 +159,7 @@ def _score(path: Path) -> tuple[dict[str, float | None], str]:
 
 
 def _number(value: object) -> float | None:
-    return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else None
+    return float(value) if isinstance(value, (int, float)) and isfinite(value) else None
 
 
 def _best(path: Path) -> Floats:
@@ -167,7 +168,7 @@ def _best(path: Path) -> Floats:
     Raises:
         ValueError: a row is damaged or missing.
     """
-    lines = (path / HISTORY).read_text(encoding="utf-8").splitlines()
+    lines = decoded(content(path / HISTORY, LARGEST_TABLE)).splitlines()
     names, *rows = (line.split(",") for line in lines or [""])
     if not rows or "best" not in names:
         raise ValueError("has no column best or no generation")
@@ -181,10 +182,9 @@ def _best(path: Path) -> Floats:
     return numbers
 
 
-def _told(file: str, error: Exception) -> str:
+def _told(file: str, error: ValueError) -> str:
     """What is wrong with a file, in a line that does not depend on where it lies."""
-    why = error.strerror if isinstance(error, OSError) else str(error)
-    return " ".join(f"{file}: {why}".split())
+    return in_a_line(f"{file}: {error}")
 
 
 def listed(counts: Mapping[Any, int]) -> str:

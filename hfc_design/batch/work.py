@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Cell
 from hfc_design.core.checkpoint import tidy, write_whole
-from hfc_design.core.records import RunError
+from hfc_design.core.records import RunError, in_a_line
 from hfc_design.runs import run as design
 from hfc_design.search.loop import Search
 
@@ -114,8 +114,7 @@ def attempt(work: Callable[[], object]) -> Outcome:
 
 def told(error: Exception) -> str:
     """Why a cell failed, in one line."""
-    line = " ".join(f"{type(error).__name__}: {error}".split())
-    return "".join(letter if letter.isprintable() else "?" for letter in line)
+    return in_a_line(f"{type(error).__name__}: {error}")
 
 
 def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:

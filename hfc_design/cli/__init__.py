@@ -23,7 +23,7 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; UserError becomes a line on stderr and its exit code."""
-        from hfc_design.core.records import UserError
+        from hfc_design.core.records import RunError, UserError
 
         try:
             return super().invoke(ctx)
@@ -32,6 +32,10 @@ class Commands(click.Group):
             sys.exit(error.exit_code)
         except BrokenPipeError:
             sys.exit(1)
+        except OSError as error:  # such as a name that no file can have
+            told = RunError(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+            click.echo(f"hfc: {told}", err=True)
+            sys.exit(told.exit_code)
 
 
 @click.group(cls=Commands, commands=COMMANDS, context_settings=SETTINGS)

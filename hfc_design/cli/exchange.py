@@ -5,14 +5,23 @@ from typing import Any
 
 import click
 
-from hfc_design.cli.options import PATH, Texts, changing_design, knowing_plugins
+from hfc_design.cli.options import (
+    NEW_PATH,
+    PATH,
+    Texts,
+    changing_design,
+    force,
+    free,
+    knowing_plugins,
+)
 
 
 @click.command()
 @click.argument("design")
 @changing_design
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
-@click.option("--out", type=PATH, help="File or folder to write.")
+@click.option("--out", type=NEW_PATH, help="File or folder to write.")
+@force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")
 @knowing_plugins
@@ -30,9 +39,7 @@ def export(
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
     check_score(found, anyway)
-    path = out or Path(f"{found.name}.{target}")
-    if path.exists():
-        raise UserError(f"--out {path}: exists already; name another path")
+    path = out or free(Path(f"{found.name}.{target}"))
     if lookup is None:
         FORMATS[target].write(found, path)
     else:
@@ -48,7 +55,8 @@ SIGNAL_HELP = (
 
 @click.command("import")
 @click.argument("file", type=PATH)
-@click.option("--out", type=PATH, help="Design file [default: NAME.json].")
+@click.option("--out", type=NEW_PATH, help="Design file [default: NAME.json].")
+@force
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
 @click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
@@ -81,8 +89,6 @@ def import_(
     if plant is not None:
         plant = ALL_PLANTS.resolve(plant).name
     design = imported(file, Wish(**options, plant=plant, signals=pairs))
-    path = out or Path(f"{design.name}.json")
-    if path.exists():
-        raise UserError(f"--out {path}: exists already; name another path")
+    path = out or free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
     click.echo(path)

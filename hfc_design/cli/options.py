@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from functools import wraps
+from os.path import exists
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,34 @@ def _bounded(_: click.Context, option: click.Parameter, told: str | None) -> Non
 Command = Callable[..., None]
 Texts = tuple[str, ...]
 PATH = click.Path(path_type=Path)
+
+
+def free(path: Path, option: str = "--out") -> Path:
+    """Where a command is to write; UserError: something is there already, and no --force."""
+    from hfc_design.core.records import UserError
+
+    if exists(path) and not click.get_current_context().meta["hfc.force"]:
+        raise UserError(f"{option} {path}: exists already; name another path, or add --force")
+    return path
+
+
+class _NewPath(click.Path):
+    """A path as ``PATH``, which is ``free``; of commands that have ``force``."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Path:
+        """Raises UserError: it is not free."""
+        return free(Path(value), param.opts[0])
+
+
+NEW_PATH = _NewPath()
+force = click.option(
+    "--force",
+    is_flag=True,
+    is_eager=True,  # the paths ask for it
+    expose_value=False,
+    callback=lambda ctx, _, told: ctx.meta.update({"hfc.force": told}),
+    help="Overwrite what is there.",
+)
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."

@@ -11,9 +11,11 @@ import click
 from hfc_design.cli.options import (
     CHOICES,
     CHOSEN,
+    NEW_PATH,
     PATH,
     Texts,
     as_json,
+    force,
     knowing_plugins,
     memory,
     on_scenario,
@@ -104,7 +106,8 @@ def design(
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
-@click.option("--plot", type=PATH, help="Draw the metrics' distributions.")
+@click.option("--plot", type=NEW_PATH, help="Draw the metrics' distributions.")
+@force
 @memory
 @as_json
 @with_plugins(CHOICES)
@@ -139,8 +142,9 @@ def score(
 
 @click.command()
 @on_scenario
-@click.option("--csv", "csv_file", type=PATH, help="Write the trajectory.")
-@click.option("--plot", type=PATH, help="Draw it (png, svg or pdf).")
+@click.option("--csv", "csv_file", type=NEW_PATH, help="Write the trajectory.")
+@click.option("--plot", type=NEW_PATH, help="Draw it (png, svg or pdf).")
+@force
 @memory
 @with_plugins(CHOICES)
 def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:

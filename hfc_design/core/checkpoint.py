@@ -4,7 +4,6 @@ import errno
 import json
 import os
 import secrets
-import tomllib
 from collections.abc import Callable
 from contextlib import suppress
 from hashlib import sha256
@@ -14,8 +13,7 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.numbers import Json
-from hfc_design.core.records import RunError, UserError, short
+from hfc_design.core.records import RunError, short
 
 FORMAT = "hfc-checkpoint-3"
 #: Which did not say what made them, but for the text of config.toml; in the first what had failed
@@ -179,29 +177,3 @@ def _fits(value: np.ndarray, like: Any) -> bool:
     told = get_args(get_args(like)[-1]) if get_origin(like) is np.ndarray else ()
     kinds = [x.__mro__[1] for x in told if isinstance(x, type)]  # as float64 is a floating
     return all(np.issubdtype(value.dtype, kind) for kind in kinds)
-
-
-def read_text(path: str | Path) -> str:
-    """What a user's file says, in UTF-8.
-
-    Raises:
-        UserError: it cannot be read.
-    """
-    try:
-        return Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: cannot be read: it is not a text in UTF-8") from None
-
-
-def read_toml(path: Path) -> Json:
-    """What a user's TOML file says.
-
-    Raises:
-        UserError: it cannot be read, or is no TOML.
-    """
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{path}: is not valid TOML: {error}") from None

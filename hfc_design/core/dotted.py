@@ -1,11 +1,11 @@
 """Keys inside tables by their dotted names, as in simulation.duration_s."""
 
 import copy
-import tomllib
 from collections.abc import Iterable, Mapping
 
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
+from hfc_design.core.texts import DEEPEST, plain_fault, toml_of
 
 #: Values by dotted key, or texts like "key.sub=value".
 Changes = Iterable[str] | Mapping[str, Plain]
@@ -29,9 +29,10 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
                 f"{option} {change}: has to look like KEY=VALUE, as in {EXAMPLES[option]}"
             )
         try:
-            found[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            found[key.strip()] = text.strip()
+            told = toml_of(f"value = {text}")
+        except ValueError:
+            told = {}
+        found[key.strip()] = told["value"] if [*told] == ["value"] else text.strip()
     return found
 
 
@@ -39,12 +40,17 @@ def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
     """``data`` with the values of dotted keys; ``option`` stands in the messages.
 
     Raises:
-        UserError: a key runs through something that is not a table.
+        UserError: a key runs through something that is not a table, or a value is not plain.
     """
-    data = copy.deepcopy(data)
     values = changes if isinstance(changes, Mapping) else set_keys(changes, option)
+    if fault := plain_fault(data):  # of a script; a file has been through this
+        raise UserError(fault)
+    data = copy.deepcopy(data)
     for key, value in values.items():
         *path, last = key.split(".")
+        fault = f"has more than {DEEPEST} parts" if len(path) >= DEEPEST else None
+        if fault := fault or plain_fault({key: value}):
+            raise UserError(f"{option} {key[:60]}: {fault}")
         place = data
         for part in path:
             if place.get(part) is None:  # an optional part of a design is null where there is none

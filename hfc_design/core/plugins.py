@@ -93,9 +93,8 @@ class Group(Generic[Thing]):
         if not found:
             known = ", ".join(repr(other) for other in self.names())
             raise UserError(
-                f"{name!r} is no {self.what} known here; there is {known}; add an own one with "
-                f"--{self.what} module:OBJECT, in a script by register of hfc_design.api or use of "
-                "hfc_design.runtime, or install the package that has it"
+                f"{short(name)} is no {self.what} known here; there is {known}; add an own one "
+                f"with --{self.what} module:OBJECT, register or use in a script, or its package"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -110,7 +109,7 @@ class Group(Generic[Thing]):
         try:
             return self.get(name)
         except UserError as error:
-            why = str(error).removeprefix(f"{name!r} ")
+            why = str(error).removeprefix(f"{short(name)} ")
             raise ValueError(f"{key} = {short(name)}: {why}") from None
 
     def source(self, name: str) -> str | None:

@@ -1,6 +1,7 @@
 """Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
 
 from collections.abc import Callable
+from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -36,13 +37,25 @@ class Record(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+#: Characters of a message: nobody reads more.
+LONGEST = 300
+
+
+def in_a_line(message: str) -> str:
+    """A message as a line, whatever was quoted in it: not long, and nothing moves the terminal."""
+    line = " ".join(message.split())
+    if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
+        line = f"{line[: LONGEST - 100]} ... {line[-95:]}"
+    return "".join(letter if letter.isprintable() else "?" for letter in line)
+
+
 class UserError(Exception):
     """Something that the user wrote cannot be used: exit code 2."""
 
     exit_code = 2
 
     def __init__(self, message: str):
-        super().__init__(" ".join(message.split()))  # one line, whatever was quoted in it
+        super().__init__(in_a_line(message))
 
 
 class RunError(UserError):
@@ -59,6 +72,8 @@ def readable_by(read: Callable[[Path], object]) -> AfterValidator:
 
     def found(file: Path, info: ValidationInfo) -> Path:
         path = Path((info.context or {}).get("folder", "")) / file
+        if exists(path) and not (isfile(path) or isdir(path)):
+            raise ValueError("has to be a file, which can be read again")
         read(path)
         return path
 
@@ -82,6 +97,9 @@ def checked(
         return model.model_validate(data, context={"folder": folder, **context})
     except ValidationError as error:
         raise UserError(f"{source}: {_explained(error, data)}") from None
+    except ArithmeticError as error:  # of what is computed to check it
+        told = "a number in it is too large or too small to compute with"
+        raise UserError(f"{source}: {told} ({error})") from None
 
 
 #: Kind of a mistake -> what TOML and JSON call what is wanted.

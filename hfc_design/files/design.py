@@ -5,17 +5,18 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from operator import not_
+from os.path import exists
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.checkpoint import read_text
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
+from hfc_design.core.texts import json_of, of, read_text, writable
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -61,6 +62,10 @@ class PlantRecord(Record):
     axes: dict[Label, dict[str, Finite]] = {}  # what differs in each axis, if there are several
 
 
+#: What a file tells and nothing computes with.
+Told = Annotated[dict[str, JsonValue], writable]
+
+
 class Design(Record):
     """A design file as a whole."""
 
@@ -71,8 +76,8 @@ class Design(Record):
     controller: Annotated[SerializeAsAny[ControllerRecord], chosen(KINDS, "record")]
     #: The controller itself asks for no more than this; a file without any does not speak of it.
     limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
-    score: dict[str, JsonValue] = {}
-    provenance: dict[str, JsonValue] = {}
+    score: Told = {}
+    provenance: Told = {}
     _axis: str = ""
 
     @property
@@ -124,10 +129,10 @@ def named_design(source: AnyDesign) -> Design:
     name, path = str(source), Path(source)
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
-    if not path.exists():
+    if not exists(path):
         known = ", ".join(builtin_designs())
         raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
-    if path.is_dir() and not (path := path / "design.json").exists():
+    if path.is_dir() and not exists(path := path / "design.json"):
         raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
     return read_design(path)
 
@@ -147,10 +152,8 @@ def parse_design(text: str, source: str | Path) -> Design:
     Raises:
         UserError: text is no JSON, or is not a design that can run.
     """
-    try:
-        data = json.loads(text, parse_constant=_refused)
-    except (ValueError, RecursionError) as error:
-        raise UserError(f"{source}: is not a whole JSON file: {error}") from None
+    with of(source):
+        data = json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None
     with naming(provenance):
         return checked(Design, data, source, Path(source).parent)
@@ -175,18 +178,23 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     """
     data = changed(design.model_dump(mode="json"), changes, "--change")
     told = dict(changes) if isinstance(changes, Mapping) else list(changes)
-    data |= {"score": {}, "provenance": data["provenance"] | {"changes": told}}
+    data["score"] = {}
+    if isinstance(data["provenance"], dict):  # else it is refused
+        data["provenance"]["changes"] = told
     return checked(Design, data, f"{source}, changed", Path(source).parent)
-
-
-def _refused(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number that a design may hold")
 
 
 def design_json(design: Design) -> str:
     """The design as JSON; every float reads back bit for bit, a row of a table is a line."""
     text = json.dumps(design.model_dump(mode="json"), indent=1, allow_nan=False)
-    rows = re.compile(r'\[[\s\d.,eE+-]+\]|\[\s*"[A-Z]{2}"[\s,"A-Z]+\]')
-    return rows.sub(
-        lambda row: re.sub(r"\s+", " ", row[0]).replace("[ ", "[").replace(" ]", "]"), text
-    )
+    return _ROWS.sub(lambda found: found["text"] or _flat(found[0]), text)
+
+
+#: A text, which stays as it is, or a list of numbers or of labels.
+_ROWS = re.compile(
+    r'(?P<text>"(?:[^"\\]|\\.)*+")|\[[\s\d.,eE+-]++\]|\[\s*"[A-Z]{2}"(?:,\s*"[A-Z]*")*+\s*\]'
+)
+
+
+def _flat(row: str) -> str:
+    return " ".join(row.split()).replace("[ ", "[").replace(" ]", "]")

@@ -4,6 +4,7 @@ The records here are what a user writes as TOML; they are checked once, when the
 """
 
 from collections.abc import Callable, Mapping
+from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,10 +14,10 @@ from pydantic import Field, SerializeAsAny, model_validator
 
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.checkpoint import read_toml
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
+from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, Limits, named_design
 from hfc_design.files.machine import Axis, PlantSettings, SensorSettings, check_axes
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
@@ -27,6 +28,7 @@ from hfc_design.objectives.metrics import Window, settled_samples
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 
 MAX_STEPS = 10_000_000
+TOO_FAR = "leaves what numbers can hold; nothing real is so large, so small or so fast"
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
 #: Of a controller that does not say its kind.
@@ -61,10 +63,11 @@ class Scenario(Record):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
-        if not 1 <= self.simulation.steps <= MAX_STEPS:
+        duration, every = self.simulation.duration_s, self.simulation.sample_time_s
+        steps = np.round(duration / every)
+        if not 1 <= steps <= MAX_STEPS:
             raise ValueError(
-                f"simulation: {self.simulation.duration_s} s in samples of "
-                f"{self.simulation.sample_time_s} s are {self.simulation.steps} samples; "
+                f"simulation: {duration} s in samples of {every} s are {steps:.15g} samples; "
                 f"allowed are 1 to {MAX_STEPS}"
             )
         self._has_windows()
@@ -133,20 +136,28 @@ class Scenario(Record):
                 f"{x:g} and {y:g} mm"
             )
         speeds = [axis.drive.top_speed(axis.parameters) * x for axis in axes]
-        if fault := speed_fault(path, speeds):
+        with np.errstate(all="ignore"):
+            if not path.motion.finite:
+                raise ValueError(f"{key}: {TOO_FAR}")
+            fault = speed_fault(path, speeds)
+        if fault:
             raise ValueError(f"reference: {fault}")
 
     def _is_slow_enough(self, axis: Axis, reference: Reference) -> None:
         """Whether the steps of the integration are short enough for the fastest reference."""
-        speed = float(np.abs(reference.samples(self.simulation.time).reference_rate).max())
+        with np.errstate(all="ignore"):
+            told = reference.samples(self.simulation.time)
+        if not all(np.isfinite(x).all() for x in (told.target, told.reference_rate)):
+            raise ValueError(f"reference.kind = {reference.kind!r}: {TOO_FAR}")
+        speed = float(np.abs(told.reference_rate).max())
         substeps = self.simulation.substeps
         limit = axis.drive.fastest(axis.parameters, self.simulation.sample_time_s / substeps)
         if speed > limit:
-            needed = int(np.ceil(substeps * speed / limit))
+            needed = np.ceil(substeps * speed / limit)
             raise ValueError(
                 f"simulation.substeps = {substeps}: a reference of up to "
-                f"{speed:.3g} {axis.drive.units['error_rate']} needs at least {needed} with this "
-                "friction and sample time"
+                f"{speed:.3g} {axis.drive.units['error_rate']} needs at least {needed:.15g} with "
+                "this friction and sample time"
             )
 
     @property
@@ -213,7 +224,7 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     name = str(source)
     built_in = name in builtin_names()
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)
-    if not path.is_file():
+    if not exists(path) or path.is_dir():  # it may be the end of a pipe
         known = ", ".join(builtin_names())
         raise UserError(f"{name}: no such scenario; built in are {known}, or give a TOML file")
     data = read_toml(path)
@@ -232,7 +243,7 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
 
     def beside(name: str) -> Design:
         path = folder / name
-        return named_design(str(path) if path.exists() else name)
+        return named_design(str(path) if exists(path) else name)
 
     return checked(Scenario, data, source, folder, named_design=beside)
 

@@ -11,6 +11,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple, TypeAlias
 
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
@@ -29,6 +30,9 @@ RESERVED: dict[str, list[str]] = {
     target: words.split()
     for target, words in tomllib.loads((HERE / "reserved.toml").read_text(encoding="utf-8")).items()
 }
+#: What a spreadsheet takes for the start of a formula, unless a number follows.
+FORMULA = tuple("=+-@\t\r\n")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 #: A file, or a folder's by their names.
 Content: TypeAlias = "str | bytes | Mapping[str, Content]"
 
@@ -57,16 +61,41 @@ class Format(NamedTuple):
 
 
 def write(path: Path, content: Content) -> None:
-    """Write a file or a folder; RunError: it cannot be written."""
+    """Write a file or a folder, all of it or nothing; what else is in the folder stays.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    try:
+        if isinstance(content, str | bytes):
+            _fill(path, content)
+            return
+        # So near that a disk that is full is found before the first file is in its place.
+        near = next(folder for folder in path.absolute().parents if folder.is_dir())
+        with TemporaryDirectory(prefix=".hfc-", dir=near) as name:
+            _fill(whole := Path(name) / "whole", content)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _move(whole, path)
+    except OSError as error:
+        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _fill(path: Path, content: Content) -> None:
     if isinstance(content, str | bytes):
         write_whole(path, content.encode() if isinstance(content, str) else content)
         return
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
+    path.mkdir()
     for name, part in content.items():
-        write(path / name, part)
+        _fill(path / name, part)
+
+
+def _move(whole: Path, path: Path) -> None:
+    """Put a folder in its place, or its files into a folder that is there."""
+    if whole.is_dir() and path.is_dir():
+        for inner in sorted(whole.iterdir()):
+            _move(inner, path / inner.name)
+    else:
+        whole.replace(path)
 
 
 def rule_base(design: Design) -> RuleBase:
@@ -123,10 +152,16 @@ def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as CSV."""
+    """Rows as CSV; what a spreadsheet would compute gets an apostrophe (OWASP, CSV injection)."""
     buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(rows)
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerows([_text(x) if isinstance(x, str) else x for x in row] for row in rows)
     return buffer.getvalue()
+
+
+def _text(cell: str) -> str:
+    formula = cell[:1] in FORMULA and not NUMBER.fullmatch(cell)
+    return "'" * formula + cell.replace("\r", "\n")  # which the csv module puts in quotes
 
 
 def check_names(target: str, names: Iterable[str], clash: str) -> None:

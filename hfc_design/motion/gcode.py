@@ -15,21 +15,19 @@ from pathlib import Path
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 
-from hfc_design.core.records import UserError
+from hfc_design.core.texts import content, decoded, of
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
 GRAMMAR = r"""
-program: block? (_END block?)*
-block: word+
+block: word*
 word: LETTER NUMBER?
 LETTER: /[A-Za-z]/
 NUMBER: /[+-]?(\d+\.?\d*|\.\d+)/
-_END: /\n/
 COMMENT: /\([^()\n]*\)|;[^\n]*|%/
 %ignore COMMENT
 %ignore /[ \t\f]+/
 """
-PARSER = Lark(GRAMMAR, parser="lalr", start="program", propagate_positions=True)
+PARSER = Lark(GRAMMAR, parser="lalr", start="block", propagate_positions=True)
 #: Units, plane and modes that are so anyway; no offsets, no cutter compensation, no cycle.
 IDLE_G = frozenset({17, 21, 40, 49, 54, 80, 94})
 IDLE_M = frozenset({0, 1, 3, 4, 5, 6, 7, 8, 9})  # stops, spindle, tool, coolant
@@ -50,10 +48,8 @@ def read(file: Path, rapid: float) -> tuple[Segment, ...]:
     Raises:
         UserError: the file cannot be read or used; the line says file, line number and why.
     """
-    try:
+    with of(file):
         return segments(text_of(file), rapid)
-    except ValueError as error:
-        raise UserError(f"{file}: {error}") from None
 
 
 def text_of(file: Path) -> str:
@@ -62,10 +58,7 @@ def text_of(file: Path) -> str:
     Raises:
         ValueError: the file cannot be read.
     """
-    try:
-        return file.read_text(encoding="utf-8-sig", errors="replace")
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror or error}") from None
+    return decoded(content(file), "utf-8-sig", "replace")
 
 
 @lru_cache(maxsize=8)
@@ -75,21 +68,17 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     Raises:
         ValueError: it cannot be used; the message starts with the line number.
     """
-    try:
-        program = PARSER.parse(text)
-    except UnexpectedInput as error:
-        there = error.get_context(text, span=20).splitlines()[0].strip()
-        raise ValueError(
-            f"line {error.line}: cannot be understood at column {error.column}: {there!r}"
-        ) from None
-    machine = _Machine(rapid)
-    for block in program.children:
-        assert isinstance(block, Tree)
+    machine, ended = _Machine(rapid), False
+    for number, code in enumerate(text.split("\n"), 1):
         try:
-            if machine.ended_by(*_sorted(block)):
-                break
+            block = PARSER.parse(code)
+            ended = ended or machine.ended_by(*_sorted(block))
+        except UnexpectedInput as error:
+            there = error.get_context(code, span=20).splitlines()[0].strip()
+            told = f"cannot be understood at column {error.column}: {there!r}"
+            raise ValueError(f"line {number}: {told}") from None
         except ValueError as error:
-            raise ValueError(f"line {block.meta.line}: {error}") from None
+            raise ValueError(f"line {number}: {error}") from None
     if not machine.done:
         raise ValueError("has no motion in X or Y")
     return tuple(machine.done)

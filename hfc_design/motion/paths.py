@@ -121,6 +121,11 @@ class Motion(NamedTuple):
     peak: Floats  # (segments,) largest speed on each segment [mm/s]
 
     @property
+    def finite(self) -> bool:
+        """Whether numbers can hold it."""
+        return all(bool(np.isfinite(part).all()) for part in self)
+
+    @property
     def duration(self) -> float:
         """When the end of the path is reached [s]."""
         return float(self.start[-1])

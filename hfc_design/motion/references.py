@@ -12,6 +12,7 @@ from pydantic import Field
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, readable_by
+from hfc_design.core.texts import LARGEST_TABLE, content, decoded
 from hfc_design.motion.samples import AxisSamples
 
 
@@ -21,14 +22,12 @@ def table_of(path: Path) -> tuple[Floats, Floats]:
     Raises:
         ValueError: the file cannot be read, or is not two finite columns with rising time.
     """
+    lines = decoded(content(path, LARGEST_TABLE), "utf-8-sig").splitlines()
+    header = int(bool(lines) and not re.match(r"\s*[-+.]*\d", lines[0]))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an empty file is refused below
-            lines = path.read_text(encoding="utf-8-sig").splitlines()
-            header = int(bool(lines) and not re.match(r"\s*[-+.]*\d", lines[0]))
             data = np.loadtxt(lines, delimiter=",", skiprows=header, ndmin=2)
-    except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:
         raise ValueError(f"is no table of numbers: {error}") from None
     if data.shape[1] != 2 or len(data) < 2:

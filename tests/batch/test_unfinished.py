@@ -9,14 +9,14 @@ DAMAGED = {
     "no JSON": ("design.json", "{", "design.json: "),
     "no score": ("design.json", "{}", "has no score"),
     "a list": ("design.json", "[]", "has no score"),
-    "nan": ("design.json", '{"score": {"fitness": NaN}}', "no fitness that is a number"),
+    "nan": ("design.json", '{"score": {"fitness": NaN}}', "NaN is no number"),
     "a word": ("design.json", '{"score": {"fitness": "high"}}', "no fitness that is a number"),
     "not UTF-8": ("design.json", b"\xff", "design.json: "),
     "empty": ("history.csv", "", "history.csv: has no column best"),
     "head": ("history.csv", "generation,best\n", "no generation"),
     "cut": ("history.csv", "generation,best,median\n0,1.0,1.0\n1,1.", "row 3 is damaged"),
     "lost": ("history.csv", "generation,best\n0,1.0\n2,1.0\n", "row 3 is damaged"),
-    "a folder": ("history.csv", None, "history.csv: Is a directory"),
+    "a folder": ("history.csv", None, "history.csv: cannot be read: Is a directory"),
     "words": ("history.csv", "generation,best\n0,one\n", "could not convert"),
     "infinite": ("history.csv", "generation,best\n0,inf\n", "no number"),
 }
@@ -53,9 +53,14 @@ def test_a_damaged_configuration_belongs_to_no_group(tmp_path):
     assert hfc("report", tmp_path).exit_code == 0
     found = [(r["run"], r["group"], r["state"], r["reason"]) for r in table(tmp_path / "runs.csv")]
     assert found[0] == ("one", "1", "finished", "")
-    assert found[1] == ("three", "", "unreadable", "config.toml: No such file or directory")
+    assert found[1] == (
+        "three",
+        "",
+        "unreadable",
+        "config.toml: cannot be read: No such file or directory",
+    )
     assert found[2][:3] == ("two", "", "unreadable")
-    assert found[2][3].startswith("config.toml: Invalid value")
+    assert found[2][3].startswith("config.toml: is not valid TOML: Invalid value")
     assert len(found) == 3
 
 
@@ -93,7 +98,7 @@ def test_nothing_has_finished(tmp_path):
     [
         ({}, ["holds no runs", "batch.json"]),
         ({"notes.txt": "hello"}, ["holds no runs"]),
-        ({"batch.json": "{"}, ["batch.json", "cannot be read"]),
+        ({"batch.json": "{"}, ["batch.json", "is not a whole JSON file"]),
         ({"batch.json": "[1]"}, ["batch.json", "table of keys"]),
         ({"config.toml": ""}, ["holds no finished run", "design.json"]),
         ({"design.json": "{}"}, ["holds no finished run", "config.toml"]),

@@ -113,7 +113,7 @@ def test_a_controller_is_imported_for_an_own_plant(own):
     again = hfc("import", GAUSSIAN, "--like", "mine.json", "--name", "again", *signals)
     assert again.exit_code == 0, again.output
     assert json.loads(Path("again.json").read_text())["controller"] == design["controller"]
-    assert "'deflection'" in refused(*command[:6], "--sample-time", "0.01")
+    assert "'deflection'" in refused(*command[:6], "--force", "--sample-time", "0.01")
     assert "'rocket'" in refused("import", GAUSSIAN, "--plant", "rocket")
 
 

@@ -7,10 +7,11 @@ cannot hold is refused.
 
 import hashlib
 from collections.abc import Callable
+from os.path import isdir
 from pathlib import Path
 
-from hfc_design.core.checkpoint import read_text
 from hfc_design.core.records import UserError
+from hfc_design.core.texts import content, decoded, of
 from hfc_design.files.design import Design
 from hfc_design.formats.reading import csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import Wish, design_of
@@ -32,13 +33,15 @@ def imported(path: Path, wish: Wish) -> Design:
     Raises:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
-    ending = ".csv" if path.is_dir() else path.suffix.lower()
+    ending = ".csv" if isdir(path) else path.suffix.lower()
     if ending not in READERS:
         raise UserError(f"{path}: is neither .fll, .fis nor a folder of .csv tables")
-    try:
+    with of(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
-        system = READERS[ending](*map(read_text, files))
-        digests = {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
-        return design_of(system, wish, path, digests)
-    except ValueError as error:
-        raise UserError(f"{path}: {error}") from None
+        texts, digests = [], {}
+        for file in files:
+            with of(file):
+                found = content(file)
+                texts.append(decoded(found))
+            digests[file.name] = hashlib.sha256(found).hexdigest()
+        return design_of(READERS[ending](*texts), wish, path, digests)

@@ -3,6 +3,7 @@
 import csv
 import io
 from math import inf
+from os.path import isdir, isfile
 from pathlib import Path
 
 from hfc_design.core.records import TERMS
@@ -16,10 +17,10 @@ Rows = list[list[Token]]
 
 def files(path: Path) -> list[Path]:
     """The tables of the folder ``path``, or beside it; ValueError: there is none of rules."""
-    folder = path if path.is_dir() else path.parent
-    if path.is_file() and path.name != FILES[0]:
+    folder = path if isdir(path) else path.parent
+    if isfile(path) and path.name != FILES[0]:
         raise ValueError(f"has to be named {FILES[0]}, beside {FILES[1]} and {FILES[2]}")
-    if not (folder / FILES[0]).is_file():
+    if not isfile(folder / FILES[0]):
         raise ValueError(f"has no {FILES[0]}; a hierarchy's tables hold no terms to import")
     return [folder / name for name in FILES]
 

@@ -27,7 +27,6 @@ SHAPES = {"trimf": "abbc", "trapmf": "abcd", "linzmf": "--ab", "linsmf": "ab++"}
 SHAPES |= {"gaussmf": "abba", "gauss2mf": "abdc"}
 COMMENT = re.compile(r"^\s*#.*|%.*")
 SECTION = re.compile(r"\[(\w+)\]")
-LINE = re.compile(r"([^=]*?)\s*=\s*(.*)")
 TERM = re.compile(r"'([^']*)'\s*:\s*'(\w+)'\s*,\s*(\[[^][]*\])")
 RULE = re.compile(r"(-?\d+)[\s,]+(-?\d+)\s*,\s*(-?\d+)\s*\(([^()]*)\)\s*:\s*(\d+)")
 
@@ -60,7 +59,7 @@ def read(text: str) -> System:
 def _sections(text: str) -> dict[str, Block]:
     """The sections by name; rules have no key."""
     sections: dict[str, Block] = {}
-    current = None
+    current, seen = None, set()
     for line in lines(text, COMMENT):
         if title := line.match(SECTION):
             name = title[0].one_of("section", SECTIONS)
@@ -71,9 +70,10 @@ def _sections(text: str) -> dict[str, Block]:
             raise line.fault(f"{line.text[:40]!r} stands before any section; [System] comes first")
         elif current is sections.get("Rules"):
             current.entries.append(("", line))
-        elif pair := line.match(LINE):
-            if current.all(pair[0].text):
+        elif pair := line.pair("="):
+            if (current.name.text, pair[0].text) in seen:
                 raise line.fault(f"{pair[0].text} stands there twice")
+            seen.add((current.name.text, pair[0].text))
             current.entries.append((pair[0].text, pair[1]))
         else:
             raise line.fault(f"{line.text[:40]!r} is no line of a .fis, which is Key=value")

@@ -28,7 +28,6 @@ NEEDED = {"OutputVariable": ("defuzzifier",), "RuleBlock": ("conjunction", "acti
 SHAPES = {"Triangle": "abbc", "Trapezoid": "abcd", "Ramp": "ab++"}
 SHAPES |= {"Gaussian": "baab", "GaussianProduct": "bacd"}
 COMMENT = re.compile("#.*")
-LINE = re.compile(r"([^:]*?)\s*:\s*(.*)")
 TERM = re.compile(r"(\S*) ?(\S*) ?(.*)")
 SINGLETON = re.compile(r"(\S+) Constant (\S+)")
 RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: with (\S+))?")
@@ -55,7 +54,7 @@ def _blocks(text: str) -> dict[str, list[Block]]:
     blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
     kind, block = "", None
     for line in lines(text, COMMENT):
-        if not (pair := line.match(LINE)):
+        if not (pair := line.pair(":")):
             raise line.fault(f"{line.text[:40]!r} is no line of FLL, which is key: value")
         key, value = pair[0].text, pair[1]
         if key in KEYS:

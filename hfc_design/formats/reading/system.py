@@ -21,7 +21,7 @@ Allowed = dict[str, list[str]]
 ALLOWED: dict[str, dict[str, Allowed]] = tomllib.loads(
     Path(__file__).with_name("allowed.toml").read_text(encoding="utf-8")
 )
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?[Ii]nf")
 #: Shapes of every language that are Gaussian.
 GAUSSIANS = ("Gaussian", "GaussianProduct", "gaussmf", "gauss2mf")
 _SHOULDER = "has to be 1 from its centre to the end of the range, as a design's outermost term is"
@@ -42,6 +42,12 @@ class Token(NamedTuple):
         """The groups of a pattern; none if this is something else."""
         found = pattern.fullmatch(self.text)
         return [self._replace(text=part or "") for part in found.groups()] if found else []
+
+    def pair(self, between: str) -> "list[Token]":
+        """What stands before and behind the first ``between``; none if there is none."""
+        key, found, value = self.text.partition(between)
+        parts = (key, value) if found else ()
+        return [self._replace(text=part.strip()) for part in parts]
 
     def words(self) -> "list[Token]":
         """What stands between blanks."""

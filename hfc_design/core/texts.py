@@ -1,0 +1,161 @@
+"""What the files of users say: read within limits, and only what can be worked with and written.
+
+Whatever is wrong with a text is a ``ValueError`` that does not name the file, for those who check
+a part of another file; ``of`` makes a line for the user of it.
+"""
+
+import io
+import json
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import isfinite
+from os.path import realpath
+from pathlib import Path
+from typing import NoReturn
+
+from pydantic import AfterValidator
+
+from hfc_design.core.numbers import Json, Plain
+from hfc_design.core.records import UserError
+
+MEGABYTE = 1_000_000
+#: The largest text, and the largest table of numbers [MB].
+LARGEST, LARGEST_TABLE = 5, 64
+#: How often tables and lists may lie in each other, and how many parts a dotted key may have.
+DEEPEST = 64
+NESTED = f"lists and tables lie in each other more than {DEEPEST} times"
+#: First bytes of what has been packed, and by what.
+PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ": "xz", b"BZh": "bzip2", b"PK": "zip", b"(\xb5": "zstd"}
+# The time that tomllib takes grows with the square of a key's parts. Every part is passed once.
+_STRING = re.compile(r"\"(?:[^\"\\]|\\.)*+\"?|'[^']*+'?")
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
+
+def content(path: str | Path, largest: int = LARGEST) -> bytes:
+    """What a file or the other end of a pipe holds, up to ``largest`` MB; a device ends there too.
+
+    Raises:
+        ValueError: it cannot be read, holds more, or waits for somebody to open its other end.
+    """
+    try:
+        if Path(realpath(path)).is_fifo():  # what the shell has opened for us has no such name
+            raise OSError("it is a named pipe; give a file, or /dev/stdin")
+        with open(path, "rb") as file:
+            found = file.read(largest * MEGABYTE + 1)
+    except (OSError, ValueError) as error:  # the other one: a zero byte in the name
+        told = getattr(error, "strerror", None) or error
+        raise ValueError(f"cannot be read: {told}") from None
+    if len(found) > largest * MEGABYTE:
+        raise ValueError(f"cannot be read: it has more than {largest} MB")
+    return found
+
+
+def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> str:
+    """The text that a file holds; ValueError: it is none, or a packed one."""
+    try:
+        return io.TextIOWrapper(io.BytesIO(found), encoding).read()  # a line ends with \n
+    except UnicodeDecodeError:
+        told = "it is not a text in UTF-8"
+    if by := next((by for start, by in PACKED.items() if found.startswith(start)), None):
+        told = f"it is packed by {by}; unpack it"
+    elif errors != "strict":
+        return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
+    raise ValueError(f"cannot be read: {told}")
+
+
+def toml_of(text: str) -> Json:
+    """What a TOML text says; ValueError: it is none, or goes beyond the limits."""
+    for line in text.split("\n"):
+        if line.count(".") >= DEEPEST and _LONG_KEY.search(_STRING.sub("_", line)):
+            raise ValueError(f"is not valid TOML: a key has more than {DEEPEST} parts")
+    return _parsed("is not valid TOML", tomllib.loads, text)
+
+
+def json_of(text: str) -> Plain:
+    """What a JSON text says; ValueError: it is none, or goes beyond the limits."""
+    return _parsed("is not a whole JSON file", JSON.decode, text)
+
+
+def _parsed(wrong: str, parse: Callable[[str], Plain], text: str) -> Plain:
+    try:
+        found = parse(text)
+        fault = plain_fault(found, finite=parse == JSON.decode)
+    except RecursionError:
+        fault = NESTED
+    except ValueError as error:
+        fault = str(error).partition("; use sys.")[0]  # that is for programmers
+    if fault:
+        raise ValueError(f"{wrong}: {fault}")
+    return found
+
+
+def _no_number(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number that a design may hold")
+
+
+def _distinct(pairs: list[tuple[str, Plain]]) -> Json:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
+        raise ValueError(f"the key {twice[:60]!r} stands twice in a table")
+    return found
+
+
+JSON = json.JSONDecoder(parse_constant=_no_number, object_pairs_hook=_distinct)
+
+
+def plain_fault(value: Plain, finite: bool = False) -> str | None:
+    """Why what TOML or JSON held cannot be worked with, or not be written again; None if it can."""
+    level = [value]
+    for _ in range(DEEPEST + 1):
+        inside: list[Plain] = []
+        for item in level:
+            if isinstance(item, dict):
+                inside += [*item, *item.values()]
+            elif type(item) in (list, tuple):
+                inside += item
+            elif isinstance(item, str) and not item.isascii():
+                try:
+                    item.encode()
+                except UnicodeEncodeError:
+                    return "a text holds half a character, which no file in UTF-8 can"
+            elif isinstance(item, int) and item.bit_length() > 1023:
+                return "an integer is larger than any float"
+            elif finite and isinstance(item, float) and not isfinite(item):
+                return f"{item} is no number that a file may hold"
+        if not inside:
+            return None
+        level = inside
+    return NESTED
+
+
+@AfterValidator
+def writable(data: Json) -> Json:
+    """Validates what stands in a file as it is; it has to be what can be written again."""
+    if fault := plain_fault(data, finite=True):
+        raise ValueError(fault)
+    return data
+
+
+@contextmanager
+def of(source: object) -> Iterator[None]:
+    """What is wrong with a text becomes a UserError about the ``source`` that it is from."""
+    try:
+        yield
+    except ValueError as error:
+        raise UserError(f"{source}: {error}") from None
+
+
+def read_text(path: str | Path) -> str:
+    """What a user's file says, in UTF-8; UserError: it cannot be read."""
+    with of(path):
+        return decoded(content(path))
+
+
+def read_toml(path: str | Path) -> Json:
+    """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
+    with of(path):
+        return toml_of(decoded(content(path)))
