@@ -159,7 +159,8 @@ def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:
 
 
 def _listed(settings: Json) -> str:
-    return ", ".join(f"{key} = {value!r}" for key, value in settings.items())
+    told = ", ".join(f"{key} = {value!r}" for key, value in settings.items())
+    return told if len(told) <= LONGEST else f"{told[: LONGEST - 40]} ..."
 
 
 def _asked(settings: Json, folder: Path) -> tuple[Scenario, Design | None]:
