@@ -5,11 +5,14 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from hfc_design.core import devices
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Record
 from hfc_design.files.design import PerAxisRecord
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
+
+devices.configure()  # before anybody computes with a drive
 
 #: Every drive and machine that a scenario can name.
 ALL_PLANTS: Group[Drive | Machine] = Group(

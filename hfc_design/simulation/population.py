@@ -28,8 +28,6 @@ from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
 
-devices.configure()
-
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
 CHUNK = 64
 LANES = 16

@@ -28,6 +28,7 @@ def drawn(random, count, values=EXTREMES):
     return random.choice(values, count) if random.random() < 0.8 else random.normal(size=count)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("default")  # numbers may overflow; the report has to be there
 def test_the_report_of_many_runs(tmp_path):
     random, attack = np.random.default_rng(SEED), Attack("report of a batch")
@@ -69,6 +70,7 @@ def test_the_report_of_many_runs(tmp_path):
     attack.end()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize(
     ("name", "of"),

@@ -35,6 +35,15 @@ def test_after_jax_has_started_it_works_with_one_warning(usual):
     assert "import hfc_design.api before the first computation with JAX" in warned
 
 
+@pytest.mark.parametrize("design", ["jee-koren-2004-flc", "lin-lee-1999-table-1"])
+def test_a_command_sets_jax_up_before_a_drive_computes(design):
+    """The drives' own functions are called already when files are checked."""
+    command = [sys.executable, "-W", "error", "-m", "hfc_design", "score", design]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "variables"),
     [
