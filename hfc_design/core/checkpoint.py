@@ -10,6 +10,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
+from hfc_design.core.lock import check
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, UserError
 
@@ -22,7 +23,8 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that a reader, or a machine that lost power, sees all of it or nothing.
 
     Raises:
-        RunError: the disk is full or the folder cannot be written; what was there stays.
+        RunError: the disk is full, the folder cannot be written, or it belongs to another process
+            now; what was there stays.
     """
     beside = path.with_name(path.name + ".new")
     try:
@@ -30,6 +32,7 @@ def write_whole(path: Path, content: bytes) -> None:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
+        check(path)
         beside.replace(path)
     except OSError as error:
         raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None

@@ -14,6 +14,7 @@ from hfc_design.batch import worker
 from hfc_design.batch.cluster import connected
 from hfc_design.core.records import UserError
 
+NO_TLS = (None, None, None)
 SHARE = """
 import os, sys, threading
 from hfc_design.batch import worker
@@ -60,13 +61,13 @@ def test_one_gpu_a_worker(monkeypatch):
     assert (found.exit_code, "none.toml" in found.output) == (2, True)
     with (
         pytest.raises(UserError, match="--workers 3: there are 2 GPUs"),
-        connected(3, None, False, print),
+        connected(3, None, False, NO_TLS, print),
     ):
         pass
     monkeypatch.setenv("JAX_PLATFORMS", "cpu")
     assert worker.gpus() == []
     with pytest.raises(UserError, match=r"--workers 9999: there are \d+ cores"):
-        connected(9999, None, False, print).__enter__()
+        connected(9999, None, False, NO_TLS, print).__enter__()
 
 
 def test_what_cannot_be_reached(tmp_path, monkeypatch):
