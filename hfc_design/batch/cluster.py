@@ -140,8 +140,10 @@ def connected(
         given["security"] = _security(scheduler, tls)
     try:
         client = Client(scheduler, timeout=ANSWER_WITHIN, deserializers=PLAIN, **given)
-    except (ValueError, TypeError, RuntimeError) as error:  # no address, or TLS without keys
-        raise UserError(f"--scheduler {scheduler}: {error}") from None
+    except TypeError:
+        raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
+    except (ValueError, AssertionError) as error:
+        raise UserError(f"--scheduler {scheduler}: is no address; {error}") from None
     except OSError:
         known = " that knows these certificates" if given else ""
         raise RunError(f"--scheduler {scheduler}: no scheduler{known} answers there") from None
