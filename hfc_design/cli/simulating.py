@@ -188,9 +188,6 @@ def batch(
     workers: int | None,
     scheduler: str | None,
     shared: bool,
-    tls_ca: Path | None,
-    tls_cert: Path | None,
-    tls_key: Path | None,
     **options: Any,
 ) -> None:
     """Run every cell of a batch FILE (TOML): scenarios x seeds x any setting.
@@ -207,7 +204,7 @@ def batch(
         raise UserError("give either --workers N or --scheduler ADDRESS")
     if shared and scheduler is None:
         raise UserError("--shared needs --scheduler ADDRESS")
-    tls = (tls_ca, tls_cert, tls_key)
+    tls = tuple(options.pop(f"tls_{part}") for part in ("ca", "cert", "key"))
     if any(tls) and not (all(tls) and scheduler):
         raise UserError("--tls-ca, --tls-cert and --tls-key belong together, with --scheduler")
     afar = None

@@ -20,7 +20,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 from hfc_design.core.records import RunError, UserError
 
@@ -39,14 +38,9 @@ class Overtaken(RunError):
     """Another process has the folder now, as this one had been silent for too long."""
 
 
-class _Own(NamedTuple):
-    path: Path
-    folder: Path  # of which it guards the files
-    descriptor: int
-
-
-_held: set[_Own] = set()
-_changing = threading.Lock()  # _held, and its descriptors
+#: Locks of this process: the file, the folder that it guards, the open file.
+_held: set[tuple[Path, Path, int]] = set()
+_changing = threading.Lock()
 
 
 @contextmanager
@@ -65,7 +59,7 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
     if descriptor is None:
         yield False
         return
-    own = _Own(path, Path(os.path.realpath(folder)), descriptor)
+    own = path, Path(os.path.realpath(folder)), descriptor
     with _changing:
         _held.add(own)
     _heart(beat)
@@ -111,7 +105,7 @@ def in_use(folder: Path) -> bool:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
-            return _silence(file) <= grace()
+            return abs(time.time() - os.fstat(file).st_mtime) <= grace()
         finally:
             os.close(file)
     return False
@@ -124,9 +118,9 @@ def check(path: Path) -> None:
         Overtaken: it has.
     """
     place = Path(os.path.realpath(path.parent) if _held else "", path.name)
-    for own in tuple(_held):
-        if own.folder in place.parents and not _lies_at(own.path, own.descriptor):
-            told = f"was taken over by {_holder(own.path)}: this process was silent for more than"
+    for lock, folder, descriptor in tuple(_held):
+        if folder in place.parents and not _lies_at(lock, descriptor):
+            told = f"was taken over by {_holder(lock)}: this process was silent for more than"
             raise Overtaken(f"{path.parent} {told} {grace():g} s; {path.name} is not written")
 
 
@@ -150,8 +144,8 @@ def _taken(path: Path) -> int | None:
                 return file
         except BlockingIOError:
             time.sleep(LOOK)
-            # Clocks of machines differ, so that of the disk decides.
-            if _silence(file) > grace() / 2.0 and (new := _overtaken(path)) is not None:
+            silent = abs(time.time() - os.fstat(file).st_mtime) > grace() / 2.0
+            if silent and (new := _overtaken(path)) is not None:  # if the disk's clock says so too
                 os.close(file)
                 return new
         except BaseException:
@@ -188,21 +182,14 @@ def _lies_at(path: Path, descriptor: int) -> bool:
         os.close(there)
 
 
-def _silence(descriptor: int) -> float:
-    """Seconds since the holder of a lock file was heard, if its clock is ours."""
-    return abs(time.time() - os.fstat(descriptor).st_mtime)
-
-
 def _sign(descriptor: int) -> None:
     """Say who holds the lock."""
-    program, *others = sys.argv or [""]
-    name = Path(program).name.replace("__main__.py", "hfc")
-    since = time.strftime("%Y-%m-%d %H:%M:%S")
-    told = f"process {os.getpid()} on {socket.gethostname()} since {since}"
+    name = Path(*sys.argv[:1]).name.replace("__main__.py", "hfc")
+    told = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%F %T')}"
     os.utime(descriptor)
     with suppress(OSError):  # a full disk
         os.ftruncate(descriptor, 0)
-        text = f"{told} ({shlex.join([name, *others])[:100]})\n"
+        text = f"{told} ({shlex.join([name, *sys.argv[1:]])[:100]})\n"
         os.pwrite(descriptor, text.encode(errors="replace"), 0)
 
 
@@ -222,8 +209,8 @@ def _heart(seconds: float) -> None:
         while True:
             time.sleep(seconds)
             with _changing:
-                for own in _held:
+                for *_, descriptor in _held:
                     with suppress(OSError):
-                        os.utime(own.descriptor)
+                        os.utime(descriptor)
 
     threading.Thread(target=beat, name="locks", daemon=True).start()

@@ -1,6 +1,7 @@
 """Processes killed or frozen at random moments, until each run is done: every file as undisturbed.
 
-``tests/runs/test_in_use.py`` has what two processes at once are told.
+A kill or two in every run of the tests: ``tests/runs/test_run.py``, ``tests/batch/test_batch.py``.
+What two processes at once are told: ``tests/runs/test_in_use.py``.
 """
 
 import os
@@ -18,6 +19,7 @@ from dask_cluster import Cluster, ended, killed, psutil, until
 from hfc_design.batch.plan import read_batch
 from hfc_design.core.lock import GRACE, LOCK
 
+pytestmark = pytest.mark.slow
 #: Says when it has imported everything; saves every generation.
 DRIVER = """
 import sys
@@ -81,9 +83,7 @@ def contents(folder):
     return {str(file.relative_to(folder)): file.read_bytes() for file in found}
 
 
-@pytest.mark.parametrize(
-    "preset", ["race", pytest.param("lin-lee-1999", marks=pytest.mark.slow)], ids=str
-)
+@pytest.mark.parametrize("preset", ["race", "lin-lee-1999"])
 def test_designs_that_are_killed(preset, tmp_path):
     settings = [*SMALL, f"search.preset={preset}"]
     options = [text for setting in settings for text in ("--set", setting)]
@@ -107,7 +107,6 @@ def test_designs_that_are_killed(preset, tmp_path):
     attack.end(runs=runs)
 
 
-@pytest.mark.slow
 def test_batches_that_are_killed(tmp_path):
     path = written(tmp_path, CELLS)
     seconds = timed("batch", path, "--out", tmp_path / "whole")
@@ -135,7 +134,6 @@ def workers_of(process):
         return []
 
 
-@pytest.mark.slow
 def test_workers_that_are_killed(tmp_path):
     """One of them, or now and then the batch itself with all."""
     whole = left_behind(tmp_path, LONG)
@@ -169,7 +167,6 @@ def test_workers_that_are_killed(tmp_path):
     attack.end(runs=runs)
 
 
-@pytest.mark.slow
 def test_a_frozen_worker_whose_cell_another_takes(tmp_path, started, monkeypatch):
     """When it wakes, what it writes is refused, whenever it was frozen."""
     monkeypatch.setenv(GRACE, "2")

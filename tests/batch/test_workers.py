@@ -85,6 +85,24 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
     assert "has no such folder" in worker._run_in(tmp_path / "elsewhere", "a", print).reason
 
 
+def test_keys_that_cannot_be_had(tmp_path, monkeypatch):
+    """Nothing is begun without them."""
+    path = written(tmp_path, GRID)
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    found = batch(path, "--out", tmp_path / "out", "--workers", 1)
+    assert (found.exit_code, found.stderr.count("\n")) == (2, 1)
+    assert "--workers needs the package cryptography: pip install" in found.stderr
+    keys = [f"--tls-{part}={path}" for part in ("ca", "cert", "key")]
+    for options in (keys, [keys[0], "--scheduler", "a:1"], [*keys, "--workers", 1]):
+        found = batch(path, "--out", tmp_path / "out", *options)
+        assert found.exit_code == 2
+        assert "--tls-ca, --tls-cert and --tls-key belong together" in found.stderr
+    found = batch(path, "--out", tmp_path / "out", *keys, "--scheduler", "tls://127.0.0.1:1")
+    assert (found.exit_code, f"--tls-key {path}: " in found.stderr) == (2, True)
+    found = batch(path, "--tls-ca", tmp_path / "none")
+    assert (found.exit_code, "does not exist" in found.stderr) == (2, True)
+
+
 def test_without_the_package(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     for name in ("cluster", "worker"):
