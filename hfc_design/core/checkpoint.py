@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from hfc_design.core.lock import check
+from hfc_design.core.lock import Overtaken, check
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, UserError
 
@@ -34,6 +34,9 @@ def write_whole(path: Path, content: bytes) -> None:
             os.fsync(file.fileno())
         check(path)
         beside.replace(path)
+    except Overtaken:
+        beside.unlink(missing_ok=True)
+        raise
     except OSError as error:
         raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
 
