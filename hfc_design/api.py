@@ -23,6 +23,7 @@ from hfc_design.controllers.kind import (
     Template,
 )
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.lock import alone
 from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
@@ -77,8 +78,8 @@ def design(
 
     Raises:
         UserError: the folder holds a run of another scenario.
-        RunError: everything diverged; the folder cannot be written, or its checkpoint is damaged
-            or of other versions.
+        RunError: everything diverged; the folder cannot be written or is in use, or its checkpoint
+            is damaged or of other versions.
     """
     scenario = load_scenario(scenario)
     if folder is None:
@@ -88,17 +89,18 @@ def design(
     from hfc_design.report.page import write_page
 
     place = Path(folder)
-    if (place / CONFIG).exists():
-        own = opened_run(place)
-        # The folder holds copies of the files that a scenario names.
-        one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
-        if one != other:
-            raise UserError(f"{place}: holds a run of another scenario; name another folder")
-    else:
-        own = new_run(scenario, place)
-    result = run(own, place, on_generation, anyway)
-    write_page(own, result, place)
-    return result
+    with alone(place):
+        if (place / CONFIG).exists():
+            own = opened_run(place)
+            # The folder holds copies of the files that a scenario names.
+            one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
+            if one != other:
+                raise UserError(f"{place}: holds a run of another scenario; name another folder")
+        else:
+            own = new_run(scenario, place)
+        result = run(own, place, on_generation, anyway)
+        write_page(own, result, place)
+        return result
 
 
 def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, float]) -> Design:

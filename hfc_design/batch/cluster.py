@@ -11,18 +11,23 @@ from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from hfc_design import __version__
 from hfc_design.batch.plan import Cell
 from hfc_design.batch.work import PATIENCE, Lost, Outcome, Place, told
+from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import given
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import NotNegative, Record, RunError, UserError, checked
 
 try:
     import dask
     from distributed import Client, Future, LocalCluster, wait
+    from distributed.security import Security
 
-    from hfc_design.batch.worker import contents, gpus, run_cell
+    from hfc_design.batch.worker import LONGEST, answer, contents, gpus
 except ImportError:
     raise UserError(
         "--workers and --scheduler need the package distributed: pip install 'hfc-design[cluster]'"
@@ -31,8 +36,26 @@ except ImportError:
 
 #: How long a scheduler is waited for.
 ANSWER_WITHIN = "10s"
+#: What a result may be: it is parsed and never unpickled.
+PLAIN = ["dask", "msgpack"]
+#: Servers of pages that are open to everybody on this machine.
+PAGES = "distributed.scheduler.http.routes", "distributed.worker.http.routes"
+#: Certificate of who signs, certificate and key of our own; or none of the three.
+Tls = tuple[Path | None, Path | None, Path | None]
 #: A cell's run on a worker.
-Task = Future[Outcome]
+Task = Future[Json]
+
+
+class Sent(Record):
+    """What a worker sends back: what became of the cell, and files that belong to a run."""
+
+    state: Literal["finished", "failed", "again"]
+    reason: Annotated[str, Field(max_length=LONGEST)]
+    seconds: NotNegative
+    files: dict[
+        Literal["checkpoint.npz", "history.csv", "design.json"],
+        Annotated[bytes, Field(max_length=2**30)],
+    ]
 
 
 class Workers(Place):
@@ -58,7 +81,7 @@ class Workers(Place):
         sent = (__version__, cell.name, where, files, given(), self.anyway)
         with self._reached():
             key = f"{cell.name}-{uuid.uuid4().hex}"
-            return self._client.submit(run_cell, *sent, key=key, pure=False)
+            return self._client.submit(answer, *sent, key=key, pure=False)
 
     def done(self, tasks: Collection[Task]) -> Iterator[tuple[Task, Outcome]]:
         """Wait for the first one; what leaves no worker alive to tell of it has failed."""
@@ -71,7 +94,8 @@ class Workers(Place):
                 return
             for task in found:
                 try:
-                    yield task, Outcome(*task.result())
+                    sent = checked(Sent, task.result(), "what it sent", Path())
+                    yield task, Outcome(**dict(sent))
                 except (CancelledError, OSError):
                     raise
                 except Exception as error:  # killed each time, or no hfc-design on the worker
@@ -90,43 +114,75 @@ class Workers(Place):
 
 @contextmanager
 def connected(
-    workers: int | None, scheduler: str | None, shared: bool, on_count: Callable[[int], None]
+    workers: int | None,
+    scheduler: str | None,
+    shared: bool,
+    tls: Tls,
+    on_count: Callable[[int], None],
 ) -> Iterator[Workers]:
     """``workers`` processes of our own, or those of a scheduler, which may share our disk.
 
     Raises:
-        UserError: so many workers, or such an address, cannot be.
+        UserError: so many workers, or such an address or certificates, cannot be.
         RunError: no scheduler answers.
     """
     for name in ("distributed", "distributed.client", "distributed.nanny"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what happens is ours to tell
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what happens is ours to tell
     dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GiB"})
     if scheduler is None:
         assert workers is not None
-        with _local(workers) as cluster, Client(cluster) as client:
+        with _local(workers) as cluster, Client(cluster, deserializers=PLAIN) as client:
             yield Workers(client, True, on_count)
         return
+    given = {}
+    if any(tls):
+        scheduler = scheduler if "://" in scheduler else f"tls://{scheduler}"
+        given["security"] = _security(scheduler, tls)
     try:
-        client = Client(scheduler, timeout=ANSWER_WITHIN)
-    except ValueError as error:
-        raise UserError(f"--scheduler {scheduler}: {error}") from None
+        client = Client(scheduler, timeout=ANSWER_WITHIN, deserializers=PLAIN, **given)
+    except TypeError:
+        raise UserError(f"--scheduler {scheduler}: needs --tls-ca, --tls-cert, --tls-key") from None
+    except (ValueError, AssertionError) as error:
+        raise UserError(f"--scheduler {scheduler}: is no address; {error}") from None
     except OSError:
-        raise RunError(f"--scheduler {scheduler}: no scheduler answers there") from None
+        known = " that knows these certificates" if given else ""
+        raise RunError(f"--scheduler {scheduler}: no scheduler{known} answers there") from None
     with client:
         yield Workers(client, shared, on_count)
 
 
+def _security(scheduler: str, tls: Tls) -> Security:
+    ca, own, key = map(str, tls)
+    if not scheduler.startswith("tls://"):
+        raise UserError(f"--scheduler {scheduler}: with --tls-ca it has to be tls://HOST:PORT")
+    found = Security(True, tls_ca_file=ca, tls_client_cert=own, tls_client_key=key)
+    try:
+        found.get_connection_args("client")
+    except OSError as error:
+        raise UserError(f"--tls-ca {ca}, --tls-cert {own}, --tls-key {key}: {error}") from None
+    return found
+
+
 def _local(workers: int) -> LocalCluster:
+    """Workers that hear only who has a key that was made for them, and is kept in memory."""
     cores, cards = len(os.sched_getaffinity(0)), len(gpus())
     if workers > (cards or cores):
         there = f"{cards} GPUs" if cards else f"{cores} cores"
         raise UserError(f"--workers {workers}: there are {there}, and each worker needs one")
+    try:
+        security = Security.temporary()
+    except ImportError:
+        needed = "needs the package cryptography: pip install 'hfc-design[cluster]'"
+        raise UserError(f"--workers {needed}") from None
+    dask.config.set({key: [] for key in PAGES})
     return LocalCluster(
         n_workers=workers,
         threads_per_worker=max(cores // workers, 1),
         processes=True,
         memory_limit=0,
+        protocol="tls://",
+        security=security,
         dashboard_address="127.0.0.1:0",
-        silence_logs=logging.CRITICAL,
+        silence_logs=logging.CRITICAL + 1,
         preload="hfc_design.batch.worker",
     )

@@ -4,27 +4,38 @@ The cells are ordinary run folders, and nothing else is written into them. What 
 batch lies in ``batch.json`` and in ``.batch/``.
 """
 
-import fcntl
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+import math
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import AfterValidator, ValidationInfo
 
 from hfc_design.batch.plan import Plan, Told
+from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import Record, RunError, UserError, checked
+from hfc_design.core.records import Name, Record, UserError, checked
 from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, of
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 PLAN, NOTES = "batch.json", ".batch"
+#: Bytes of a note.
+LONGEST = 2000
 State = Literal["finished", "failed", "running", "broken off", "waiting"]
+
+
+def _inside(name: str, info: ValidationInfo) -> str:
+    out = Path((info.context or {}).get("folder", ""))
+    if (out / name).is_symlink() and (out / name).resolve().parent != out.resolve():
+        raise ValueError("is a link that leads out of the folder")
+    return name
 
 
 class Noted(Record):
     """What ``batch.json`` holds."""
 
-    cells: dict[str, Json] = {}  # name of a folder -> settings
+    cells: dict[Annotated[Name, AfterValidator(_inside)], Json] = {}  # name of a folder -> settings
     files: dict[str, Told] = {}  # by the batch's name
 
 
@@ -44,10 +55,11 @@ def note_plan(out: Path, plan: Plan) -> None:
     Raises:
         RunError: the folder cannot be written.
     """
-    with locked(out, "plan"):
+    with waited(out, "plan"):
         noted = _noted(out) if (out / PLAN).exists() else Noted()
         cells = noted.cells | {cell.name: cell.settings for cell in plan.cells}
-        whole = Noted(cells=cells, files=noted.files | {plan.name: plan.told})
+        files = noted.files | {plan.name: plan.told}
+        whole = checked(Noted, {"cells": cells, "files": files}, out / PLAN, out)
         write_whole(out / PLAN, (whole.model_dump_json(indent=1) + "\n").encode())
 
 
@@ -57,12 +69,10 @@ def entries(out: Path) -> list[Entry]:
         raise UserError(f"{out}: holds no batch (no {PLAN})")
     found = []
     for name, settings in _noted(out).cells.items():
-        reason, seconds = _text(out, name, "failed"), _text(out, name, "seconds")
-        time = float(seconds) if seconds else None
+        reason, time = _text(out, name, "failed"), _seconds(_text(out, name, "seconds"))
         now = state(out, name)
-        if now != "finished" and (out / NOTES / f"{name}.lock").exists():
-            with claimed(out, name) as free:  # else somebody is at it, or has sent it to a worker
-                now, reason = (now, reason) if free else ("running", "")
+        if now != "finished" and lock.in_use(out / name):  # perhaps it was sent to a worker
+            now, reason = "running", ""
         found.append(Entry(name, settings, now, reason, time))
     return found
 
@@ -93,32 +103,13 @@ def forget_failure(out: Path, name: str) -> None:
 
 
 def claimed(out: Path, name: str) -> AbstractContextManager[bool]:
-    """Whether this process alone may run the cell; another batch may be at it.
-
-    The system gives the claim back when the process ends, however it ends.
-    """
-    return locked(out, name, wait=False)
+    """Whether this process alone may run the cell; another batch or a run may be at it."""
+    return lock.claimed(out / name)
 
 
-@contextmanager
-def locked(out: Path, name: str, wait: bool = True) -> Iterator[bool]:
-    """One process at a time holds the lock; others ``wait``, or get False.
-
-    Raises:
-        RunError: the folder cannot be written.
-    """
-    try:
-        (out / NOTES).mkdir(parents=True, exist_ok=True)
-        file = (out / NOTES / f"{name}.lock").open("a")
-    except OSError as error:
-        raise RunError(f"{out}: cannot be written: {error.strerror or error}") from None
-    with file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-        except BlockingIOError:
-            yield False
-        else:
-            yield True
+def waited(out: Path, what: str) -> AbstractContextManager[None]:
+    """Wait until this process alone does ``what`` with the batch."""
+    return lock.waited(out, out / NOTES / f"{what}.lock")
 
 
 def _noted(out: Path) -> Noted:
@@ -128,5 +119,17 @@ def _noted(out: Path) -> Noted:
 
 
 def _text(out: Path, name: str, kind: str) -> str:
+    """A note, "" where it cannot be read: it is worth no more than that."""
     path = out / NOTES / f"{name}.{kind}"
-    return path.read_text(encoding="utf-8").strip() if path.exists() else ""
+    with suppress(OSError):
+        if path.is_file():
+            with path.open("rb") as file:
+                return file.read(LONGEST).decode(errors="replace").strip()
+    return ""
+
+
+def _seconds(text: str) -> float | None:
+    with suppress(ValueError):
+        if 0.0 < (found := float(text)) < math.inf:
+            return found
+    return None

@@ -40,7 +40,7 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         print(path / REPORT)
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
-    with folder.locked(path, "report") if batch else nullcontext():
+    with folder.waited(path, "report") if batch else nullcontext():
         runs = runs_below(path)
         failed = 0
         if each:

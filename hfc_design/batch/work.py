@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 from hfc_design.batch import folder
 from hfc_design.batch.plan import Cell
 from hfc_design.core.checkpoint import tidy, write_whole
+from hfc_design.core.lock import Overtaken
 from hfc_design.core.records import RunError, in_a_line
 from hfc_design.runs import run as design
 from hfc_design.search.loop import Search
@@ -23,7 +24,7 @@ class Outcome(NamedTuple):
     """What became of a cell just now; "again" is one that somebody else is at, or had to leave."""
 
     state: Literal["finished", "failed", "again"]
-    reason: str = ""  # of a failure
+    reason: str = ""  # why it is not finished
     seconds: float = 0.0  # that it took; 0 if another batch has finished it
     files: Mapping[str, bytes] = {}  # of its run folder, by their names, that came from afar
 
@@ -105,11 +106,13 @@ def attempt(work: Callable[[], object]) -> Outcome:
     start = time.monotonic()
     try:
         work()
-    except Left:
-        return Outcome("again")
     except Exception as error:  # whatever it is, the other cells may still be fine
-        return Outcome("failed", told(error))
+        return _unfinished(error)
     return Outcome("finished", seconds=time.monotonic() - start)
+
+
+def _unfinished(error: Exception) -> Outcome:
+    return Outcome("again" if isinstance(error, Left | Overtaken) else "failed", told(error))
 
 
 def told(error: Exception) -> str:
@@ -138,7 +141,7 @@ def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitSt
         except Lost:
             raise
         except Exception as error:  # whatever it is, the other cells may still be fine
-            return _noted(out, cell, Outcome("failed", told(error)))
+            return _noted(out, cell, _unfinished(error))
 
 
 def _noted(out: Path, cell: Cell, found: Outcome) -> Outcome:
@@ -148,10 +151,10 @@ def _noted(out: Path, cell: Cell, found: Outcome) -> Outcome:
         for name in order:
             write_whole(out / cell.name / name, found.files[name])
     except RunError as error:
-        found = Outcome("failed", told(error))
+        found = _unfinished(error)
     if found.state == "failed":
         with suppress(RunError):  # a full disk takes no notes either
             folder.note(out, cell.name, "failed", found.reason)
-    elif found.seconds:
+    elif found.state == "finished" and found.seconds:
         folder.note(out, cell.name, "seconds", f"{found.seconds:.3f}")
     return found

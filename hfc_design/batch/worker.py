@@ -14,11 +14,12 @@ from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
+from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 Files = dict[str, bytes]
 #: What is told of each generation, and raises where the cell has to be left.
 GoOn = Callable[[object], None]
+#: Letters of a reason that is sent.
+LONGEST = 2000
 #: What claims of cores and GPUs begin with.
 CLAIM = "hfc-design"
 
@@ -39,6 +42,12 @@ _taken: list[socket.socket] = []
 def dask_setup(worker: Worker) -> None:
     """Leave Ctrl-C, which a terminal sends to every process, to the batch that began this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def answer(*cell: Any) -> Json:
+    """What became of a cell, of ``run_cell``, as plain data that is read without pickle."""
+    found = run_cell(*cell)
+    return found._asdict() | {"reason": found.reason[:LONGEST]}
 
 
 def run_cell(
@@ -123,9 +132,9 @@ def _run(path: Path, go_on: GoOn, anyway: bool) -> "Outcome":
 
 
 def contents(path: Path) -> Files:
-    """The files of a run folder, without those that a killed process left half written."""
+    """The files of a run, without its lock and what a killed process left half written."""
     found = (file for file in path.iterdir() if file.is_file() and file.suffix != ".new")
-    return {file.name: file.read_bytes() for file in found}
+    return {file.name: file.read_bytes() for file in found if file.name[0] != "."}
 
 
 @cache

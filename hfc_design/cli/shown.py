@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
+from hfc_design.core.records import RunError
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation, score_rows
@@ -19,9 +20,17 @@ if TYPE_CHECKING:
 
 
 def free_folder(name: str) -> Path:
-    """Where a new run of a scenario goes."""
+    """Make the folder of a new run of a scenario; RunError: it cannot be made."""
     folders = (Path("runs") / f"{name}-{number}" for number in count(1))
-    return next(folder for folder in folders if not folder.exists())
+    while True:
+        folder = next(folders)
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
+        return folder
 
 
 class Watch(ProgressBar):

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from hfc_design.files.design import Design
     from hfc_design.files.scenario import Scenario
 
+FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
 #: Option of hfc design -> key of the scenario.
 KEYS = {
     "seed": "run.seed",
@@ -67,6 +68,7 @@ def design(
     Without arguments: the no-load ramp of the C-axis.
     """
     from hfc_design.cli import shown
+    from hfc_design.core.lock import alone
     from hfc_design.core.plugins import resuming
     from hfc_design.core.records import RunError, UserError
     from hfc_design.files.scenario import load_scenario
@@ -80,11 +82,13 @@ def design(
     if not resume:
         found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
         folder = out or shown.free_folder(found.name)
-        found = run.new_run(found, folder)
     elif out is None or scenario is not None or given or changes:
         raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
     else:
         found, folder = run.opened_run(out), out
+    click.get_current_context().with_resource(alone(folder))  # until the report is written
+    if not resume:
+        found = run.new_run(found, folder)
     watch = shown.Watch(found)
     try:
         with nullcontext() if quiet else watch:
@@ -190,6 +194,9 @@ def report(folder: Path, each: bool, parquet: bool) -> None:
 @click.option("--workers", type=click.IntRange(min=1), help="Run so many cells at once, here.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run them on the workers of a Dask scheduler.")
 @click.option("--shared", is_flag=True, help="Those workers see the folder: they write into it.")
+@click.option("--tls-ca", type=FILE, help="Who signs the scheduler's and our certificate.")
+@click.option("--tls-cert", type=FILE, help="Our certificate.")
+@click.option("--tls-key", type=FILE, help="Its key.")
 @click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
 @memory
 @knowing_plugins
@@ -215,11 +222,14 @@ def batch(
         raise UserError("give either --workers N or --scheduler ADDRESS")
     if shared and scheduler is None:
         raise UserError("--shared needs --scheduler ADDRESS")
+    tls = tuple(options.pop(f"tls_{part}") for part in ("ca", "cert", "key"))
+    if any(tls) and not (all(tls) and scheduler):
+        raise UserError("--tls-ca, --tls-cert and --tls-key belong together, with --scheduler")
     afar = None
     if workers is not None or scheduler is not None:
         from hfc_design.batch.cluster import connected
 
-        afar = partial(connected, workers, scheduler, shared)
+        afar = partial(connected, workers, scheduler, shared, tls)
     if status is not None:
         session.show_status(status)
     elif file is not None:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
+from hfc_design.core.lock import check
 from hfc_design.core.records import RunError, short
 
 FORMAT = "hfc-checkpoint-3"
@@ -30,7 +31,8 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that a reader, or a machine that lost power, sees all of it or nothing.
 
     Raises:
-        RunError: the disk is full or the folder cannot be written; what was there stays.
+        RunError: the disk is full, the folder cannot be written, or it belongs to another process
+            now; what was there stays.
     """
     beside = path.with_name(secrets.token_hex(8).join(HALF))
     try:
@@ -39,6 +41,7 @@ def write_whole(path: Path, content: bytes) -> None:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
+                check(path)
                 beside.replace(path)
             except BaseException:
                 with suppress(OSError):

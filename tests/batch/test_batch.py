@@ -106,7 +106,6 @@ def started(path, out):
     ("blow", "moments"),
     [
         (signal.SIGKILL, [2]),
-        pytest.param(signal.SIGKILL, [1, 2, 3], marks=pytest.mark.slow),
         pytest.param(signal.SIGINT, [1, 2, 3], marks=pytest.mark.slow),
     ],
 )

@@ -14,6 +14,7 @@ from hfc_design.batch import worker
 from hfc_design.batch.cluster import connected
 from hfc_design.core.records import UserError
 
+NO_TLS = (None, None, None)
 SHARE = """
 import os, sys, threading
 from hfc_design.batch import worker
@@ -60,13 +61,13 @@ def test_one_gpu_a_worker(monkeypatch):
     assert (found.exit_code, "none.toml" in found.output) == (2, True)
     with (
         pytest.raises(UserError, match="--workers 3: there are 2 GPUs"),
-        connected(3, None, False, print),
+        connected(3, None, False, NO_TLS, print),
     ):
         pass
     monkeypatch.setenv("JAX_PLATFORMS", "cpu")
     assert worker.gpus() == []
     with pytest.raises(UserError, match=r"--workers 9999: there are \d+ cores"):
-        connected(9999, None, False, print).__enter__()
+        connected(9999, None, False, NO_TLS, print).__enter__()
 
 
 def test_what_cannot_be_reached(tmp_path, monkeypatch):
@@ -82,6 +83,24 @@ def test_what_cannot_be_reached(tmp_path, monkeypatch):
     assert batch(path, "--workers", 1, "--scheduler", address).exit_code == 2
     assert batch(path, "--shared").exit_code == 2
     assert "has no such folder" in worker._run_in(tmp_path / "elsewhere", "a", print).reason
+
+
+def test_keys_that_cannot_be_had(tmp_path, monkeypatch):
+    """Nothing is begun without them."""
+    path = written(tmp_path, GRID)
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    found = batch(path, "--out", tmp_path / "out", "--workers", 1)
+    assert (found.exit_code, found.stderr.count("\n")) == (2, 1)
+    assert "--workers needs the package cryptography: pip install" in found.stderr
+    keys = [f"--tls-{part}={path}" for part in ("ca", "cert", "key")]
+    for options in (keys, [keys[0], "--scheduler", "a:1"], [*keys, "--workers", 1]):
+        found = batch(path, "--out", tmp_path / "out", *options)
+        assert found.exit_code == 2
+        assert "--tls-ca, --tls-cert and --tls-key belong together" in found.stderr
+    found = batch(path, "--out", tmp_path / "out", *keys, "--scheduler", "tls://127.0.0.1:1")
+    assert (found.exit_code, f"--tls-key {path}: " in found.stderr) == (2, True)
+    found = batch(path, "--tls-ca", tmp_path / "none")
+    assert (found.exit_code, "does not exist" in found.stderr) == (2, True)
 
 
 def test_without_the_package(tmp_path, monkeypatch):

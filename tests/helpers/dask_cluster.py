@@ -61,11 +61,11 @@ def alive(process):
 class Cluster:
     """A scheduler and two workers, which are put back when they have gone.
 
-    ``path`` is the current folder of all three.
+    ``path`` is the current folder of all three; with ``tls`` options they hear only who has a key.
     """
 
-    def __init__(self, path):
-        self.path = path
+    def __init__(self, path, *tls):
+        self.path, self.tls = path, tls
         self._scheduler = None
         self.workers = []
 
@@ -81,8 +81,10 @@ class Cluster:
         if self._scheduler is None or self._scheduler.poll() is not None:
             for worker in self.workers:
                 killed(worker)  # of a scheduler that is gone
-            self._scheduler = self._begun("scheduler", "--port=0", "--host=127.0.0.1")
-        address = until(lambda: self._said("scheduler", r"Scheduler at:\s*(tcp://\S+)"), what="it")
+            address = ["--port=0", f"--host={'tls' if self.tls else 'tcp'}://127.0.0.1"]
+            self._scheduler = self._begun("scheduler", *address)
+        said = r"Scheduler at:\s*(\w+://\S+)"
+        address = until(lambda: self._said("scheduler", said), what="it")
         self.workers = [worker for worker in self.workers if worker.poll() is None]
         while len(self.workers) < 2:
             self.workers.append(self._begun("worker", address, "--nthreads=1", "--no-nanny"))
@@ -92,12 +94,15 @@ class Cluster:
         killed(self._scheduler)
 
     def _begun(self, what, *arguments):
-        command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments]
+        command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments, *self.tls]
         folder = ["--local-directory", str(self.path)] if what == "worker" else []
         place = {"cwd": self.path, "env": ENVIRONMENT}
         with (self.path / f"{what}.log").open("wb" if what == "scheduler" else "ab") as log:
             return subprocess.Popen(
-                [*command, *folder, "--dashboard-address=:0"], stdout=log, stderr=log, **place
+                [*command, *folder, "--dashboard-address=:0"],
+                stdout=log,
+                stderr=log,
+                **place,
             )
 
     def _said(self, what, pattern):

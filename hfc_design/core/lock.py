@@ -1,0 +1,216 @@
+"""A folder of results belongs to one process at a time; who has lost it writes nothing there.
+
+A lock is a file that its holder keeps by ``flock``, which the system gives back when a process
+ends, however it ends. A heartbeat moves the time of the file on, so that a holder who is frozen,
+or whose machine is gone, is overtaken: the taker renames a lock file of its own over that one. The
+file that lies there is the fence: ``check`` refuses to write for the holder of another. (Leases of
+the package filelock expire likewise, but leave the fence to their callers, and tell by the numbers
+of processes who is dead.)
+"""
+
+import fcntl
+import os
+import secrets
+import shlex
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from hfc_design.core.records import RunError, UserError
+
+#: The lock of a run folder; its text says whose it is.
+LOCK = ".in-use"
+#: Environment variable: seconds of silence after which a holder may be overtaken.
+GRACE = "HFC_LOCK_GRACE_S"
+#: Seconds between heartbeats, and between looks of who waits.
+BEAT, PATIENCE = 5.0, 0.1
+#: Somebody may only have looked whether a lock is held: so often, and so much later, it is tried.
+TRIES, LOOK = 3, 0.02
+READ = os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
+
+
+class Overtaken(RunError):
+    """Another process has the folder now, as this one had been silent for too long."""
+
+
+#: Locks of this process: the file, the folder that it guards, the open file.
+_held: set[tuple[Path, Path, int]] = set()
+_changing = threading.Lock()
+
+
+@contextmanager
+def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
+    """Whether this process alone may write into ``folder``; ``path`` is another lock than its own.
+
+    Raises:
+        RunError: the lock cannot be written.
+    """
+    path, beat = path or folder / LOCK, min(BEAT, grace() / 6.0)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = _taken(path)
+    except OSError as error:
+        raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
+    if descriptor is None:
+        yield False
+        return
+    own = path, Path(os.path.realpath(folder)), descriptor
+    with _changing:
+        _held.add(own)
+    _heart(beat)
+    try:
+        yield True
+    finally:
+        with _changing:
+            _held.remove(own)
+            with suppress(OSError):
+                if _lies_at(path, descriptor):
+                    path.unlink()
+            os.close(descriptor)
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """This process alone writes into ``folder``.
+
+    Raises:
+        RunError: another one does, or the lock cannot be written.
+    """
+    with claimed(folder) as mine:
+        if not mine:
+            raise RunError(f"{folder} is in use by {_holder(folder / LOCK)}")
+        yield
+
+
+@contextmanager
+def waited(folder: Path, path: Path) -> Iterator[None]:
+    """Wait for another lock than the folder's own; RunError: it cannot be written."""
+    while True:
+        with claimed(folder, path) as mine:
+            if mine:
+                yield
+                return
+        time.sleep(PATIENCE)
+
+
+def in_use(folder: Path) -> bool:
+    """Whether a process is at the folder; nothing is written to find out."""
+    with suppress(OSError):
+        file = os.open(folder / LOCK, READ)
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return abs(time.time() - os.fstat(file).st_mtime) <= grace()
+        finally:
+            os.close(file)
+    return False
+
+
+def check(path: Path) -> None:
+    """Refuse to write a file into a folder whose lock this process has lost.
+
+    Raises:
+        Overtaken: it has.
+    """
+    place = Path(os.path.realpath(path.parent) if _held else "", path.name)
+    for lock, folder, descriptor in tuple(_held):
+        if folder in place.parents and not _lies_at(lock, descriptor):
+            told = f"was taken over by {_holder(lock)}: this process was silent for more than"
+            raise Overtaken(f"{path.parent} {told} {grace():g} s; {path.name} is not written")
+
+
+def grace() -> float:
+    """Seconds of silence after which a holder may be overtaken; UserError: they cannot be."""
+    given = os.environ.get(GRACE, "60")
+    with suppress(ValueError):
+        if 1.0 <= float(given) <= 1e6:
+            return float(given)
+    raise UserError(f"{GRACE} = {given[:40]!r}: has to be a number of seconds from 1 to 1e6")
+
+
+def _taken(path: Path) -> int | None:
+    """The open lock file if this process has got it."""
+    for _ in range(TRIES):
+        file = os.open(path, READ | os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _lies_at(path, file):  # else it was given back, or overtaken, meanwhile
+                _sign(file)
+                return file
+        except BlockingIOError:
+            time.sleep(LOOK)
+            silent = abs(time.time() - os.fstat(file).st_mtime) > grace() / 2.0
+            if silent and (new := _overtaken(path)) is not None:  # if the disk's clock says so too
+                os.close(file)
+                return new
+        except BaseException:
+            os.close(file)
+            raise
+        os.close(file)
+    return None
+
+
+def _overtaken(path: Path) -> int | None:
+    """An open lock file of our own in the place of one that has been silent for too long."""
+    beside = path.with_name(f"{path.name}.{secrets.token_hex(8)}")
+    new = os.open(beside, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    with suppress(FileNotFoundError):  # the holder has just given it back
+        fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _sign(new)
+        if os.fstat(new).st_mtime - path.lstat().st_mtime > grace():
+            beside.replace(path)
+            return new
+    beside.unlink(missing_ok=True)
+    os.close(new)
+    return None
+
+
+def _lies_at(path: Path, descriptor: int) -> bool:
+    """Whether the open file is the one at the path."""
+    try:
+        there = os.open(path, READ)  # asks the server of a network file system, stat may not
+    except FileNotFoundError:
+        return False
+    try:
+        return os.path.samestat(os.fstat(there), os.fstat(descriptor))
+    finally:
+        os.close(there)
+
+
+def _sign(descriptor: int) -> None:
+    """Say who holds the lock."""
+    name = Path(*sys.argv[:1]).name.replace("__main__.py", "hfc")
+    told = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%F %T')}"
+    os.utime(descriptor)
+    with suppress(OSError):  # a full disk
+        os.ftruncate(descriptor, 0)
+        text = f"{told} ({shlex.join([name, *sys.argv[1:]])[:100]})\n"
+        os.pwrite(descriptor, text.encode(errors="replace"), 0)
+
+
+def _holder(path: Path) -> str:
+    """Who holds a lock, in one line."""
+    with suppress(OSError), open(os.open(path, READ), "rb") as file:
+        told = file.read(200).decode(errors="replace").strip()
+        return "".join(c if c.isprintable() else "?" for c in told) or "another process"
+    return "another process"
+
+
+@cache
+def _heart(seconds: float) -> None:
+    """Begin to beat, once."""
+
+    def beat() -> None:
+        while True:
+            time.sleep(seconds)
+            with _changing:
+                for *_, descriptor in _held:
+                    with suppress(OSError):
+                        os.utime(descriptor)
+
+    threading.Thread(target=beat, name="locks", daemon=True).start()

@@ -1,0 +1,82 @@
+"""What else lies in the folder of a batch: names that lead out of it, notes that are none."""
+
+import json
+import os
+
+import pytest
+from batches import batch
+from run_folders import batch_folder, hfc
+
+from hfc_design.batch import folder
+
+OUTSIDE = ["../evil", "/etc", "..", ".", "", ".hidden", "a/b", "a\0b", "a\nb", "x" * 65, "a b"]
+
+
+def noted(out, name):
+    """Add a cell to the plan."""
+    plan = json.loads((out / "batch.json").read_text())
+    plan["cells"][name] = {}
+    (out / "batch.json").write_text(json.dumps(plan))
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_names_of_cells_stay_in_the_folder(name, tmp_path):
+    out = tmp_path / "out"
+    batch_folder(out, [({}, [1.0])])
+    noted(out, name)
+    for found in (batch("--status", out), hfc("report", out, "--each")):
+        assert found.exit_code == 2
+        assert found.stderr.count("\n") == 1
+        assert f"{out / 'batch.json'}: cells." in found.stderr
+    assert os.listdir(tmp_path) == ["out"]
+
+
+def test_a_link_that_leads_out_of_the_folder_is_no_cell(tmp_path):
+    out, other = tmp_path / "out", tmp_path / "elsewhere"
+    (name,) = batch_folder(out, [({}, [1.0])])
+    other.mkdir()
+    (out / "inside").symlink_to(out / name)
+    noted(out, "inside")
+    assert "2 finished" in batch("--status", out).output
+    (out / "outside").symlink_to(other)
+    noted(out, "outside")
+    for found in (batch("--status", out), hfc("report", out, "--each")):
+        assert found.exit_code == 2
+        assert "cells.outside" in found.stderr
+        assert "is a link that leads out of the folder" in found.stderr
+        assert found.stderr.count("\n") == 1
+    assert list(other.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "garbage", [b"garbage", b"\xff\xfe", b"nan", b"-inf", b"1e999", b"-3", b"9" * 5000, b"", None]
+)
+def test_notes_that_are_none_stop_nothing(garbage, tmp_path):
+    """``--status`` and the report go on; None: a folder and a pipe."""
+    first, second, third = batch_folder(tmp_path, [({}, [1.0, 2.0, 3.0])])
+    (tmp_path / second / "design.json").unlink()
+    notes = tmp_path / ".batch"
+    notes.mkdir()
+    for k, name in enumerate((f"{first}.seconds", f"{third}.seconds", f"{second}.failed")):
+        if garbage is not None:
+            (notes / name).write_bytes(garbage)
+        elif k:
+            (notes / name).mkdir()
+        else:
+            os.mkfifo(notes / name)
+    found = batch("--status", tmp_path)
+    assert found.exit_code == 0, found.output
+    assert "3 cells in" in found.output
+    assert "2 finished" in found.output
+    assert "time of a finished cell" not in found.output or garbage == b"9" * 5000
+    assert hfc("report", tmp_path).exit_code == 0
+    assert all(entry.reason.isprintable() for entry in folder.entries(tmp_path))
+
+
+def test_the_folder_of_notes_is_none(tmp_path):
+    batch_folder(tmp_path, [({}, [1.0])])
+    (tmp_path / ".batch").write_text("garbage")
+    assert "1 finished" in batch("--status", tmp_path).output
+    found = hfc("report", tmp_path)
+    assert (found.exit_code, found.stderr.count("\n")) == (1, 1)
+    assert "cannot be written" in found.stderr

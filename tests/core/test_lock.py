@@ -1,0 +1,202 @@
+"""A folder belongs to one process; dead holders block nobody, frozen ones lose it for good."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from holders import holder, last_words
+
+from hfc_design.core import lock
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.lock import GRACE, LOCK, Overtaken, alone, check, claimed, in_use, waited
+from hfc_design.core.records import RunError, UserError
+
+
+def old(path, seconds):
+    """Make a file look as if it had last been touched so long ago."""
+    os.utime(path, (time.time() - seconds,) * 2)
+
+
+def test_one_holder_and_nothing_is_left_behind(tmp_path):
+    folder = tmp_path / "new" / "run"
+    with alone(folder):
+        assert in_use(folder)
+        before = (folder / LOCK).stat()
+        with claimed(folder) as mine:
+            assert not mine
+        words = rf"{folder} is in use by process {os.getpid()} on {socket.gethostname()} since 2"
+        with pytest.raises(RunError, match=words) as refusal, alone(folder):
+            pass
+        assert refusal.value.exit_code == 1
+        assert (folder / LOCK).stat().st_ino == before.st_ino
+        check(folder / "result")
+    assert list(folder.iterdir()) == []
+    assert not in_use(folder)
+    assert not in_use(tmp_path / "none")
+    check(folder / "result")
+
+
+def test_a_killed_holder_blocks_nobody(tmp_path):
+    with holder(tmp_path, "first") as first:
+        assert in_use(tmp_path)
+        with claimed(tmp_path) as mine:
+            assert not mine
+        first.kill()
+        first.wait()
+        assert (tmp_path / LOCK).exists()
+        assert not in_use(tmp_path)
+        with alone(tmp_path):
+            write_whole(tmp_path / "result", b"second")
+    assert [file.name for file in tmp_path.iterdir()] == ["result"]
+
+
+def test_a_frozen_holder_is_overtaken_and_refused_when_it_wakes(tmp_path, monkeypatch):
+    monkeypatch.setenv(GRACE, "1")
+    with holder(tmp_path, "first", grace=1) as first:
+        first.send_signal(signal.SIGSTOP)
+        with claimed(tmp_path) as mine:
+            assert not mine  # not yet
+        time.sleep(1.5)
+        assert not in_use(tmp_path)
+        with alone(tmp_path):
+            write_whole(tmp_path / "result", b"second")
+            first.send_signal(signal.SIGCONT)
+            (said,) = last_words(first)
+            taker = rf"{tmp_path} was taken over by process {os.getpid()} on \S+ since .*: "
+            why = r"this process was silent for more than 1 s; result is not written\n"
+            assert re.match(taker + why, said)
+            assert in_use(tmp_path)  # it has not given back what is ours
+    assert (tmp_path / "result").read_bytes() == b"second"
+
+
+def test_a_frozen_holder_that_wakes_after_the_taker_has_ended_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv(GRACE, "1")
+    with holder(tmp_path, "first", grace=1) as first:
+        first.send_signal(signal.SIGSTOP)
+        time.sleep(1.5)
+        with alone(tmp_path):
+            write_whole(tmp_path / "result", b"second")
+        first.send_signal(signal.SIGCONT)
+        (said,) = last_words(first)
+        assert "was taken over by another process" in said
+    assert [file.name for file in tmp_path.iterdir()] == ["result"]
+    assert (tmp_path / "result").read_bytes() == b"second"
+
+
+def test_a_heart_beats_for_as_long_as_the_lock_is_held(tmp_path, monkeypatch):
+    monkeypatch.setenv(GRACE, "1")
+    with holder(tmp_path, "first", grace=1):
+        end = time.monotonic() + 2.5
+        while time.monotonic() < end:
+            with claimed(tmp_path) as mine:
+                assert not mine
+    assert {file.name for file in tmp_path.iterdir()} >= {LOCK, "result"}
+
+
+def test_of_many_who_take_a_silent_lock_one_has_it(tmp_path):
+    """Whoever else believes so for a moment is refused to write."""
+    for _ in range(5):
+        silent = lock._taken(tmp_path / LOCK)  # held, without a heart
+        old(tmp_path / LOCK, 1000)
+        gate, wrote = threading.Barrier(8), []
+
+        def take(gate=gate, wrote=wrote):
+            gate.wait()
+            with claimed(tmp_path) as mine:
+                gate.wait()  # all have tried
+                try:
+                    if mine:
+                        check(tmp_path / "result")
+                        wrote.append(mine)
+                except Overtaken:
+                    pass
+                gate.wait()
+
+        threads = [threading.Thread(target=take) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert len(wrote) == 1
+        assert list(tmp_path.iterdir()) == []
+        os.close(silent)
+
+
+def test_processes_that_wait_come_one_after_the_other(tmp_path):
+    code = (
+        "import sys; from pathlib import Path; from hfc_design.core.lock import waited\n"
+        "folder = Path(sys.argv[1])\n"
+        "for _ in range(10):\n"
+        "    with waited(folder, folder / 'plan.lock'):\n"
+        "        count = int((folder / 'count').read_text())\n"
+        "        (folder / 'count').write_text(str(count + 1))\n"
+    )
+    (tmp_path / "count").write_text("0")
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    processes = [subprocess.Popen(command) for _ in range(4)]
+    assert [process.wait(timeout=60) for process in processes] == [0] * 4
+    assert (tmp_path / "count").read_text() == "40"
+    assert [file.name for file in tmp_path.iterdir()] == ["count"]
+    with waited(tmp_path, tmp_path / "plan.lock"), alone(tmp_path):
+        pass  # they are two
+
+
+def test_what_lies_in_the_place_of_a_lock(tmp_path):
+    """A link is not followed; whatever else is told in a line, or taken as a lock of nobody."""
+    path, target = tmp_path / LOCK, tmp_path / "target"
+    target.write_text("mine")
+    path.symlink_to(target)
+    with pytest.raises(RunError, match="cannot be written: "), alone(tmp_path):
+        pass
+    assert target.read_text() == "mine"
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(RunError, match="cannot be written: Is a directory"), alone(tmp_path):
+        pass
+    assert not in_use(tmp_path)
+    path.rmdir()
+    os.mkfifo(path)
+    assert not in_use(tmp_path)
+    path.unlink()
+    for text in (b"", b"\xff\x00\x1b[2J" * 100, b"x" * 10**6):
+        path.write_bytes(text)
+        with alone(tmp_path):
+            content = path.read_bytes()
+            path.write_bytes(text)
+            with pytest.raises(RunError) as refusal, alone(tmp_path):
+                pass
+            said = str(refusal.value).removeprefix(f"{tmp_path} is in use by ")
+            assert len(said) <= 200
+            assert said.isprintable()
+        assert content.endswith(b")\n")
+        assert not path.exists()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match="file/run: cannot be written"), alone(tmp_path / "file/run"):
+        pass
+
+
+def test_a_lock_that_a_user_has_removed_is_lost(tmp_path, tmp_path_factory):
+    other = tmp_path_factory.mktemp("other")
+    with alone(tmp_path):
+        (tmp_path / LOCK).unlink()
+        with pytest.raises(Overtaken, match="another process"):
+            write_whole(tmp_path / "result", b"")
+        (tmp_path / "tables").mkdir()
+        with pytest.raises(Overtaken):
+            write_whole(tmp_path / "tables" / "one", b"")
+        write_whole(other / "result", b"")
+    assert not (tmp_path / "result").exists()
+
+
+@pytest.mark.parametrize("value", ["", "soon", "0.5", "nan", "-1", "1e9"])
+def test_a_grace_that_is_none(value, tmp_path, monkeypatch):
+    monkeypatch.setenv(GRACE, value)
+    with pytest.raises(UserError, match=rf"{GRACE} = .*has to be a number"), alone(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
