@@ -33,7 +33,7 @@ from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, rena
 from hfc_design.formats import FORMATS, check_score
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Drawing, Listing, Section
-from hfc_design.runs.problem import design_with
+from hfc_design.runs.problem import check_memory, design_with
 from hfc_design.runs.run import CONFIG, Result, new_run, opened_run, run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
@@ -88,6 +88,7 @@ def design(
             return run(own, Path(name), on_generation)
     from hfc_design.report.page import write_page
 
+    check_memory(scenario)
     place = Path(folder)
     with alone(place):
         if (place / CONFIG).exists():

@@ -74,6 +74,7 @@ def design(
     from hfc_design.files.scenario import load_scenario
     from hfc_design.report.page import BASELINES, write_page
     from hfc_design.runs import run
+    from hfc_design.runs.problem import check_memory
 
     plugins = filter(None, [options.pop(key) for key in CHOSEN])
     given = [f"{key}={x}" for name, key in KEYS.items() if (x := options.pop(name)) is not None]
@@ -81,6 +82,7 @@ def design(
         raise UserError("--anyway needs --resume")
     if not resume:
         found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
+        check_memory(found)
         folder = out or shown.free_folder(found.name)
     elif out is None or scenario is not None or given or changes:
         raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")

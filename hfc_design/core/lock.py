@@ -68,10 +68,13 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
     finally:
         with _changing:
             _held.remove(own)
-            with suppress(OSError):
+            try:
                 if _lies_at(path, descriptor):
                     path.unlink()
-            os.close(descriptor)
+            except OSError:  # it is free all the same
+                pass
+            finally:
+                os.close(descriptor)
 
 
 @contextmanager

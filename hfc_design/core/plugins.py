@@ -94,7 +94,7 @@ class Group(Generic[Thing]):
             known = ", ".join(repr(other) for other in self.names())
             raise UserError(
                 f"{short(name)} is no {self.what} known here; there is {known}; add an own one "
-                f"with --{self.what} module:OBJECT, register or use in a script, or its package"
+                f"with --{self.what} module:OBJECT, by api.register, runtime.use or its package"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)

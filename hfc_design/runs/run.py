@@ -39,12 +39,11 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     With a design that is ``given`` the run scores it and searches nothing.
 
     Raises:
-        UserError: the folder already holds a run, or the run needs more memory than there is.
+        UserError: the folder already holds a run.
         RunError: the folder cannot be written.
     """
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
-    check_memory(scenario, given)
 
     def copied(key: str, file: Path) -> Path:
         checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())

@@ -17,6 +17,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.core import archive
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.lock import LOCK
 from hfc_design.report import page
 from hfc_design.runs import run
 
@@ -179,12 +180,12 @@ def test_at_every_call(scenario, tmp_path, monkeypatch):
         half = {name: content for name, content in left.items() if name.endswith(".new")}
         assert len(half) <= (how == "killed"), (half, at, how)
         for name, content in left.items():
-            told = name in half or name in ("checkpoint.npz", "history.csv")
+            told = name in half or name in (LOCK, "checkpoint.npz", "history.csv")
             assert told or content == undisturbed[name], (name, at, how)
         if "checkpoint.npz" in left:
             assert archive.is_whole(left["checkpoint.npz"])
         begun = "config.toml" in left
-        assert hfc(*(["--resume"] if begun else [scenario]), "--out", out) == "done"
+        assert hfc(*(["--resume"] if begun else [scenario]), "--out", out) == "done", (at, how)
         assert contents(out) == undisturbed
         return found
 

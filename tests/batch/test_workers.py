@@ -98,7 +98,7 @@ def test_keys_that_cannot_be_had(tmp_path, monkeypatch):
         assert found.exit_code == 2
         assert "--tls-ca, --tls-cert and --tls-key belong together" in found.stderr
     found = batch(path, "--out", tmp_path / "out", *keys, "--scheduler", "tls://127.0.0.1:1")
-    assert (found.exit_code, f"--tls-key {path}: " in found.stderr) == (2, True)
+    assert (found.exit_code, "--tls-ca " in found.stderr) == (2, True)
     found = batch(path, "--tls-ca", tmp_path / "none")
     assert (found.exit_code, "does not exist" in found.stderr) == (2, True)
 
