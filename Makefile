@@ -5,15 +5,27 @@ BIN := $(VENV)/bin
 PROGRAMS := interop or browser
 # Processes that test; each takes a row of tests, and when it is done half of what another has left.
 WORKERS ?= 2
-PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
+PARALLEL := -n $(WORKERS) --dist worksteal
+PYTEST := $(BIN)/pytest $(PARALLEL)
+QUICK := not (slow or $(PROGRAMS))
+# What makes other environments, pins and releases.
+TOOLS := .venv-tools
+UV := $(TOOLS)/bin/uv
+VERSION ?= 3.14
+OTHER := .venv-$(notdir $(VERSION))
+INSTALL := $(UV) pip install -q --require-hashes --python
 
-.PHONY: design test test-all lint interop attack bench clean
+# One list for every system and every Python that the project runs on, without addresses.
+LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
+	--python-version 3.11 --fork-strategy fewest --generate-hashes --no-annotate
+
+.PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
 
 test: $(VENV)/installed lint
-	$(PYTEST) -m "not (slow or $(PROGRAMS))"
+	$(PYTEST) -m "$(QUICK)"
 
 # Only what make test leaves out, programs from outside PyPI apart: whole published experiments,
 # processes that are killed again and again, clusters of workers. Files stay whole: tests of one
@@ -35,16 +47,74 @@ lint: $(VENV)/installed
 	$(BIN)/mypy
 
 bench: $(VENV)/installed
-	$(BIN)/pip install -q -c constraints.txt -e ".[bench]"
 	$(BIN)/python benchmarks/evaluator.py
 	$(BIN)/python benchmarks/controllers.py
 	$(BIN)/python benchmarks/populations.py
 	$(BIN)/python benchmarks/runtime.py
 
-# The environment is complete when this file is there.
-$(VENV)/installed: pyproject.toml constraints.txt
+# What make test runs, with the oldest packages that pyproject.toml admits on the oldest Python.
+# Old packages on new ones that they use warn; that is not for this project to mend.
+test-lowest: .venv-lowest/installed
+	.venv-lowest/bin/pytest $(PARALLEL) -W ignore::DeprecationWarning -m "$(QUICK)"
+
+# What make test runs on another Python: make test-python VERSION=3.13, or the path of an interpreter.
+# A version that is not here is fetched by uv.
+test-python: $(OTHER)/installed
+	$(OTHER)/bin/pytest $(PARALLEL) -m "$(QUICK)"
+
+# The wheel, the source archive and a list of what an install of it holds (CycloneDX), in dist/; the
+# wheel works outside this folder.
+dist: $(TOOLS)/installed
+	rm -rf dist
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) $(TOOLS)/bin/python -m build --no-isolation -o dist
+	$(UV) venv -q --clear --python $(PYTHON) .venv-dist
+	$(INSTALL) .venv-dist -r requirements/runtime.txt
+	$(UV) pip install -q --python .venv-dist --no-deps dist/*.whl
+	for wheel in dist/*.whl; do $(TOOLS)/bin/cyclonedx-py environment .venv-dist \
+		--pyproject pyproject.toml --output-reproducible -o $${wheel%%-py3*}.cdx.json; done
+	folder=$$(mktemp -d) && cd "$$folder" && hfc=$(CURDIR)/.venv-dist/bin/hfc && $$hfc --version && \
+		$$hfc list scenarios >list && $$hfc design --population 16 --generations 2 \
+		--set simulation.duration_s=0.1 --out run >design && $$hfc export run --to c --out c >export && \
+		rm -r "$$folder"
+
+# Asks the advisories of the Python package index about every pinned package; not answered is failed.
+audit: $(TOOLS)/installed
+	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
+		$(addprefix -r requirements/,locked.txt tools.txt fuzzylite.txt st.txt)
+
+# Pins what pyproject.toml and requirements/*.in ask for, with the hashes of all files of a release;
+# what is pinned stays. Newer releases of everything: make lock UPGRADE=--upgrade
+lock: $(TOOLS)/installed
+	$(LOCK) $(UPGRADE) --all-extras --group build pyproject.toml -o requirements/locked.txt
+	$(LOCK) $(UPGRADE) -c requirements/locked.txt pyproject.toml -o requirements/runtime.txt
+	$(LOCK) --upgrade --resolution lowest-direct --all-extras --group build pyproject.toml \
+		-o requirements/lowest.txt
+	for name in tools fuzzylite st; do \
+		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
+
+# An environment is complete when this file is there: first every package, checked against its
+# hash, then this project with the pinned build backend.
+$(VENV)/installed: pyproject.toml requirements/locked.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install -q -c constraints.txt -e ".[dev]"
+	$(BIN)/pip install -q --require-hashes -r requirements/locked.txt
+	$(BIN)/pip install -q --no-deps --no-build-isolation -e .
+	touch $@
+
+$(TOOLS)/installed: requirements/tools.txt
+	$(PYTHON) -m venv $(TOOLS)
+	$(TOOLS)/bin/pip install -q --require-hashes -r $<
+	touch $@
+
+.venv-lowest/installed: pyproject.toml requirements/lowest.txt $(TOOLS)/installed
+	$(UV) venv -q --clear --python 3.11 $(@D)
+	$(INSTALL) $(@D) -r requirements/lowest.txt
+	$(UV) pip install -q --python $(@D) --no-deps --no-build-isolation -e .
+	touch $@
+
+$(OTHER)/installed: pyproject.toml requirements/locked.txt $(TOOLS)/installed
+	$(UV) venv -q --clear --python $(VERSION) $(@D)
+	$(INSTALL) $(@D) -r requirements/locked.txt
+	$(UV) pip install -q --python $(@D) --no-deps --no-build-isolation -e .
 	touch $@
 
 clean:

@@ -17,11 +17,10 @@ fi
 # pyfuzzylite needs an older NumPy than this project: an environment of its own.
 if ! .venv-fuzzylite/bin/python -c "import fuzzylite" 2>/dev/null; then
     .venv/bin/python -m venv .venv-fuzzylite
-    .venv-fuzzylite/bin/pip install -q "pyfuzzylite==8.*" "numpy<2"
+    .venv-fuzzylite/bin/pip install -q --require-hashes -r requirements/fuzzylite.txt
 fi
 # Parsers of Structured Text; blark wants packages of its own.
 if [ ! -x .venv-st/bin/python ]; then
     .venv/bin/python -m venv .venv-st
-    .venv-st/bin/pip install -q "blark==0.8.*" "tree-sitter==0.26.*" \
-        "tree-sitter-iec61131-3-st==0.1.*"
+    .venv-st/bin/pip install -q --require-hashes -r requirements/st.txt
 fi
