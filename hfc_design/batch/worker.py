@@ -90,8 +90,10 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
     try:
         yield
     except UserError as error:
-        place = f"the worker {get_worker().address} on {socket.gethostname()}"
-        raise UserError(f"{place}: {error}{hint}") from error
+        worker = get_worker()
+        place = f"the worker {worker.address} on {socket.gethostname()}"
+        why = str(error.args[0]).replace(f"{worker.local_directory}{os.sep}", "")  # of nobody's use
+        raise UserError(f"{place}: {why}{hint}") from error
 
 
 def _run_in(out: Path, name: str, go_on: GoOn, anyway: bool = False) -> "Outcome":

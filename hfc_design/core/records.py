@@ -54,8 +54,8 @@ class UserError(Exception):
 
     exit_code = 2
 
-    def __init__(self, message: str):
-        super().__init__(in_a_line(message))
+    def __str__(self) -> str:
+        return in_a_line(str(self.args[0]))  # whoever says where it was has room before
 
 
 class RunError(UserError):
