@@ -21,7 +21,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, writing
 
 #: The lock of a run folder; its text says whose it is.
 LOCK = ".in-use"
@@ -51,11 +51,9 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
         RunError: the lock cannot be written.
     """
     path, beat = path or folder / LOCK, min(BEAT, grace() / 6.0)
-    try:
+    with writing(folder):
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = _taken(path)
-    except OSError as error:
-        raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
     if descriptor is None:
         yield False
         return
@@ -197,10 +195,9 @@ def _sign(descriptor: int) -> None:
 
 
 def _holder(path: Path) -> str:
-    """Who holds a lock, in one line."""
+    """Who holds a lock, as its file says."""
     with suppress(OSError), open(os.open(path, READ), "rb") as file:
-        told = file.read(200).decode(errors="replace").strip()
-        return "".join(c if c.isprintable() else "?" for c in told) or "another process"
+        return file.read(200).decode(errors="replace").strip() or "another process"
     return "another process"
 
 
