@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 
 from hfc_design.core import archive
 from hfc_design.core.lock import check
+from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
 FORMAT = "hfc-checkpoint-3"
@@ -21,8 +22,9 @@ FORMAT = "hfc-checkpoint-3"
 #: scored 0, and everything else more.
 EARLIER = "hfc-checkpoint-1", "hfc-checkpoint-2"
 CONFIG = "config.toml"
-#: Kinds of numbers that are a number of Python's.
+#: Kinds of numbers that are one of Python's, and that an array of a search has.
 NUMBERS = {bool: "b", int: "biu", float: "biuf"}
+ARRAYS = {Floats: "f", Integers: "i", Mask: "b"}
 #: Begin and end of the name of a file that is being written.
 HALF = ".hfc-", ".new"
 
@@ -172,8 +174,6 @@ def _fits(value: np.ndarray, like: Any) -> bool:
         same = value.ndim == like.ndim and value.shape[1:] == like.shape[1:]
         real = value.dtype.kind in NUMBERS[float]
         return same and real and np.can_cast(like.dtype, value.dtype, "same_kind")
-    if isinstance(like, type) and like in NUMBERS:
+    if like in NUMBERS:
         return value.shape == () and value.dtype.kind in NUMBERS[like]
-    told = get_args(get_args(like)[-1]) if get_origin(like) is np.ndarray else ()
-    kinds = [x.__mro__[1] for x in told if isinstance(x, type)]  # as float64 is a floating
-    return all(np.issubdtype(value.dtype, kind) for kind in kinds)
+    return like not in ARRAYS or value.dtype.kind in ARRAYS[like]

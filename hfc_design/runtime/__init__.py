@@ -10,7 +10,6 @@ command is NaN, and the next one goes on as if it had not been. C, Structured Te
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from math import isfinite, nan
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +48,7 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        command, self._memory, _ = self._tried(signals)
-        return command
+        return self.told(signals)[0]
 
     def told(self, signals: Signals) -> tuple[float, Any]:
         """Step: the command, and what it is made of.
@@ -151,11 +149,10 @@ def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
-    read, one = itemgetter(*names), len(names) == 1
 
     def reads(signals: Signals) -> bool:
         try:
-            return isfinite(read(signals)) if one else all(map(isfinite, read(signals)))
+            return all(map(isfinite, map(signals.__getitem__, names)))
         except KeyError:  # the law tells which is missing, if it does read it
             return finite(signals)
 
