@@ -49,7 +49,7 @@ def answer(*cell: Any) -> Json:
 
 
 def run_cell(
-    version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool = False
+    version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool
 ) -> "Outcome":
     """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
 
@@ -70,8 +70,8 @@ def run_cell(
 
         run = partial(_run, go_on, anyway)
         if version != __version__:
-            own = f"the worker {worker.address} has hfc-design {__version__}"
-            return work.Outcome("failed", f"{own}, the batch {version}")
+            versions = f"has hfc-design {__version__}, the batch {version}"
+            return work.Outcome("failed", f"the worker {worker.address} {versions}")
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)

@@ -106,9 +106,9 @@ class Machine:
         self._reads = _reader(kind, design.controller)
         self._memory = self._controller.initial_memory(0.0)
         #: Of each axis, where none sees another: a fault is of its axis alone.
-        self._each: list[Controller] = []
+        self._each: dict[str, Controller] = {}
         if isinstance(self._controller, PerAxis) and (kind.law or kind.axes):
-            self._each = [Controller(design, axis) for axis in self.axes]
+            self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(
         self, signals: Mapping[str, Signals], path: PathView | None = None, told: Parameters = None
@@ -121,12 +121,12 @@ class Machine:
         Raises:
             KeyError: an axis, or a signal that the design reads, is missing.
         """
+        if self._each:  # all are tried before any remembers: one signal may be missing
+            tried = {axis: one._tried(signals[axis]) for axis, one in self._each.items()}
+            for axis, (_, memory, _) in tried.items():
+                self._each[axis]._memory = memory
+            return {axis: command for axis, (command, *_) in tried.items()}
         axes = tuple(signals[axis] for axis in self.axes)
-        if self._each:
-            tried = [one._tried(own) for one, own in zip(self._each, axes, strict=True)]
-            for one, (_, memory, _) in zip(self._each, tried, strict=True):
-                one._memory = memory
-            return dict(zip(self.axes, (command for command, *_ in tried), strict=True))
         commands = (nan,) * len(axes)
         try:
             if all(map(self._reads, axes)) and finite(path):
@@ -141,7 +141,7 @@ class Machine:
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
         self._memory = self._controller.initial_memory(0.0)
-        for one in self._each:
+        for one in self._each.values():
             one.reset()
 
 
