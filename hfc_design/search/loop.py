@@ -132,8 +132,8 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
     if any(column.shape != (generation,) for column in history) or np.isinf(history.best).any():
         return "its history has not a row for each generation"
     best = archive.score.max()
-    if np.isfinite(best) and history.best[-1] != best:
-        return "the scores of its archive are not those of its history"
+    if not (archive.score < np.inf).all() or (np.isfinite(best) and history.best[-1] != best):
+        return "the scores of its archive are none, or not those of its history"
     possible = all(_possible(x, empty) for x in (archive, state) if "population" in x._fields)
     if not (possible and np.array_equal(archive.population.tree, empty.tree)):
         return "its individuals cannot be"
@@ -144,17 +144,13 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
 def _possible(scored: State, empty: Population) -> bool:
     """Whether individuals have all their numbers and structures that exist; finite if scored."""
     population, count = scored.population, scored.population.tree.shape
-    score = getattr(scored, "score", np.full(count, -np.inf))
+    alive = np.isfinite(getattr(scored, "score", np.full(count, -np.inf)))
     trees = dict(flat(taken(empty, population.tree)))
-    return (
-        score.shape == count
-        and bool((score < np.inf).all())
-        and all(
-            len(array) == len(score)
-            and (name.rpartition(".")[2] != "tree" or np.array_equal(array, trees[name]))
-            and (array.dtype.kind != "f" or np.isfinite(array[np.isfinite(score)]).all())
-            for name, array in flat(population)
-        )
+    return alive.shape == count and all(
+        len(array) == len(alive)
+        and (name.rpartition(".")[2] != "tree" or np.array_equal(array, trees[name]))
+        and (array.dtype.kind != "f" or np.isfinite(array[alive]).all())
+        for name, array in flat(population)
     )
 
 

@@ -69,6 +69,6 @@ class Strategy(NamedTuple):
     summary: str = ""  # for hfc list strategies
     #: Why it cannot search, in a line: of its settings and of the ``[controller]``.
     fault: Callable[[Any, Any], str | None] = lambda settings, controller: None
-    #: Whether a state from a file can be one that ``tell`` gave with these settings; its arrays
-    #: and numbers are of their types, its individuals possible, its ``score`` one for each.
+    #: Whether a state from a file, whose arrays and numbers are of their types, can be one that
+    #: ``tell`` gave with these settings.
     sound: Callable[[Any, Any], bool] = lambda settings, state: True

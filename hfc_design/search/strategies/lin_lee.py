@@ -206,6 +206,8 @@ def _sound(settings: LinLeeSettings, state: LinLeeState) -> bool:
     return (
         state.genes.shape == (settings.population, state.population.scales.shape[1])
         and np.array_equal(_trees(state.genes), state.population.tree)
+        and state.score.shape == (settings.population,)
+        and bool((state.score < np.inf).all())
         and bool((state.score[:-1] >= state.score[1:]).all())
     )
 

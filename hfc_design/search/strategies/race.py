@@ -216,11 +216,12 @@ def ranked(state: RaceState) -> RaceState:
 
 
 def _sound(settings: RaceSettings, state: RaceState) -> bool:
-    each = state.score, state.step, state.island
+    each = state.score, state.step, state.island, state.population.tree
     return (
         all(array.shape == (settings.population,) for array in each)
         and np.array_equal(np.unique(state.island), np.arange(len(state.damping)))
         and np.array_equal(np.lexsort((-state.score, state.island)), np.arange(len(state.score)))
+        and bool((state.score < np.inf).all())
         and bool(((state.step > 0.0) & (state.step < np.inf)).all())
         and bool((state.damping >= 0.0).all())
     )
