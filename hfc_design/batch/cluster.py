@@ -20,14 +20,14 @@ from hfc_design.batch.plan import Cell
 from hfc_design.batch.work import PATIENCE, Lost, Outcome, Place, told
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import given
-from hfc_design.core.records import NotNegative, Record, RunError, UserError, checked
+from hfc_design.core.records import LONGEST, NotNegative, Record, RunError, UserError, checked
 
 try:
     import dask
     from distributed import Client, Future, LocalCluster, wait
     from distributed.security import Security
 
-    from hfc_design.batch.worker import LONGEST, answer, contents, gpus
+    from hfc_design.batch.worker import answer, contents, gpus
 except ImportError:
     raise UserError(
         "--workers and --scheduler need the package distributed: pip install 'hfc-design[cluster]'"

@@ -15,13 +15,11 @@ from hfc_design.batch.plan import Plan, Told
 from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import Name, Record, UserError, checked
-from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, of
+from hfc_design.core.records import LONGEST, Name, Record, UserError, checked
+from hfc_design.core.texts import LARGEST_TABLE, about, content, decoded, json_of
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
 PLAN, NOTES = "batch.json", ".batch"
-#: Bytes of a note.
-LONGEST = 2000
 State = Literal["finished", "failed", "running", "broken off", "waiting"]
 
 
@@ -113,18 +111,16 @@ def waited(out: Path, what: str) -> AbstractContextManager[None]:
 
 
 def _noted(out: Path) -> Noted:
-    with of(out / PLAN):
+    with about(out / PLAN):
         plan = json_of(decoded(content(out / PLAN, LARGEST_TABLE)))
     return checked(Noted, plan, out / PLAN, out)
 
 
 def _text(out: Path, name: str, kind: str) -> str:
     """A note, "" where it cannot be read: it is worth no more than that."""
-    path = out / NOTES / f"{name}.{kind}"
-    with suppress(OSError):
-        if path.is_file():
-            with path.open("rb") as file:
-                return file.read(LONGEST).decode(errors="replace").strip()
+    with suppress(ValueError):
+        told = decoded(content(out / NOTES / f"{name}.{kind}"), errors="replace")
+        return told.strip()[:LONGEST]
     return ""
 
 

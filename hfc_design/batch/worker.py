@@ -10,7 +10,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import entry_points
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,17 +21,15 @@ from distributed import Status, Worker, get_worker
 from hfc_design import __version__
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import References, know
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, in_a_line
 
 if TYPE_CHECKING:
     from hfc_design.batch.work import Outcome
 
 #: Contents of the files of a run folder, by their names.
 Files = dict[str, bytes]
-#: What is told of each generation, and raises where the cell has to be left.
-GoOn = Callable[[object], None]
-#: Letters of a reason that is sent.
-LONGEST = 2000
+#: Finishes the run in a folder.
+Run = Callable[[Path], "Outcome"]
 #: What claims of cores and GPUs begin with.
 CLAIM = "hfc-design"
 
@@ -47,11 +45,11 @@ def dask_setup(worker: Worker) -> None:
 def answer(*cell: Any) -> Json:
     """What became of a cell, of ``run_cell``, as plain data that is read without pickle."""
     found = run_cell(*cell)
-    return found._asdict() | {"reason": found.reason[:LONGEST]}
+    return found._asdict() | {"reason": in_a_line(found.reason)}
 
 
 def run_cell(
-    version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool = False
+    version: str, name: str, shared: str, files: Files, plugins: References, anyway: bool
 ) -> "Outcome":
     """Finish a cell: in the folder ``shared`` of the batch, or from and to ``files``.
 
@@ -70,16 +68,17 @@ def run_cell(
             if not running or worker.status not in (Status.running, Status.paused):
                 raise work.Left
 
+        run = partial(_run, go_on, anyway)
         if version != __version__:
-            own = f"the worker {worker.address} has hfc-design {__version__}"
-            return work.Outcome("failed", f"{own}, the batch {version}")
+            versions = f"has hfc-design {__version__}, the batch {version}"
+            return work.Outcome("failed", f"the worker {worker.address} {versions}")
         try:
             with _of_this_worker("; install the module there, or start the worker in its folder"):
                 know(plugins)
             if shared:
-                return _run_in(Path(shared), name, go_on, anyway)
+                return _run_in(Path(shared), name, run)
             with TemporaryDirectory(dir=worker.local_directory) as place:
-                return _run_sent(Path(place) / name, files, go_on, anyway)
+                return _run_sent(Path(place) / name, files, run)
         except Exception as error:  # a full disk, for one; the worker may run other cells
             return work.Outcome("failed", work.told(error))
 
@@ -96,7 +95,7 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
         raise UserError(f"{place}: {why}{hint}") from error
 
 
-def _run_in(out: Path, name: str, go_on: GoOn, anyway: bool = False) -> "Outcome":
+def _run_in(out: Path, name: str, run: Run) -> "Outcome":
     from hfc_design.batch import folder
     from hfc_design.batch.work import Outcome
 
@@ -108,19 +107,19 @@ def _run_in(out: Path, name: str, go_on: GoOn, anyway: bool = False) -> "Outcome
             return Outcome("again")
         if folder.state(out, name) == "finished":
             return Outcome("finished")
-        return _run(out / name, go_on, anyway)
+        return run(out / name)
 
 
-def _run_sent(path: Path, files: Files, go_on: GoOn, anyway: bool) -> "Outcome":
+def _run_sent(path: Path, files: Files, run: Run) -> "Outcome":
     path.mkdir()
     for name, content in files.items():
         (path / name).write_bytes(content)
-    found = _run(path, go_on, anyway)  # if it fails, what it has written is sent all the same
+    found = run(path)  # if it fails, what it has written is sent all the same
     now = contents(path)
     return found._replace(files={k: v for k, v in now.items() if files.get(k) != v})
 
 
-def _run(path: Path, go_on: GoOn, anyway: bool) -> "Outcome":
+def _run(go_on: Callable[[object], None], anyway: bool, path: Path) -> "Outcome":
     from hfc_design.batch.work import attempt
     from hfc_design.runs import run as design
 

@@ -6,13 +6,13 @@ from typing import Any
 import click
 
 from hfc_design.cli.options import (
-    NEW_PATH,
     PATH,
     Texts,
     changing_design,
     force,
     free,
     knowing_plugins,
+    output,
 )
 
 
@@ -20,7 +20,7 @@ from hfc_design.cli.options import (
 @click.argument("design")
 @changing_design
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
-@click.option("--out", type=NEW_PATH, help="File or folder to write.")
+@output("--out", help="File or folder to write.")
 @force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")
@@ -55,7 +55,7 @@ SIGNAL_HELP = (
 
 @click.command("import")
 @click.argument("file", type=PATH)
-@click.option("--out", type=NEW_PATH, help="Design file [default: NAME.json].")
+@output("--out", help="Design file [default: NAME.json].")
 @force
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")

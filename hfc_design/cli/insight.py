@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.options import NEW_PATH, Texts, as_json, changing_design, force, knowing_plugins
+from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
 
 LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
 SIGNALS = "SIGNAL=NUMBER,..."
@@ -101,7 +101,7 @@ def explain(
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")
 @click.option("--sample-time", type=float, help="T [s] [default: the design's, or 0.01].")
-@click.option("--plot", type=NEW_PATH, help="Draw the range (png, svg or pdf).")
+@output("--plot", help="Draw the range (png, svg or pdf).")
 @force
 @as_json
 @knowing_plugins

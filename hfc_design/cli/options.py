@@ -33,15 +33,15 @@ def free(path: Path, option: str = "--out") -> Path:
     return path
 
 
-class _NewPath(click.Path):
-    """A path as ``PATH``, which is ``free``; of commands that have ``force``."""
+def output(*names: str, **others: Any) -> Callable[[Command], Command]:
+    """An option that names what to write, which is ``free``; of a command that has ``force``."""
 
-    def convert(self, value: Any, param: Any, ctx: Any) -> Path:
-        """Raises UserError: it is not free."""
-        return free(Path(value), param.opts[0])
+    def checked(_: click.Context, option: click.Parameter, path: Path | None) -> Path | None:
+        return path and free(path, option.opts[0])
+
+    return click.option(*names, type=PATH, callback=checked, **others)
 
 
-NEW_PATH = _NewPath()
 force = click.option(
     "--force",
     is_flag=True,

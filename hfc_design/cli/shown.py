@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from contextlib import suppress
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.records import RunError
+from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation, score_rows
@@ -21,16 +22,11 @@ if TYPE_CHECKING:
 
 def free_folder(name: str) -> Path:
     """Make the folder of a new run of a scenario; RunError: it cannot be made."""
-    folders = (Path("runs") / f"{name}-{number}" for number in count(1))
-    while True:
-        folder = next(folders)
-        try:
+    for folder in (Path("runs") / f"{name}-{number}" for number in count(1)):
+        with writing(folder), suppress(FileExistsError):
             folder.mkdir(parents=True)
-        except FileExistsError:
-            continue
-        except OSError as error:
-            raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
-        return folder
+            break
+    return folder
 
 
 class Watch(ProgressBar):

@@ -11,7 +11,6 @@ import click
 from hfc_design.cli.options import (
     CHOICES,
     CHOSEN,
-    NEW_PATH,
     PATH,
     Texts,
     as_json,
@@ -19,6 +18,7 @@ from hfc_design.cli.options import (
     knowing_plugins,
     memory,
     on_scenario,
+    output,
     setting,
     with_plugins,
 )
@@ -112,7 +112,7 @@ def design(
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
-@click.option("--plot", type=NEW_PATH, help="Draw the metrics' distributions.")
+@output("--plot", help="Draw the metrics' distributions.")
 @force
 @memory
 @as_json
@@ -148,8 +148,8 @@ def score(
 
 @click.command()
 @on_scenario
-@click.option("--csv", "csv_file", type=NEW_PATH, help="Write the trajectory.")
-@click.option("--plot", type=NEW_PATH, help="Draw it (png, svg or pdf).")
+@output("--csv", "csv_file", help="Write the trajectory.")
+@output("--plot", help="Draw it (png, svg or pdf).")
 @force
 @memory
 @with_plugins(CHOICES)

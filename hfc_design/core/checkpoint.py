@@ -4,25 +4,27 @@ import errno
 import json
 import os
 import secrets
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 
 from hfc_design.core import archive
 from hfc_design.core.lock import check
-from hfc_design.core.records import RunError, short
+from hfc_design.core.numbers import Floats, Integers, Mask
+from hfc_design.core.records import RunError, writing
 
 FORMAT = "hfc-checkpoint-3"
 #: Which did not say what made them, but for the text of config.toml; in the first what had failed
 #: scored 0, and everything else more.
 EARLIER = "hfc-checkpoint-1", "hfc-checkpoint-2"
 CONFIG = "config.toml"
-#: Kinds of numbers that are a number of Python's.
+#: Kinds of numbers that are one of Python's, and that an array of a search has.
 NUMBERS = {bool: "b", int: "biu", float: "biuf"}
+ARRAYS = {Floats: "f", Integers: "i", Mask: "b"}
 #: Begin and end of the name of a file that is being written.
 HALF = ".hfc-", ".new"
 
@@ -35,7 +37,7 @@ def write_whole(path: Path, content: bytes) -> None:
             now; what was there stays.
     """
     beside = path.with_name(secrets.token_hex(8).join(HALF))
-    try:
+    with writing(path):
         with beside.open("xb") as file:  # never what somebody else has put or linked there
             try:
                 file.write(content)
@@ -48,8 +50,6 @@ def write_whole(path: Path, content: bytes) -> None:
                     beside.unlink()
                 raise
         synced(path.parent)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def synced(folder: Path) -> None:
@@ -81,56 +81,55 @@ def save(path: Path, search: Any, made_by: dict[str, str]) -> None:
     write_whole(path, archive.packed({**told, **dict(flat(search))}))
 
 
-class Wanted(NamedTuple):
-    """What a search in a file has to be."""
-
-    kind: type
-    #: Of some fields in it by their name or annotation: the type, or one that is built like them.
-    fields: dict[Any, Any]
-    made_by: dict[str, str]  # as far as it matters
-    most: int  # bytes
-    fault: Callable[[Any], str | None]  # what is wrong with one whose types are right
-
-
-def load(path: Path, wanted: Wanted, hint: str = "") -> Any:
-    """The search in a file; nothing in it is believed before it is checked.
-
-    Raises:
-        RunError: the file is damaged or no checkpoint, or something else than is wanted has made
-            it: then the line ends with the ``hint``.
-    """
+@contextmanager
+def doubted(path: Path) -> Iterator[None]:
+    """Whatever the file makes zipfile, NumPy and others raise becomes a RunError: it is damaged."""
     try:
-        if not path.is_file() or path.stat().st_size > wanted.most:
-            raise ValueError(f"is no file of at most {wanted.most} bytes")
-        content = path.read_bytes()
-        arrays = archive.unpacked(content)
-        version, made_by = str(arrays.pop("format")), {}
-        if version in EARLIER:
-            made_by = {CONFIG: digest(str(arrays.pop("config")).encode())}
-        elif version != FORMAT:
-            raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
-        elif not archive.is_whole(content):
-            raise ValueError("its digest is another")
-        else:
-            made_by = dict(json.loads(str(arrays.pop("made_by"))))
-        if version == EARLIER[0]:
-            scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
-            arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
-        for key, now in wanted.made_by.items():
-            if (was := made_by.get(key)) is None:
-                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
-            if was != now:
-                which = f"{short(was, 20)}, here {short(now, 20)}"
-                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
-        found = _built(wanted.kind, "", arrays, wanted.fields)
-        if wrong := f"holds {next(iter(arrays))!r} too" if arrays else wanted.fault(found):
-            raise ValueError(wrong)
-        return found
+        yield
     except RunError:
         raise
-    except Exception as error:  # whatever a file can make zipfile, NumPy and json raise
-        why = str(error or type(error)).encode("unicode_escape").decode()[:150]  # it may quote it
-        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({why})") from None
+    except Exception as error:
+        raise RunError(f"{path}: is damaged or no checkpoint; left as it is ({error})") from None
+
+
+def read(path: Path, largest: int) -> tuple[dict[str, str], archive.Arrays]:
+    """What made the search in a file of at most ``largest`` bytes, and its arrays; see ``doubted``.
+
+    Raises:
+        RunError: another version has written it.
+        Exception: it is damaged.
+    """
+    if not path.is_file() or path.stat().st_size > largest:
+        raise ValueError(f"is no file of at most {largest} bytes")
+    content = path.read_bytes()
+    arrays = archive.unpacked(content)
+    version = str(arrays.pop("format"))
+    if version == FORMAT:
+        if not archive.is_whole(content):
+            raise ValueError("its digest is another")
+        return dict(json.loads(str(arrays.pop("made_by")))), arrays
+    if version not in EARLIER:
+        raise RunError(f"{path}: is not a checkpoint of this version ({FORMAT})")
+    if version == EARLIER[0]:
+        scores = {key: array for key, array in arrays.items() if key.endswith(".score")}
+        arrays |= {key: np.where(array == 0.0, -np.inf, array) for key, array in scores.items()}
+    return {CONFIG: digest(str(arrays.pop("config")).encode())}, arrays
+
+
+def record_of(kind: type, fields: dict[Any, Any], arrays: archive.Arrays) -> Any:
+    """The arrays as a record of records of a ``kind``.
+
+    ``fields``: of some fields in it, by their name or annotation, the type, or a record that they
+    are built like.
+
+    Raises:
+        ValueError, KeyError: an array is not what such a record has, is missing or too many.
+    """
+    left = dict(arrays)
+    found = _built(kind, "", left, fields)
+    if left:
+        raise ValueError(f"holds {next(iter(left))!r} too")
+    return found
 
 
 def digest(content: bytes) -> str:
@@ -175,8 +174,6 @@ def _fits(value: np.ndarray, like: Any) -> bool:
         same = value.ndim == like.ndim and value.shape[1:] == like.shape[1:]
         real = value.dtype.kind in NUMBERS[float]
         return same and real and np.can_cast(like.dtype, value.dtype, "same_kind")
-    if isinstance(like, type) and like in NUMBERS:
+    if like in NUMBERS:
         return value.shape == () and value.dtype.kind in NUMBERS[like]
-    told = get_args(get_args(like)[-1]) if get_origin(like) is np.ndarray else ()
-    kinds = [x.__mro__[1] for x in told if isinstance(x, type)]  # as float64 is a floating
-    return all(np.issubdtype(value.dtype, kind) for kind in kinds)
+    return like not in ARRAYS or value.dtype.kind in ARRAYS[like]

@@ -17,11 +17,11 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, writing
 
 #: The lock of a run folder; its text says whose it is.
 LOCK = ".in-use"
@@ -31,6 +31,7 @@ GRACE = "HFC_LOCK_GRACE_S"
 BEAT, PATIENCE = 5.0, 0.1
 #: Somebody may only have looked whether a lock is held: so often, and so much later, it is tried.
 TRIES, LOOK = 3, 0.02
+#: How a lock file is opened: no link is followed, no pipe waited for, no child inherits it.
 READ = os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK
 
 
@@ -51,23 +52,20 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
         RunError: the lock cannot be written.
     """
     path, beat = path or folder / LOCK, min(BEAT, grace() / 6.0)
-    try:
+    with writing(folder), _changing:  # two threads would both be told that they were overtaken
         path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = _taken(path)
-    except OSError as error:
-        raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
+        if (descriptor := _taken(path)) is not None:
+            lock = path, Path(os.path.realpath(folder)), descriptor
+            _held.add(lock)
     if descriptor is None:
         yield False
         return
-    own = path, Path(os.path.realpath(folder)), descriptor
-    with _changing:
-        _held.add(own)
     _heart(beat)
     try:
         yield True
     finally:
         with _changing:
-            _held.remove(own)
+            _held.remove(lock)
             try:
                 if _lies_at(path, descriptor):
                     path.unlink()
@@ -123,8 +121,10 @@ def check(path: Path) -> None:
     place = Path(os.path.realpath(path.parent) if _held else "", path.name)
     for lock, folder, descriptor in tuple(_held):
         if folder in place.parents and not _lies_at(lock, descriptor):
-            told = f"was taken over by {_holder(lock)}: this process was silent for more than"
-            raise Overtaken(f"{path.parent} {told} {grace():g} s; {path.name} is not written")
+            raise Overtaken(
+                f"{path.parent} was taken over by {_holder(lock)}: this process was silent for "
+                f"more than {grace():g} s; {path.name} is not written"
+            )
 
 
 def grace() -> float:
@@ -139,22 +139,21 @@ def grace() -> float:
 def _taken(path: Path) -> int | None:
     """The open lock file if this process has got it."""
     for _ in range(TRIES):
-        file = os.open(path, READ | os.O_RDWR | os.O_CREAT, 0o666)
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _lies_at(path, file):  # else it was given back, or overtaken, meanwhile
-                _sign(file)
-                return file
-        except BlockingIOError:
-            time.sleep(LOOK)
-            silent = abs(time.time() - os.fstat(file).st_mtime) > grace() / 2.0
-            if silent and (new := _overtaken(path)) is not None:  # if the disk's clock says so too
-                os.close(file)
-                return new
-        except BaseException:
-            os.close(file)
-            raise
-        os.close(file)
+        with ExitStack() as closing:
+            file = os.open(path, READ | os.O_RDWR | os.O_CREAT, 0o666)
+            closing.callback(os.close, file)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                time.sleep(LOOK)
+                silent = abs(time.time() - os.fstat(file).st_mtime) > grace() / 2.0
+                if silent and (new := _overtaken(path)) is not None:  # the disk's clock says so too
+                    return new
+            else:
+                if _lies_at(path, file):  # else it was given back, or overtaken, meanwhile
+                    _sign(file)
+                    closing.pop_all()
+                    return file
     return None
 
 
@@ -197,10 +196,9 @@ def _sign(descriptor: int) -> None:
 
 
 def _holder(path: Path) -> str:
-    """Who holds a lock, in one line."""
+    """Who holds a lock, as its file says."""
     with suppress(OSError), open(os.open(path, READ), "rb") as file:
-        told = file.read(200).decode(errors="replace").strip()
-        return "".join(c if c.isprintable() else "?" for c in told) or "another process"
+        return file.read(200).decode(errors="replace").strip() or "another process"
     return "another process"
 
 

@@ -199,18 +199,17 @@ def origins(used: Iterable[tuple[str, str]]) -> dict[str, str]:
 
     The version is that of the installed distribution that has it.
     """
-    found = {}
-    for what, name in own_ones(used):
-        source = (GROUPS[what].source(name) or "").partition(":")[0]
-        module = source or GROUPS[what].modules.get(name, "")
-        file = getattr(sys.modules.get(module), "__file__", None)
-        if package := _distributions().get(module.partition(".")[0]):
-            found[f"{what} {name!r}"] = f"{package[0]} {metadata.version(package[0])}"
-        elif file and Path(file).is_file():
-            found[f"{what} {name!r}"] = sha256(Path(file).read_bytes()).hexdigest()
-        else:
-            found[f"{what} {name!r}"] = "unknown"  # typed in, for one
-    return found
+    return {f"{what} {name!r}": _origin(GROUPS[what], name) for what, name in own_ones(used)}
+
+
+def _origin(group: Group[Any], name: str) -> str:
+    module = (group.source(name) or group.modules.get(name, "")).partition(":")[0]
+    if package := _distributions().get(module.partition(".")[0]):
+        return f"{package[0]} {metadata.version(package[0])}"
+    file = getattr(sys.modules.get(module), "__file__", None)
+    if file and Path(file).is_file():
+        return sha256(Path(file).read_bytes()).hexdigest()
+    return "unknown"  # typed in, for one
 
 
 _distributions = cache(metadata.packages_distributions)

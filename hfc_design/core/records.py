@@ -1,6 +1,7 @@
 """Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -62,6 +63,15 @@ class RunError(UserError):
     """Something outside the program went wrong, a full disk for one: exit code 1."""
 
     exit_code = 1
+
+
+@contextmanager
+def writing(place: Path) -> Iterator[None]:
+    """What the system refuses becomes a RunError that names the file or folder to be written."""
+    try:
+        yield
+    except OSError as error:
+        raise RunError(f"{place}: cannot be written: {error.strerror or error}") from None
 
 
 def readable_by(read: Callable[[Path], object]) -> AfterValidator:

@@ -1,7 +1,7 @@
 """What the files of users say: read within limits, and only what can be worked with and written.
 
 Whatever is wrong with a text is a ``ValueError`` that does not name the file, for those who check
-a part of another file; ``of`` makes a line for the user of it.
+a part of another file; ``about`` makes a line for the user of it.
 """
 
 import io
@@ -58,12 +58,12 @@ def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> st
     try:
         return io.TextIOWrapper(io.BytesIO(found), encoding).read()  # a line ends with \n
     except UnicodeDecodeError:
-        told = "it is not a text in UTF-8"
-    if by := next((by for start, by in PACKED.items() if found.startswith(start)), None):
-        told = f"it is packed by {by}; unpack it"
-    elif errors != "strict":
-        return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
-    raise ValueError(f"cannot be read: {told}")
+        for start, packer in PACKED.items():
+            if found.startswith(start):
+                raise ValueError(f"cannot be read: it is packed by {packer}; unpack it") from None
+        if errors == "strict":
+            raise ValueError("cannot be read: it is not a text in UTF-8") from None
+    return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
 
 
 def toml_of(text: str) -> Json:
@@ -76,13 +76,13 @@ def toml_of(text: str) -> Json:
 
 def json_of(text: str) -> Plain:
     """What a JSON text says; ValueError: it is none, or goes beyond the limits."""
-    return _parsed("is not a whole JSON file", JSON.decode, text)
+    return _parsed("is not a whole JSON file", JSON.decode, text, finite=True)
 
 
-def _parsed(wrong: str, parse: Callable[[str], Plain], text: str) -> Plain:
+def _parsed(wrong: str, parse: Callable[[str], Plain], text: str, finite: bool = False) -> Plain:
     try:
         found = parse(text)
-        fault = plain_fault(found, finite=parse == JSON.decode)
+        fault = plain_fault(found, finite)
     except RecursionError:
         fault = NESTED
     except ValueError as error:
@@ -141,7 +141,7 @@ def writable(data: Json) -> Json:
 
 
 @contextmanager
-def of(source: object) -> Iterator[None]:
+def about(source: object) -> Iterator[None]:
     """What is wrong with a text becomes a UserError about the ``source`` that it is from."""
     try:
         yield
@@ -151,11 +151,11 @@ def of(source: object) -> Iterator[None]:
 
 def read_text(path: str | Path) -> str:
     """What a user's file says, in UTF-8; UserError: it cannot be read."""
-    with of(path):
+    with about(path):
         return decoded(content(path))
 
 
 def read_toml(path: str | Path) -> Json:
     """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
-    with of(path):
+    with about(path):
         return toml_of(decoded(content(path)))

@@ -16,7 +16,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
-from hfc_design.core.texts import json_of, of, read_text, writable
+from hfc_design.core.texts import about, json_of, read_text, writable
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -152,7 +152,7 @@ def parse_design(text: str, source: str | Path) -> Design:
     Raises:
         UserError: text is no JSON, or is not a design that can run.
     """
-    with of(source):
+    with about(source):
         data = json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None
     with naming(provenance):

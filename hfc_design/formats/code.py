@@ -49,11 +49,12 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
-    odd = _not_in_float(design)
+    numbers = _checked_numbers(design)
     name = c_name(design)
-    own = template.values(design.controller)
-    if any(x < SINGLE[0] for x in own.get("widths", ())):
-        odd.append("a term has no width")
+    of_kind = template.values(design.controller)
+    smallest, largest = SINGLE
+    odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
+    odd += ["a term has no width" for width in of_kind.get("widths", ()) if width < smallest]
     values = {
         "name": name,
         "signals": signals(design),
@@ -62,7 +63,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         "integrates": False,
         "in_place": False,
         "only_double": comment(odd[:1])[0] if odd else "",
-        **own,
+        **of_kind,
         **others,
     }
     files = {f"{name}.h": "c/header.h.j2", f"{name}.c": "c/source.c.j2"}
@@ -113,7 +114,7 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
-    _not_in_float(design)
+    _checked_numbers(design)
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
@@ -140,24 +141,22 @@ def block(design: Design) -> str:
     return rendered("controller.st.j2", design, template.places, **values)
 
 
-def _not_in_float(design: Design) -> list[str]:
-    """What single precision does not hold of the controller and its limits.
+def _checked_numbers(design: Design) -> list[tuple[str, float]]:
+    """Every number of the controller and its limits by its dotted key.
 
     Raises:
-        UserError: a number is too large for code that does what the runtime does.
+        UserError: one is too large for code that does what the runtime does.
     """
     whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
     learns = getattr(design.controller, "adaptation", None) is not None
-    largest, odd = LARGEST_LEARNT if learns else LARGEST, []
-    for key, x in _numbers(whole):
+    largest = LARGEST_LEARNT if learns else LARGEST
+    numbers = list(_numbers(whole))
+    for key, x in numbers:
         if not abs(x) <= largest:
-            where = f"{largest:g}{' where it adapts' if learns else ''}"
-            raise UserError(
-                f"design {design.name}: {key} = {x:g}: code takes numbers up to {where}"
-            )
-        if x and not SINGLE[0] < abs(x) < SINGLE[1]:
-            odd.append(f"{key} is {x:g}")
-    return odd
+            bound = f"{largest:g}{' where it adapts' if learns else ''}"
+            told = f"{key} = {x:g}: code takes numbers up to {bound}"
+            raise UserError(f"design {design.name}: {told}")
+    return numbers
 
 
 def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:

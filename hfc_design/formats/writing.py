@@ -20,7 +20,7 @@ from hfc_design import __version__
 from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import UserError, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 
@@ -66,18 +66,16 @@ def write(path: Path, content: Content) -> None:
     Raises:
         RunError: it cannot be written.
     """
-    try:
-        if isinstance(content, str | bytes):
-            _fill(path, content)
-            return
+    if isinstance(content, str | bytes):
+        _fill(path, content)
+        return
+    with writing(path):
         # So near that a disk that is full is found before the first file is in its place.
         near = next(folder for folder in path.absolute().parents if folder.is_dir())
         with TemporaryDirectory(prefix=".hfc-", dir=near) as name:
             _fill(whole := Path(name) / "whole", content)
             path.parent.mkdir(parents=True, exist_ok=True)
             _move(whole, path)
-    except OSError as error:
-        raise RunError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def _fill(path: Path, content: Content) -> None:

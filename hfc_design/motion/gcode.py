@@ -15,7 +15,7 @@ from pathlib import Path
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 
-from hfc_design.core.texts import content, decoded, of
+from hfc_design.core.texts import about, content, decoded
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 
 GRAMMAR = r"""
@@ -48,7 +48,7 @@ def read(file: Path, rapid: float) -> tuple[Segment, ...]:
     Raises:
         UserError: the file cannot be read or used; the line says file, line number and why.
     """
-    with of(file):
+    with about(file):
         return segments(text_of(file), rapid)
 
 

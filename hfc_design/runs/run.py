@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from hfc_design.core import checkpoint
 from hfc_design.core.plugins import resuming
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
@@ -49,12 +49,10 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
         checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())
         return Path(key + file.suffix)
 
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         checkpoint.synced(folder.parent)
         own = renamed(scenario, copied)  # it stands alone
-    except OSError as error:
-        raise RunError(f"{folder}: cannot be written: {error.strerror or error}") from None
     if given is not None:
         _write_design(folder / GIVEN, given)
     checkpoint.write_whole(folder / CONFIG, scenario_toml(own).encode())
@@ -83,6 +81,7 @@ def run(
     Stopped at any moment and called again, it ends with the same files as without the stop.
 
     Raises:
+        UserError: it needs more memory than there is.
         RunError: everything diverged; the checkpoint is damaged, or another version, file or own
             part has made it and it is not to go on ``anyway``; or the folder cannot be written.
     """

@@ -1,6 +1,6 @@
 """The checkpoint of a run: what decides its result, and the search as far as it has come."""
 
-from functools import cache, partial
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -8,6 +8,7 @@ from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
 from hfc_design.core.plugins import origins
+from hfc_design.core.records import RunError, short
 from hfc_design.files.scenario import Scenario, renamed
 from hfc_design.runs.problem import genome_of, parts_of
 from hfc_design.search.loop import STRATEGIES, Search, fault
@@ -50,9 +51,16 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
     each = sum(array.nbytes for _, array in checkpoint.flat(empty)) // genome.structures
     # As much as of a search that remembers every individual that it has ever tried.
     tried = genome.structures + settings.population * (settings.generations + 1)
-    kinds = {"state": state, "population": empty, Population: empty}
-    most = SPARE + tried * (each + SPARE_EACH)
-    wrong = partial(fault, empty=empty, settings=settings)
-    wanted = checkpoint.Wanted(Search, kinds, needed, most, wrong)
-    search: Search = checkpoint.load(path, wanted, hint)
+    fields = {"state": state, "population": empty, Population: empty}
+    with checkpoint.doubted(path):
+        made_by, arrays = checkpoint.read(path, SPARE + tried * (each + SPARE_EACH))
+        for key, now in needed.items():
+            if (was := made_by.get(key)) is None:
+                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
+            if was != now:
+                which = f"{short(was, 20)}, here {short(now, 20)}"
+                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
+        search: Search = checkpoint.record_of(Search, fields, arrays)
+        if wrong := fault(search, empty, settings):
+            raise ValueError(wrong)
     return search

@@ -10,7 +10,6 @@ command is NaN, and the next one goes on as if it had not been. C, Structured Te
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from math import isfinite, nan
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +48,7 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        command, self._memory, _ = self._tried(signals)
-        return command
+        return self.told(signals)[0]
 
     def told(self, signals: Signals) -> tuple[float, Any]:
         """Step: the command, and what it is made of.
@@ -108,9 +106,9 @@ class Machine:
         self._reads = _reader(kind, design.controller)
         self._memory = self._controller.initial_memory(0.0)
         #: Of each axis, where none sees another: a fault is of its axis alone.
-        self._each: list[Controller] = []
+        self._each: dict[str, Controller] = {}
         if isinstance(self._controller, PerAxis) and (kind.law or kind.axes):
-            self._each = [Controller(design, axis) for axis in self.axes]
+            self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(
         self, signals: Mapping[str, Signals], path: PathView | None = None, told: Parameters = None
@@ -123,12 +121,12 @@ class Machine:
         Raises:
             KeyError: an axis, or a signal that the design reads, is missing.
         """
+        if self._each:  # all are tried before any remembers: one signal may be missing
+            tried = {axis: one._tried(signals[axis]) for axis, one in self._each.items()}
+            for axis, (_, memory, _) in tried.items():
+                self._each[axis]._memory = memory
+            return {axis: command for axis, (command, *_) in tried.items()}
         axes = tuple(signals[axis] for axis in self.axes)
-        if self._each:
-            tried = [one._tried(own) for one, own in zip(self._each, axes, strict=True)]
-            for one, (_, memory, _) in zip(self._each, tried, strict=True):
-                one._memory = memory
-            return dict(zip(self.axes, (command for command, *_ in tried), strict=True))
         commands = (nan,) * len(axes)
         try:
             if all(map(self._reads, axes)) and finite(path):
@@ -143,7 +141,7 @@ class Machine:
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
         self._memory = self._controller.initial_memory(0.0)
-        for one in self._each:
+        for one in self._each.values():
             one.reset()
 
 
@@ -151,11 +149,10 @@ def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
     if not (names := kind.reads(record) if kind.reads else []):
         return finite
-    read, one = itemgetter(*names), len(names) == 1
 
     def reads(signals: Signals) -> bool:
         try:
-            return isfinite(read(signals)) if one else all(map(isfinite, read(signals)))
+            return all(map(isfinite, map(signals.__getitem__, names)))
         except KeyError:  # the law tells which is missing, if it does read it
             return finite(signals)
 

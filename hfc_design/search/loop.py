@@ -134,23 +134,23 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
     best = archive.score.max()
     if not (archive.score < np.inf).all() or (np.isfinite(best) and history.best[-1] != best):
         return "the scores of its archive are none, or not those of its history"
-    parts = [archive, state] if "population" in state._fields else [archive]
-    scores = [getattr(part, "score", np.full(1, -np.inf)) for part in parts]
-    possible = all(_possible(x.population, y, empty) for x, y in zip(parts, scores, strict=True))
+    possible = all(_possible(x, empty) for x in (archive, state) if "population" in x._fields)
     if not (possible and np.array_equal(archive.population.tree, empty.tree)):
         return "its individuals cannot be"
     known = STRATEGIES.get(settings.preset).sound(settings, state)
     return None if known else "its state cannot be that of such a search"
 
 
-def _possible(population: Population, score: Floats, empty: Population) -> bool:
-    """Whether all its arrays are as long, its structures exist, and finite is what has a score."""
-    arrays, trees = dict(flat(population)), dict(flat(taken(empty, population.tree)))
-    return all(
-        len(array) == len(population.tree)
+def _possible(scored: State, empty: Population) -> bool:
+    """Whether individuals have all their numbers and structures that exist; finite if scored."""
+    population, count = scored.population, scored.population.tree.shape
+    alive = np.isfinite(getattr(scored, "score", np.full(count, -np.inf)))
+    trees = dict(flat(taken(empty, population.tree)))
+    return alive.shape == count and all(
+        len(array) == len(alive)
         and (name.rpartition(".")[2] != "tree" or np.array_equal(array, trees[name]))
-        and (array.dtype.kind != "f" or np.isfinite(array[np.isfinite(score).nonzero()]).all())
-        for name, array in arrays.items()
+        and (array.dtype.kind != "f" or np.isfinite(array[alive]).all())
+        for name, array in flat(population)
     )
 
 

@@ -23,7 +23,14 @@ SHARE, ANYWAY = 0.8, 1e9
 PROGRAM, SUBSTEP, LOAD, NUMBER = 0.32e9, 1.8e6, 48, 26
 #: Bytes of each derivative in a sample and of each machine; copies of an individual.
 DERIVATIVE, MACHINE, COPIES = 27, 8_000, 9
+#: What ``--memory`` may say behind its number.
 UNITS = {"K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "": 1.0}
+#: By the controller that /proc/self/cgroup names, "" in version 2: files of a group's bound and of
+#: what it uses [bytes], and the key of that part of it which caches files and can be dropped.
+CONTROL_GROUPS = {
+    "": ("memory.max", "memory.current", "inactive_file"),
+    "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
+}
 #: What a run holds, by the keys and options that make it large.
 Parts = dict[str, float]
 
@@ -83,22 +90,24 @@ def size(text: str) -> float:
 
 def free() -> float:
     """What this process could hold with what is free now [bytes], and its groups allow."""
-    lines = _words(Path("/proc/meminfo"))
-    rest = [1024.0 * lines["MemAvailable:"]] if "MemAvailable:" in lines else []
+    left = [1024 * _words(Path("/proc/meminfo")).get("MemAvailable:", np.inf)]
     for line in _text(Path("/proc/self/cgroup")).splitlines():
-        _, names, path = line.split(":", 2)
-        top = Path("/sys/fs/cgroup", *(["memory"] if names == "memory" else []))
-        files = {"": ("memory.max", "memory.current", "inactive_file")}
-        files["memory"] = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-        place = top / path.strip("/")
-        while names in files and place.is_relative_to(top):
-            limit, used, cached = files[names]
-            bound, now = _text(place / limit).strip(), _text(place / used).strip()
-            if bound.isdigit() and now.isdigit():  # "max" is none
-                rest.append(int(bound) - int(now) + _words(place / "memory.stat").get(cached, 0))
-            place = place.parent
-    own = _words(Path("/proc/self/status")).get("VmRSS:", 0) * 1024
-    return own + max(min(rest, default=np.inf), 0.0)
+        _, controller, path = line.split(":", 2)
+        if controller in CONTROL_GROUPS:
+            top = Path("/sys/fs/cgroup", controller)
+            group = top / path.strip("/")
+            around = [place for place in group.parents if place.is_relative_to(top)]
+            left += [_left_by(place, *CONTROL_GROUPS[controller]) for place in (group, *around)]
+    held = 1024 * _words(Path("/proc/self/status")).get("VmRSS:", 0)
+    return held + max(min(left), 0.0)
+
+
+def _left_by(group: Path, limit: str, used: str, cached: str) -> float:
+    """What one control group leaves [bytes]; what its files are called."""
+    bound, now = _text(group / limit).strip(), _text(group / used).strip()
+    if not (bound.isdigit() and now.isdigit()):  # "max", or there is no such group
+        return np.inf
+    return int(bound) - int(now) + _words(group / "memory.stat").get(cached, 0)
 
 
 def _text(path: Path) -> str:
@@ -108,7 +117,7 @@ def _text(path: Path) -> str:
         return ""
 
 
-def _words(path: Path) -> dict[str, int]:
+def _words(path: Path) -> dict[str, float]:
     """Numbers of a file by the word that stands before each."""
     rows = (line.split() for line in _text(path).splitlines())
-    return {row[0]: int(row[1]) for row in rows if len(row) > 1 and row[1].isdigit()}
+    return {row[0]: float(row[1]) for row in rows if len(row) > 1 and row[1].isdigit()}

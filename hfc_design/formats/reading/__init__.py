@@ -11,7 +11,7 @@ from os.path import isdir
 from pathlib import Path
 
 from hfc_design.core.records import UserError
-from hfc_design.core.texts import content, decoded, of
+from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design
 from hfc_design.formats.reading import csv_tables, fis, fll
 from hfc_design.formats.reading.design_of import Wish, design_of
@@ -36,11 +36,11 @@ def imported(path: Path, wish: Wish) -> Design:
     ending = ".csv" if isdir(path) else path.suffix.lower()
     if ending not in READERS:
         raise UserError(f"{path}: is neither .fll, .fis nor a folder of .csv tables")
-    with of(path):
+    with about(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
         texts, digests = [], {}
         for file in files:
-            with of(file):
+            with about(file):
                 found = content(file)
                 texts.append(decoded(found))
             digests[file.name] = hashlib.sha256(found).hexdigest()
