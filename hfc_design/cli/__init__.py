@@ -1,6 +1,7 @@
 """The command line. Commands import what they need when they run, so that help is quick."""
 
 import sys
+import threading
 
 import click
 
@@ -23,8 +24,11 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; UserError becomes a line on stderr and its exit code."""
+        from hfc_design.core.interrupt import listen
         from hfc_design.core.records import RunError, UserError
 
+        if threading.current_thread() is threading.main_thread():  # others cannot
+            listen()
         try:
             return super().invoke(ctx)
         except UserError as error:

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from functools import wraps
-from os.path import exists
+from os.path import exists, isdir, isfile, realpath
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +25,22 @@ PATH = click.Path(path_type=Path)
 
 
 def free(path: Path, option: str = "--out") -> Path:
-    """Where a command is to write; UserError: something is there already, and no --force."""
+    """Where a command is to write.
+
+    Raises:
+        UserError: something is there already, and no --force; or it is a device, a pipe, or what
+            another option names too.
+    """
     from hfc_design.core.records import UserError
 
-    if exists(path) and not click.get_current_context().meta["hfc.force"]:
-        raise UserError(f"{option} {path}: exists already; name another path, or add --force")
+    told, meta = f"{option} {path}", click.get_current_context().meta
+    if exists(path) and not (isfile(path) or isdir(path)):  # a rename would take its place
+        raise UserError(f"{told}: is neither a file nor a folder; name another path")
+    if exists(path) and not meta["hfc.force"]:
+        raise UserError(f"{told}: exists already; name another path, or add --force")
+    other = meta.setdefault("hfc.named", {}).setdefault(realpath(path), option)
+    if other != option:
+        raise UserError(f"{told}: {other} names it too")
     return path
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.plugins import own_code, uses
-from hfc_design.core.records import UserError
+from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import load_design
@@ -72,6 +72,8 @@ def write_page(
     design, own, search = result
     tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
+        if (folder / TABLES).is_symlink():  # of others' files none is overwritten
+            raise RunError(f"{folder / TABLES}: is a link; remove it, tables are not written there")
         FORMATS["csv"].write(design, folder / TABLES)
     evaluations, told = {OWN: own, **rivals}, meanings(scenario)
     scores = score_rows(scenario.judge(), [*evaluations.values()], ".4g", "–")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.core import checkpoint
+from hfc_design.core import checkpoint, interrupt
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json, read_design
@@ -101,6 +101,7 @@ def run(
     steps = generations(*parts, problem.rank, search)
     try:
         for search in steps:
+            interrupt.heard()
             on_generation(search)
             if time.monotonic() - saved > CHECKPOINT_EVERY:
                 _save(folder, search, made_by)

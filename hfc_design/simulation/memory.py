@@ -84,7 +84,7 @@ def size(text: str) -> float:
     """
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) ?([KMGT]?)i?B?", text.strip(), re.IGNORECASE)
     if not found or not float(found[1]):
-        raise UserError(f"--memory {text[:60]}: has to be a size, as in 8GB")
+        raise UserError(f"--memory or {VARIABLE} {text[:60]}: has to be a size, as in 8GB")
     return float(found[1]) * UNITS[found[2].upper()]
 
 

@@ -4,8 +4,10 @@ import csv
 import io
 import json
 import re
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -146,6 +148,22 @@ def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
         assert refused.exit_code == 2
         assert "holds no finished run (no design.json)" in refused.stderr
         assert f"hfc design --resume --out {tmp_path / 'run'}" in refused.stderr
+
+
+def test_an_interrupt_that_a_library_has_ignored_is_heard_after_the_generation(
+    tmp_path, monkeypatch
+):
+    def ignored(self, search):
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(shown.Watch, "generation", ignored)
+    done = hfc("design", *SMALL, "--out", tmp_path / "run")
+    assert done.exit_code == 1
+    assert "interrupted" in done.stderr
+    assert len((tmp_path / "run" / "history.csv").read_text().splitlines()) == 3
+    monkeypatch.undo()
+    assert hfc("design", "--resume", "--out", tmp_path / "run", "--quiet").exit_code == 0
 
 
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):

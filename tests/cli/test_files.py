@@ -46,6 +46,22 @@ def test_a_file_is_overwritten_with_force_alone(arguments, option, suffix, tmp_p
     assert [*tmp_path.iterdir()] == [file]
 
 
+def test_a_pipe_or_a_device_is_never_replaced_by_a_file(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    done = hfc("simulate", PD, "--csv", pipe, "--force")
+    told = f"hfc: --csv {pipe}: is neither a file nor a folder; name another path\n"
+    assert (done.exit_code, done.stderr) == (2, told)
+    assert pipe.is_fifo()
+
+
+def test_two_options_cannot_name_one_file(tmp_path):
+    file = tmp_path / "mine.png"
+    done = hfc("simulate", PD, "--csv", file, "--plot", tmp_path / "." / "mine.png")
+    assert (done.exit_code, done.stderr) == (2, f"hfc: --plot {file}: --csv names it too\n")
+    assert not file.exists()
+
+
 def test_the_names_that_commands_choose_are_not_overwritten_either(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for command in (("export", PD, "--to", "json"), ("import", PYFUZZYLITE, "--name", "mine")):

@@ -283,3 +283,17 @@ def test_save_response_refuses_a_suffix(report, tmp_path):
 @pytest.mark.browser
 def test_report_in_a_browser_as_wide_as_a_phone(report, tmp_path):
     assert phone.figures_that_fit(report[1], tmp_path) == 8
+
+
+def test_tables_are_not_written_through_a_link(tmp_path):
+    """It may lead to tables of others, which have the same names."""
+    folder = tmp_path / "run"
+    scenario = new_run(load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1}), folder)
+    design, others = load_design("lin-lee-1999-table-1"), tmp_path / "others"
+    others.mkdir()
+    (others / "manifest.csv").write_text("precious")
+    (folder / "tables").symlink_to(others)
+    result = Result(design, evaluate(design, scenario), None)
+    with pytest.raises(RunError, match="is a link"):
+        write_page(scenario, result, folder, {})
+    assert [file.read_text() for file in others.iterdir()] == ["precious"]
