@@ -24,7 +24,10 @@ SUFFIX = ".npy"
 def packed(arrays: Arrays) -> bytes:
     """The content of the file."""
     buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **arrays)
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in arrays.items():
+            with archive.open(name + SUFFIX, "w") as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
     content = buffer.getvalue()[:-2] + DIGEST.to_bytes(2, "little")  # length of the comment
     return content + sha256(content).hexdigest().encode()
 

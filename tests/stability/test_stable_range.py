@@ -27,7 +27,7 @@ def printed_21(drive):
     return above / (2 * (x - 1) * (1 + b**2 - 2 * b * x))
 
 
-def printed_22(drive, k1):
+def printed_22(drive, k1, x=X):
     """Both sides of JK04 eq. 22: the cubic that K_2 multiplies, and the quadratic."""
     k0, a, b = drive[:3]
     g3 = 16 * k0 * a
@@ -37,7 +37,7 @@ def printed_22(drive, k1):
     h2 = 8 * (k0 * k1 * a + 2 * b)
     h1 = 4 * (k0 * k1 * (1 + a) * (1 - b) - 2 * (1 + b) ** 2)
     h0 = 4 * (2 * (1 + b**2) + k0 * k1 * (-a - (1 + b) + a * b))
-    return np.polyval([g3, g2, g1, g0], X), np.polyval([h2, h1, h0], X)
+    return np.polyval([g3, g2, g1, g0], x), np.polyval([h2, h1, h0], x)
 
 
 def largest_pole(drive, k1, k2):
@@ -105,7 +105,10 @@ def test_bounds_are_the_extrema_of_the_printed_conditions(drive, share):
     room = h - bound * g
     scale = np.abs(h).max()
     assert room.min() >= -1e-12 * scale
-    assert bound == pytest.approx((h / np.where(g > 0, g, np.nan))[g > 0].min(), rel=1e-5)
+    nearest = np.argmin(np.where(g > 0, h / np.where(g > 0, g, 1.0), np.inf))
+    between = X[[max(nearest - 1, 0), min(nearest + 1, len(X) - 1)]]  # where the minimum lies
+    g, h = printed_22(drive, k1, np.linspace(*between, 10_001))
+    assert bound == pytest.approx((h[g > 0] / g[g > 0]).min(), rel=1e-5)
     assert bound > 0
 
 
