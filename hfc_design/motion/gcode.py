@@ -38,6 +38,8 @@ LETTERS = "FGIJMRXYZ"
 ROUNDING = 0.01
 #: Numbers that no machine has a use for; larger ones would overflow when squared.
 LARGEST = 1e6
+#: Lines of a program that are read in a few seconds.
+MOST_LINES = 50_000
 
 Words = dict[str, float]
 
@@ -68,8 +70,10 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     Raises:
         ValueError: it cannot be used; the message starts with the line number.
     """
-    machine, ended = _Machine(rapid), False
-    for number, code in enumerate(text.split("\n"), 1):
+    machine, ended, lines = _Machine(rapid), False, text.split("\n")
+    if len(lines) > MOST_LINES:
+        raise ValueError(f"has {len(lines)} lines; allowed are {MOST_LINES}: simulate a part of it")
+    for number, code in enumerate(lines, 1):
         try:
             block = PARSER.parse(code)
             ended = ended or machine.ended_by(*_sorted(block))

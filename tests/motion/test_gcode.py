@@ -228,3 +228,8 @@ def test_a_file_in_a_change_lies_where_the_user_is(tmp_path, monkeypatch):
     change = "reference={kind='gcode', file='mine.ngc'}"
     assert load_scenario("feed-drive-circle", [change]).reference.duration_s > 2.0
     assert load_scenario("feed-drive-contour").reference.duration_s > 20.0
+
+
+def test_a_program_that_would_be_read_for_long_is_refused():
+    with pytest.raises(ValueError, match="has 50001 lines; allowed are 50000"):
+        gcode.segments("G1 X1 F100\n" + "\n" * 49_999 + "X2", 1000.0)
