@@ -66,7 +66,7 @@ def check(what: str, parts: Parts, at_once: int = 1) -> None:
     """
     needed, most = at_once * (PROGRAM + sum(parts.values())), max(parts, key=parts.__getitem__)
     if told := os.environ.get(VARIABLE):
-        allowed, source = size(told), f"--memory {told}"
+        allowed, source = size(told), f"--memory or {VARIABLE}: {told}"
     else:
         allowed, source = max(SHARE * free(), ANYWAY), f"{SHARE:.0%} of what is free"
     if needed > allowed:
