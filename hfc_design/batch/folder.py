@@ -106,7 +106,13 @@ def claimed(out: Path, name: str) -> AbstractContextManager[bool]:
 
 
 def waited(out: Path, what: str) -> AbstractContextManager[None]:
-    """Wait until this process alone does ``what`` with the batch."""
+    """Wait until this process alone does ``what`` with the batch.
+
+    Raises:
+        UserError: the notes are somebody else's; another folder's would be overwritten.
+    """
+    if (out / NOTES).is_symlink():
+        raise UserError(f"{out / NOTES}: is a link; only a folder of the batch's own is written to")
     return lock.waited(out, out / NOTES / f"{what}.lock")
 
 

@@ -24,7 +24,7 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; UserError becomes a line on stderr and its exit code."""
-        from hfc_design.core.interrupt import listen
+        from hfc_design.core.interrupt import heard, listen
         from hfc_design.core.records import RunError, UserError
 
         if threading.current_thread() is threading.main_thread():  # others cannot
@@ -40,6 +40,9 @@ class Commands(click.Group):
             told = RunError(f"{error.filename}: {error.strerror}" if error.filename else str(error))
             click.echo(f"hfc: {told}", err=True)
             sys.exit(told.exit_code)
+        except Exception:
+            heard()  # a library that is interrupted while it is imported may tell something else
+            raise
 
 
 @click.group(cls=Commands, commands=COMMANDS, context_settings=SETTINGS)

@@ -48,6 +48,17 @@ def test_a_link_that_leads_out_of_the_folder_is_no_cell(tmp_path):
     assert list(other.iterdir()) == []
 
 
+def test_notes_behind_a_link_are_not_written(tmp_path):
+    out, other = tmp_path / "out", tmp_path / "elsewhere"
+    batch_folder(out, [({}, [1.0])])
+    other.mkdir()
+    (out / ".batch").symlink_to(other)
+    refused = hfc("report", out)
+    assert (refused.exit_code, refused.stderr.count("\n")) == (2, 1)
+    assert f"{out / '.batch'}: is a link" in refused.stderr
+    assert list(other.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     "garbage", [b"garbage", b"\xff\xfe", b"nan", b"-inf", b"1e999", b"-3", b"9" * 5000, b"", None]
 )

@@ -166,6 +166,19 @@ def test_an_interrupt_that_a_library_has_ignored_is_heard_after_the_generation(
     assert hfc("design", "--resume", "--out", tmp_path / "run", "--quiet").exit_code == 0
 
 
+def test_an_interrupt_that_a_library_tells_as_a_fault_of_its_own_is_one(monkeypatch):
+    """As JAX does while it is imported."""
+
+    def broken(*_, **__):
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise ImportError("initialization failed")
+
+    monkeypatch.setattr("hfc_design.files.scenario.load_scenario", broken)
+    stopped = hfc("design")
+    assert (stopped.exit_code, stopped.output.strip()) == (1, "Aborted!")
+
+
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):
     know([])  # nothing of other tests
     with monkeypatch.context() as patched:
