@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from plants.blocks import LuGre, bristle_rate, friction_torque, rk4
+from plants.blocks import LuGre, bristle_decay, bristle_rate, etd_rk4, friction_torque
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
@@ -118,7 +118,9 @@ def step(
     A bristle never bends further than T_s/sigma_0. One that does shows that the spindle is too
     fast for the step; such a motion is wrong even where it stays finite, so it becomes nan.
     """
-    new = rk4(lambda state, load: derivative(c, state, voltage, load), x, loads, dt)
+    rate = bristle_decay(c.friction, x.spindle_velocity)
+    rates = lambda state, load: derivative(c, state, voltage, load)
+    new = etd_rk4(rates, x, loads, dt, "bristle_deflection", rate)
     possible = jnp.abs(new.bristle_deflection) < c.largest_deflection
     return new._replace(bristle_deflection=jnp.where(possible, new.bristle_deflection, jnp.nan))
 
