@@ -19,7 +19,13 @@ from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, Limits, named_design
-from hfc_design.files.machine import Axis, PlantSettings, SensorSettings, check_axes
+from hfc_design.files.machine import (
+    Axis,
+    PlantSettings,
+    SensorSettings,
+    check_axes,
+    reading_fault,
+)
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
@@ -104,6 +110,9 @@ class Scenario(Record):
         axes, reference = self.plant.machine.axes, self.reference
         for key in ("limits", "sensors", "load"):
             check_axes(f"{key}.axes", getattr(self, key).axes, axes)
+        for one in self.plant.each():
+            if fault := reading_fault(one.drive, self.sensors.of(one.name).readings):
+                raise ValueError(f"sensors.readings.{fault}")
         if isinstance(reference, Trajectory):
             self._can_follow_path(reference)
             return
@@ -184,12 +193,18 @@ class Scenario(Record):
             told, frame = path.axis_samples(time, each[0].length)
         else:
             told = [self._reference_of(axis.name).samples(time) for axis in each]
+        noises = [
+            self.sensors.of(axis.name).noise
+            * generator.standard_normal((len(axis.drive.encoders), len(time)))
+            for axis in each
+        ]
         axes = []
-        for motion, axis in zip(told, each, strict=True):
-            noise = generator.standard_normal((len(axis.drive.encoders), len(time)))
+        for motion, axis, noise in zip(told, each, noises, strict=True):
+            read = self.sensors.of(axis.name).readings.values()
+            others = [one.noise * generator.standard_normal(len(time)) for one in read]
             load = self.load.of(axis.name)
             loads = np.stack([load.at(moment) for moment in self.simulation.moments])
-            own = {"loads": loads, "noise": self.sensors.of(axis.name).noise * noise}
+            own = {"loads": loads, "noise": np.vstack([noise, *others])}
             axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
         return Samples(tuple(axes), frame, settled, self.simulation.sample_time_s)
 

@@ -19,7 +19,7 @@ class AxisSamples(NamedTuple):
     reference: Series  # (steps,) what the control is told, in whole steps if it counts
     reference_rate: Series  # (steps,)
     loads: Series  # (2 substeps + 1, steps) load where the integrator needs it
-    noise: Series  # (encoders, steps) added to the encoders' readings
+    noise: Series  # (encoders + readings, steps) added to what they read
     target: Series  # (steps,) where the axis should be
     reference_acceleration: Series | None = None  # (steps,)
 

@@ -16,7 +16,7 @@ from hfc_design.core.numbers import Floats, Mask, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.simulation import memory
 from hfc_design.simulation.closed_loop import Loop, closed_loop
@@ -101,7 +101,8 @@ def robustness(
     Raises:
         UserError: spread or samples are not allowed, or design and scenario do not fit.
     """
-    design, scenario = load_design(design), load_scenario(scenario)
+    design = load_design(design)
+    scenario = with_converter(load_scenario(scenario), design)
     _check(spread, samples, seed)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
