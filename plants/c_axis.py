@@ -119,7 +119,10 @@ def step(
     fast for the step; such a motion is wrong even where it stays finite, so it becomes nan.
     """
     rate = bristle_decay(c.friction, x.spindle_velocity)
-    rates = lambda state, load: derivative(c, state, voltage, load)
+
+    def rates(state: CAxisState, load: Scalar) -> CAxisState:
+        return derivative(c, state, voltage, load)
+
     new = etd_rk4(rates, x, loads, dt, "bristle_deflection", rate)
     possible = jnp.abs(new.bristle_deflection) < c.largest_deflection
     return new._replace(bristle_deflection=jnp.where(possible, new.bristle_deflection, jnp.nan))

@@ -49,8 +49,8 @@ class Problem:
     def rank(self, population: Population) -> Floats:
         """Merit of every individual; -inf where it failed."""
         gains = self.genome.gains(population)
-        judged = simulate.scores(self._loop, self._machines, self._samples, gains, self._dtype)
-        return np.asarray(judged.rank[:, 0])
+        judged = simulate.scores(self._loop, self._machines, [self._samples], gains, self._dtype)
+        return np.asarray(judged.rank[:, 0, 0])
 
     @property
     def task(self) -> Task:

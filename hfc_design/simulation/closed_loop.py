@@ -2,7 +2,7 @@
 
 Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
-    carry = start(loop, zero)
+    carry = start(loop, zero, samples.start)
     carry, recorded = sample(loop, told, fixed, sample_time, gains, carry, row)  # once a sample
     judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
@@ -65,6 +65,7 @@ class Carry(NamedTuple):
     states: tuple[State, ...]  # of each drive
     angles: tuple[dict[str, Scalar], ...]  # what its encoders read at the previous sample
     memory: Memory  # of the controller
+    commands: tuple[Scalar, ...]  # of the previous sample
     sums: tuple[Sums, ...]  # of the objectives
 
 
@@ -77,12 +78,15 @@ class Recorded(NamedTuple):
     state: State
 
 
-def start(loop: Loop, zero: Scalar) -> Carry:
-    """A machine before the first sample: everything is ``zero``."""
+def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Carry:
+    """A machine before the first sample, at ``started`` and with nothing to remember."""
+    states = tuple(type(state)(*(zero + x for x in state)) for state in started)
+    pairs = zip(loop.machine.drives, states, strict=True)
     return Carry(
-        loop.machine.initial_state(zero),
-        tuple(dict.fromkeys(drive.encoders, zero) for drive in loop.machine.drives),
+        states,
+        tuple({angle: getattr(state, angle) for angle in drive.encoders} for drive, state in pairs),
         loop.controller.initial_memory(zero),
+        (zero,) * len(states),
         loop.judge.initial(zero),
     )
 
@@ -119,17 +123,39 @@ def sample(
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
     moments, outputs = [], []
-    each = zip(machine.drives, carry.states, commands, row.axes, strict=True)
-    for drive, state, command, happens in each:
-        position = getattr(state, drive.position)
-        error = happens.reference - position
-        error_rate = happens.reference_rate - getattr(state, drive.velocity)
-        deviation = position - happens.target
-        rate = happens.reference_rate
-        moments.append(Moment(error, error_rate, deviation, command, rate, row.settled))
-        outputs.append(Recorded(error, error_rate, command, state))
+    happening = row._replace(sample_time=sample_time)
+    for k in axes:
+        moment = _moment(loop, k, fixed[k], carry, commands[k], happening)
+        moments.append(moment)
+        outputs.append(Recorded(moment.error, moment.error_rate, commands[k], carry.states[k]))
     sums = loop.judge.update(carry.sums, tuple(moments), row.path)
-    return Carry(states, angles, memory, sums), tuple(outputs)
+    return Carry(states, angles, memory, commands, sums), tuple(outputs)
+
+
+def _moment(
+    loop: Loop, k: int, fixed: Parameters, carry: Carry, command: Scalar, row: Samples
+) -> Moment:
+    """What the objectives see of axis ``k``."""
+    drive, state, happens = loop.machine.drives[k], carry.states[k], row.axes[k]
+    position, limit = getattr(state, drive.position), loop.limits[k]
+    rate = happens.reference_rate
+    limit = jnp.inf if limit is None else limit
+    low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
+    return Moment(
+        error=happens.reference - position,
+        error_rate=rate - getattr(state, drive.velocity),
+        deviation=position - happens.target,
+        command=command,
+        reference_rate=rate,
+        settled=row.settled,
+        command_change=command - carry.commands[k],
+        limited=(command <= low) | (command >= high),
+        sliding=happens.sliding,
+        beyond=jnp.maximum((position - happens.end) * jnp.sign(happens.end), 0.0),
+        late=row.late,
+        time=row.time,
+        sample_time=row.sample_time,
+    )
 
 
 def axis_signals(
