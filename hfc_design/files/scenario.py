@@ -22,11 +22,15 @@ from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, Limits, named_design
 from hfc_design.files.machine import Axis, PlantSettings, SensorSettings, check_axes
 from hfc_design.files.motions import AnyReference, Motion, Start, started
+from hfc_design.files.robust import RobustSettings
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory, speed_fault
+from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
+from hfc_design.objectives.measures import Units
 from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
+from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 
 MAX_STEPS = 10_000_000
@@ -64,6 +68,8 @@ class Scenario(Record):
     search: SearchSettings = Field({}, validate_default=True)
     run: RunSettings = RunSettings()
     windows: tuple[Window, ...] = ()
+    constraints: Constraints = Field({}, exclude_if=not_)
+    robust: RobustSettings | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
@@ -75,7 +81,12 @@ class Scenario(Record):
                 motion._can_be_simulated()
             except ValueError as error:
                 raise ValueError(f"motions.{k}: {error}" if self.motions else str(error)) from None
-        objective, preset = objective_of(self.fitness), self.search.preset
+        objective, preset = objective_of(self.fitness.on(self.units)), self.search.preset
+        if self.ensemble and not objective.positive:
+            raise ValueError(
+                f"fitness.kind = {self.fitness.kind!r}: may be below zero, which motions, "
+                "constraints and robust cannot rank"
+            )
         for motion in self.each_motion():
             if fault := objective.fault(len(self.plant.machine.axes), motion.follows_path):
                 raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
@@ -203,9 +214,28 @@ class Scenario(Record):
         assert not isinstance(self.reference, Trajectory)
         return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
 
+    @property
+    def units(self) -> Units:
+        """What its numbers count in."""
+        first = self.plant.each()[0]
+        return Units(first.drive.units, first.length)
+
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """How several motions and machines become one number; None: there is but one of each."""
+        if not (self.motions or self.robust or self.constraints):
+            return None
+        weights = tuple(motion.weight for motion in self.motions) or (1.0,)
+        robust = self.robust or RobustSettings()  # whatever it keeps of one machine
+        bounds = constraints_on(self.constraints, self.units)
+        return Ensemble(weights, bounds, robust.keep, robust.quantile)
+
     def judge(self) -> Judge:
         """How its closed loops are judged, by a search and by everybody else."""
-        return judge(objective_of(self.fitness), getattr(self.search, "stick_penalty", 0.0))
+        fitness = objective_of(self.fitness.on(self.units))
+        found = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
+        bounds = constraints_on(self.constraints, self.units)
+        return found._replace(measured=tuple(bound.measure for bound in bounds))
 
     def samples(self) -> Samples:
         """What happens to the loop in its only motion, sampled, in float64."""

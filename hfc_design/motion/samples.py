@@ -22,8 +22,8 @@ class AxisSamples(NamedTuple):
     noise: Series  # (encoders, steps) added to the encoders' readings
     target: Series  # (steps,) where the axis should be
     reference_acceleration: Series | None = None  # (steps,)
-    sliding: Series | None = None  # (steps,) 1 where it is to move at half its top speed at least
-    end: Series | None = None  # (steps,) where the motion is to end, the same in every column
+    sliding: Series = None  # (steps,) 1 where it is to move at half its top speed at least
+    end: Series = None  # (steps,) where the motion is to end, the same in every column
 
 
 class PathFrame(NamedTuple):

@@ -4,21 +4,28 @@ Every measure adds up sample by sample inside the loop, so that it costs the sam
 of thousands as for one. Of several axes errors and commands count as vectors, times as means.
 """
 
-from collections.abc import Callable
-from functools import reduce
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable, Sequence
+from functools import cache, reduce
+from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 
 from hfc_design.core.numbers import Scalar, Truth
+from hfc_design.core.quantities import number
 from hfc_design.motion.contour import local_error
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Sums
 from hfc_design.objectives.stick_share import is_stuck
-from plants import Drive
 
 Moments: TypeAlias = tuple[Moment, ...]
 Term: TypeAlias = Callable[[Moment], Scalar]
+
+
+class Units(NamedTuple):
+    """What the numbers of a machine count in."""
+
+    signals: dict[str, str]  # ``Drive.units``
+    millimetres: float | None  # of a BLU
 
 
 class Measure(NamedTuple):
@@ -31,10 +38,6 @@ class Measure(NamedTuple):
     update: Callable[[Sums, Moments, PathFrame | None], Sums]
     value: Callable[[Sums], Scalar]
     path: bool = False  # only of a machine on a path
-
-    def unit_on(self, drive: Drive) -> str:
-        """Its unit on a machine of such drives."""
-        return drive.units.get(self.unit, self.unit)
 
 
 def _always(moment: Moment) -> Scalar:
@@ -168,3 +171,35 @@ MEASURES: dict[str, Measure] = {
         largest("late_error", "error", "largest error in the last quarter", _error, _at_the_end),
     )
 }
+
+
+@cache
+def measure(name: str, band: Any = None) -> Measure:
+    """The measure with a name; ValueError: there is none, or it needs a ``band`` of the error."""
+    if name == "band_time":
+        if band is None:
+            return band_time(0.0)
+        return band_time(band)
+    if name not in MEASURES:
+        known = ", ".join([*MEASURES, "band_time"])
+        raise ValueError(f"{name!r}: is no measure; there is {known}")
+    return MEASURES[name]
+
+
+def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
+    """A quantity of a file as a number of the machine's ``unit`` of a measure.
+
+    Raises:
+        ValueError: it has a unit of something else.
+    """
+    words = [units.signals.get(word, word) for word in unit.split(" ")]
+    try:
+        return number(quantity, " ".join(words), units.millimetres)
+    except ValueError as error:
+        raise ValueError(f"{key} = {quantity!r}: {str(error).partition(': ')[2]}") from None
+
+
+def path_fault(measures: Sequence[Measure], path: bool) -> str | None:
+    """A line if one of ``measures`` is of a path, and the machine follows none."""
+    found = [one.name for one in measures if one.path and not path]
+    return f"{found[0]} is of a machine that follows a path" if found else None

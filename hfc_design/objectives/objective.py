@@ -5,7 +5,7 @@ number of samples.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Self, TypeAlias
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer
 
@@ -40,6 +40,10 @@ class ObjectiveSettings(Record):
 
     kind: str
     settled_after_s: NotNegative = 1.0
+
+    def on(self, units: Any) -> Self:
+        """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""
+        return self
 
     @model_serializer(mode="wrap")
     def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:

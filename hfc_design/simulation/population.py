@@ -156,7 +156,7 @@ def _joined(motions: Sequence[Samples]) -> tuple[Samples, Integers | None]:
     first = motions[0]
     if len(motions) == 1:
         return first, None
-    columns = [own._replace(sample_time=None, start=None) for own in motions]
+    columns = [own._replace(sample_time=None, start=()) for own in motions]
     whole = jax.tree.map(lambda *parts: np.concatenate(parts, axis=-1), *columns)
     start = jax.tree.map(lambda *each: np.array(each), *(own.start for own in motions))
     ends = np.cumsum([0, *(len(own.time) for own in motions)])
@@ -297,7 +297,7 @@ def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tu
 
     # Loads and noise as tuples, so that the loop hands out scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
-    rows = samples._replace(axes=tuple(axes), sample_time=None, start=None)
+    rows = samples._replace(axes=tuple(axes), sample_time=None, start=())
     return body, rows, partial(start, loop, zeros)
 
 
