@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.numbers import Floats, Series
+from hfc_design.core.numbers import Floats, Series, State
 from hfc_design.core.records import Positive, Record
 
 
@@ -22,6 +22,8 @@ class AxisSamples(NamedTuple):
     noise: Series  # (encoders + readings, steps) added to what they read
     target: Series  # (steps,) where the axis should be
     reference_acceleration: Series | None = None  # (steps,)
+    sliding: Series = None  # (steps,) 1 where it is to move at half its top speed at least
+    end: Series = None  # (steps,) where the motion is to end, the same in every column
 
 
 class PathFrame(NamedTuple):
@@ -39,6 +41,9 @@ class Samples(NamedTuple):
     path: PathFrame | None  # None for a machine of one axis
     settled: Series  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Series  # scalar [s]
+    time: Series  # (steps,) [s]
+    late: Series  # (steps,) 1 and 2 in the halves of the last quarter, before that 0
+    start: tuple[State, ...]  # of each axis before the first sample, numbers
 
 
 class Simulation(Record):

@@ -81,10 +81,11 @@ def evaluate_many(
             together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *each)
             true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants)
             loop = closed_loop(with_converter(scenario, every[places[0]]), controller)
-            judged = population.scores(loop, Machines(told, true), samples, together, np.float64)
-            found.failed[places, j] = judged.failed
-            found.merit[places, j] = judged.rank
-            found.fitness[places, j] = np.where(judged.failed, -np.inf, judged.values[..., 0])
+            judged = population.scores(loop, Machines(told, true), [samples], together, np.float64)
+            fitness = np.where(judged.failed, -np.inf, judged.values[..., 0])
+            found.failed[places, j] = judged.failed[..., 0]
+            found.merit[places, j] = judged.rank[..., 0]
+            found.fitness[places, j] = fitness[..., 0]
     return found
 
 

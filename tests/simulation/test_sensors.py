@@ -11,7 +11,7 @@ from sledge import refused
 import hfc_design.api as hfc
 from hfc_design.files.design import Limits, design_json
 from hfc_design.files.machine import measured_apart
-from hfc_design.simulation.closed_loop import observer_gains
+from hfc_design.simulation.sensors import observer_gains
 from plants import C_AXIS, FEED_DRIVE
 
 PERIOD = 1e-3
