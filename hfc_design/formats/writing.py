@@ -19,7 +19,7 @@ from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, Stri
 from hfc_design import __version__
 from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
-from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.checkpoint import HALF, write_whole
 from hfc_design.core.records import UserError, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
@@ -72,7 +72,8 @@ def write(path: Path, content: Content) -> None:
     with writing(path):
         # So near that a disk that is full is found before the first file is in its place.
         near = next(folder for folder in path.absolute().parents if folder.is_dir())
-        with TemporaryDirectory(prefix=".hfc-", dir=near) as name:
+        begin, end = HALF
+        with TemporaryDirectory(end, begin, near) as name:
             _fill(whole := Path(name) / "whole", content)
             path.parent.mkdir(parents=True, exist_ok=True)
             _move(whole, path)

@@ -8,6 +8,8 @@ which nothing happened.
 import errno
 import os
 import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -16,7 +18,7 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.core import archive
-from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.checkpoint import tidy, write_whole
 from hfc_design.core.lock import LOCK
 from hfc_design.report import page
 from hfc_design.runs import run
@@ -223,3 +225,20 @@ def test_what_a_write_leaves_is_as_any_file(tmp_path):
     write_whole(tmp_path / "own", b"content")
     assert (tmp_path / "own").stat().st_mode == (tmp_path / "plain").stat().st_mode
     assert {path.name for path in tmp_path.iterdir()} == {"plain", "own"}
+
+
+def test_a_process_that_is_killed_as_it_moves_a_folder_leaves_nothing_that_stays(tmp_path):
+    """Who comes next tidies up."""
+    code = """
+import os, sys
+from pathlib import Path
+from hfc_design.formats import writing
+writing._move = lambda whole, path: os._exit(9)
+writing.write(Path(sys.argv[1]), {"unit-0.csv": "1", "more": {"unit-1.csv": "2"}})
+"""
+    ended = subprocess.run([sys.executable, "-c", code, tmp_path / "tables"], check=False)
+    assert ended.returncode == 9
+    (half,) = tmp_path.iterdir()
+    assert (half / "whole" / "more" / "unit-1.csv").read_text() == "2"
+    tidy(tmp_path)
+    assert list(tmp_path.iterdir()) == []
