@@ -14,7 +14,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.lock import check
+from hfc_design.core.lock import HALF, check
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
@@ -26,8 +26,6 @@ CONFIG = "config.toml"
 #: Kinds of numbers that are one of Python's, and that an array of a search has.
 NUMBERS = {bool: "b", int: "biu", float: "biuf"}
 ARRAYS = {Floats: "f", Integers: "i", Mask: "b"}
-#: Begin and end of the name of a file or a folder that is being written.
-HALF = ".hfc-", ".new"
 
 
 def write_whole(path: Path, content: bytes) -> None:
