@@ -54,7 +54,8 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
         RunError: the lock cannot be written.
     """
     path, beat = path or folder / LOCK, min(BEAT, grace() / 6.0)
-    with writing(path if folder.is_dir() else folder), _changing:  # two threads would both be told that they were overtaken
+    place = path if folder.is_dir() else folder
+    with writing(place), _changing:  # two threads would both be told that they were overtaken
         path.parent.mkdir(parents=True, exist_ok=True)
         if (descriptor := _taken(path)) is not None:
             lock = path, Path(os.path.realpath(folder)), descriptor
