@@ -2,7 +2,12 @@
 
 import math
 
-from hfc_design.controllers.hierarchical.law import INTEGRAL, PREVIOUS, HierarchicalMemory, HierarchyParts
+from hfc_design.controllers.hierarchical.law import (
+    INTEGRAL,
+    PREVIOUS,
+    HierarchicalMemory,
+    HierarchyParts,
+)
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.rules import (
