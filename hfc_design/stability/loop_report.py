@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 #: Loops by the names of their axes, "" where there is one; and each one's sample time [s].
 Loops = Mapping[str, OpenLoop]
 NONE = "none"
-ABOUT = "near the speed at which friction slides; none: no change of that kind makes the loop swing"
+ABOUT = "Near the speed at which friction slides; none: no change of that kind makes the loop swing"
 
 
 def numbers(loops: Loops, sample_time: float) -> Json:

@@ -1,5 +1,6 @@
 """What the page shows of a linear controller: its gains with units, the margins of its loop."""
 
+from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear.model import open_loop
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign
@@ -8,7 +9,7 @@ from hfc_design.pictures.figure import Drawing, Listing, Section
 from hfc_design.stability import loop_report
 from hfc_design.stability.margins import margins
 
-CAPTION = "Gains of the kind {}: command = sum of gain x signal."
+CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
 def sections(record: LinearDesign, shown: Shown) -> list[Section]:
@@ -37,25 +38,32 @@ def sections(record: LinearDesign, shown: Shown) -> list[Section]:
 
 def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:
     """Name, value and unit of every gain."""
-    command, error, rate = (units[name] for name in ("command", "error", "error_rate"))
-    ahead = record.feed_forward
+    units = units_of(units)
+    command, rate, ahead = units["command"], units["error_rate"], record.feed_forward
+
+    def per(name: str) -> str:
+        """Unit of a gain on a signal."""
+        unit = units.get(name, "1")
+        return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
+
     rows: list[tuple[str, float | None, str]] = [
-        ("kp, on the error", record.kp, f"{command}/({error})"),
-        ("ki, on its integral", record.ki, f"{command}/({error} s)"),
-        ("kd, on its rate", record.kd, f"{command}/({rate})"),
+        ("kp, on the error", record.kp, per("error")),
+        ("ki, on its integral", record.ki, f"{command}/({units['error']} s)"),
+        ("kd, on its rate", record.kd, per("error_rate")),
         ("cut-off of the filter before kd", record.derivative_hz or None, "Hz"),
     ]
     for name, gain in record.signals.items():
-        rows.append((f"on {name.replace('_', ' ')}", gain, f"{command}/({units.get(name, '1')})"))
+        rows.append((f"on {name.replace('_', ' ')}", gain, per(name)))
     rows += [
-        ("feed-forward of the velocity", ahead.velocity, f"{command}/({rate})"),
-        ("feed-forward of the acceleration", ahead.acceleration, f"{command} s/({rate})"),
+        ("feed-forward of the velocity", ahead.velocity, per("reference_rate")),
+        ("feed-forward of the acceleration", ahead.acceleration, per("reference_acceleration")),
         ("feed-forward of Coulomb friction", ahead.coulomb, command),
         ("speed at which that is whole", ahead.coulomb_width, rate),
         ("feed-forward of the expected load", ahead.load * ahead.expected_load, command),
     ]
     if isinstance(record, WeightedDesign):
         for name, weight in record.weights.items():
-            rows.append((f"weight of {name.replace('_', ' ')}", weight, f"{command} per unit"))
+            unit = f"{command}/({units['error']} s)" if name == "integral" else per(name)
+            rows.append((f"weight of {name.replace('_', ' ')}", weight, unit))
     told = [[name, f"{x:.6g}", unit] for name, x, unit in rows if x is not None]
     return Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)
