@@ -24,8 +24,9 @@ ANYWHERE = 0.25
 AROUND = (0.003, 0.1)
 #: Largest multiple of what the nominal drive asks for.
 MOST_OF_NOMINAL = 2.0
-#: A width of the sign of the speed, in shares of the speed at which the drive slides.
-WIDTH = 0.01
+#: Width of the sign of the speed, in shares of the speed at which the drive slides: the narrowest,
+#: where a search starts, the widest.
+WIDTH = (0.001, 0.01, 0.1)
 
 
 class Searched(NamedTuple):
@@ -76,6 +77,9 @@ class LinearGenome(GainsGenome):
         found = self._searched(*(self._one(speed) for speed in three))
         multiples = FORWARD if settings.expected_load else FORWARD[:-1]
         found |= dict.fromkeys(multiples, Searched(0.0, MOST_OF_NOMINAL, 1.0))
+        if settings.coulomb_width is None:
+            low, wide, high = (share * self.model.speed for share in WIDTH)
+            found["coulomb_width"] = Searched(low, high, wide)
         for name, (low, high) in settings.ranges.items():
             if name not in found:
                 raise UserError(f"controller.ranges.{name}: is not searched here")
@@ -145,14 +149,10 @@ class LinearGenome(GainsGenome):
             forward[name] = values.get(multiple, 1.0) * forward[name]
         forward["load"] = forward["load"] * self.settings.expected_load
         numbers = {name: own[name] for name in ("kp", "ki", "kd", "kept")} | forward
+        numbers["width"] = values.get("coulomb_width", self.settings.coulomb_width)
         one = np.ones(len(population.tree))
-        whole = {name: one * number for name, number in (numbers | {"width": self.width}).items()}
+        whole = {name: one * number for name, number in numbers.items()}
         return LinearGains(**whole, signals=np.array([*each.values()]) if each else None)
-
-    @property
-    def width(self) -> float:
-        """Speed of the reference at which the Coulomb part is whole."""
-        return float(self.settings.coulomb_width or WIDTH * self.model.speed)
 
     def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
@@ -166,5 +166,5 @@ class LinearGenome(GainsGenome):
             "kind": self.settings.kind,
             **{name: float(getattr(found, name)[0]) for name in ("kp", "ki", "kd")},
             "signals": dict(zip(self.signals, map(float, rows), strict=True)),
-            "feed_forward": forward | {"coulomb_width": self.width},
+            "feed_forward": forward | {"coulomb_width": float(found.width[0])},
         }

@@ -12,7 +12,7 @@ CUT_OFF = (0.005, 1.0, 0.5)
 #: The slowest integral that is searched, in shares of the one beside the slowest loop.
 SLOWEST = 1e-3
 #: The largest gains, in shares of those of the fastest PID.
-FASTER = 3.0
+FASTER = 10.0
 #: The largest gain on a signal, in shares of that of the fastest regulator.
 LARGEST = 3.0
 #: Share of the half of a range that is finer than the gain where a search starts.

@@ -111,12 +111,12 @@ class LinearSettings(ControllerSettings):
     signals: tuple[Label, ...] | None = None
     ranges: dict[Label, Pair] = {}  # other than those from the nominal drive
     speed: Positive | None = None  # at which it is linearised [unit/s]; None: where it slides
-    coulomb_width: Positive | None = None  # [unit/s]; None: a hundredth of that speed
+    coulomb_width: Positive | None = None  # [unit/s]; None: it is searched too
     expected_load: Finite = 0.0  # [unit of the load]
 
     def names(self, told: list[str]) -> list[str]:
         """Everything that may be varied on a drive that tells these signals."""
-        return [*told, *FORWARD]
+        return [*told, *FORWARD, "coulomb_width"]
 
     def fault(self, target: Target) -> str | None:
         """A signal or a range of what there is not."""
@@ -162,8 +162,8 @@ class WeightedSettings(LinearSettings):
             return found
         drive, known = target.machine.drives[0], self.names(target.machine.drives[0].inputs)
         for name in self.tolerances:
-            if name not in known or name in FORWARD:
-                own = ", ".join(name for name in known if name not in FORWARD)
+            if name not in known or name in (*FORWARD, "coulomb_width"):
+                own = ", ".join(x for x in known if x not in (*FORWARD, "coulomb_width"))
                 return f"controller.tolerances.{name}: unknown; there is {own}"
         limit = next(iter(target.limits.values()))
         if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
