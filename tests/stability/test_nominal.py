@@ -154,7 +154,7 @@ def warming(p, x, force, loads, dt):
                 encoders={"angle": "speed"},
             ),
             Parameters(),
-            "does not settle by itself is not moved by the command",
+            "its command does not move all of what does not settle by itself",
         ),
     ],
 )

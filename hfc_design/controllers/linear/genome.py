@@ -4,8 +4,6 @@ All are numbers between two ends, so that every strategy can search them. The en
 nominal drive, in its units; what is fed forward is a multiple of what that drive asks for.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
@@ -14,6 +12,7 @@ from hfc_design.controllers.kind import Target
 from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.record import FORWARD, MULTIPLES, LinearSettings
+from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
@@ -27,35 +26,6 @@ MOST_OF_NOMINAL = 2.0
 #: Width of the sign of the speed, in shares of the speed at which the drive slides: the narrowest,
 #: where a search starts, the widest.
 WIDTH = (0.001, 0.01, 0.1)
-
-
-class Searched(NamedTuple):
-    """A number that is varied: its range, how that is divided, where it starts."""
-
-    low: float
-    high: float
-    start: float
-    bend: float | None = None  # both signs, finer about 0; None: by logarithms, where above 0
-
-    def value(self, place: Floats) -> Floats:
-        """At a place of the range, 0 to 1."""
-        if self.bend is not None:
-            return self.high * np.sinh(self.bend * (2.0 * place - 1.0)) / np.sinh(self.bend)
-        if self.low > 0.0:
-            return np.asarray(self.low * (self.high / self.low) ** place)
-        return self.low + place * (self.high - self.low)
-
-    def place(self, value: Any) -> Floats:
-        """The inverse of ``value``, within the range."""
-        if self.bend is not None:
-            share = np.arcsinh(value / self.high * np.sinh(self.bend)) / self.bend
-            return np.clip(0.5 * (share + 1.0), 0.0, 1.0)
-        inside = np.clip(value, self.low, self.high)
-        if self.low == self.high:
-            return np.zeros_like(inside)
-        if self.low > 0.0:
-            return np.asarray(np.log(inside / self.low) / np.log(self.high / self.low))
-        return np.asarray((inside - self.low) / (self.high - self.low))
 
 
 class LinearGenome(GainsGenome):

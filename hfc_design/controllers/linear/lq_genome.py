@@ -4,7 +4,9 @@ import numpy as np
 
 from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.controllers.linear import model as of_drive
-from hfc_design.controllers.linear.genome import LinearGenome, Searched
+from hfc_design.controllers.linear import regulator
+from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Json
 
 #: Factor between the weights of a good individual and the ends of their ranges.
@@ -20,7 +22,7 @@ class LqGenome(LinearGenome):
 
     def _prepare(self) -> None:
         told = self.settings.signals
-        self.states = plain = of_drive.measured(self.model, told, self.drive.name)
+        self.states = plain = regulator.measured(self.model, told, self.drive.name)
         if self.settings.kind == "lqi":
             self.states = plain.with_integral(self.every)
         self.plain = plain
@@ -40,7 +42,7 @@ class LqGenome(LinearGenome):
         command.
         """
         kp, ki, kd = of_drive.pid(self.model, bandwidths)
-        own = of_drive.first_regulators(self.plain, kp, kd)
+        own = regulator.first_regulators(self.plain, kp, kd)
         found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
         found |= {name: LIGHT * abs(own[name]) for name in self.signals}
         for name, weight in self.tolerated.items():
@@ -51,7 +53,7 @@ class LqGenome(LinearGenome):
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         kp, ki, kd = of_drive.pid(self.model, np.array(self.bandwidths[:1]))
-        own = {"integral": ki, **of_drive.first_regulators(self.plain, kp, kd)}
+        own = {"integral": ki, **regulator.first_regulators(self.plain, kp, kd)}
         self.scale = np.array([abs(own[name][0]) for name in self.states.names])
         each = zip(start, low.values(), high.values(), start.values(), strict=True)
         return {
@@ -61,7 +63,7 @@ class LqGenome(LinearGenome):
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
         weights = np.stack([values[name] for name in self.states.names], axis=1)
-        found = of_drive.regulators(self.states, weights, self.scale)
+        found = regulator.regulators(self.states, weights, self.scale)
         own = dict(zip(self.states.names, found.T, strict=True))
         named = {"kp": own.pop("error"), "kd": own.pop("error_rate"), "kept": 0.0}
         return {**named, "ki": own.pop("integral", 0.0), **own}

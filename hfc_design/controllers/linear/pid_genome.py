@@ -4,7 +4,9 @@ import numpy as np
 
 from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.controllers.linear import model as of_drive
-from hfc_design.controllers.linear.genome import LinearGenome, Searched
+from hfc_design.controllers.linear import regulator
+from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Json
 
 #: Cut-off of the filter, in shares of the sampling frequency: lowest, highest, where it starts.
@@ -32,8 +34,8 @@ class PidGenome(LinearGenome):
         kp, ki, kd = of_drive.pid(self.model, bandwidths)
         if not self.signals:
             return {"kp": kp, "ki": ki, "kd": kd}
-        of_signals = of_drive.measured(self.model, self.signals, self.drive.name)
-        own = of_drive.first_regulators(of_signals, kp, kd)
+        of_signals = regulator.measured(self.model, self.signals, self.drive.name)
+        own = regulator.first_regulators(of_signals, kp, kd)
         return {"kp": own.pop("error"), "ki": ki, "kd": own.pop("error_rate"), **own}
 
     def _searched(
@@ -48,7 +50,7 @@ class PidGenome(LinearGenome):
         found["derivative_hz"] = Searched(*cut_off)
         for name in self.signals:
             most = LARGEST * max(abs(high[name]), abs(start[name]))
-            bend = float(np.arcsinh(FINE * most / max(abs(start[name]), 1e-12 * most)))
+            bend = float(np.arcsinh(FINE * most / abs(start[name])))
             found[name] = Searched(-most, most, start[name], bend)
         return found
 

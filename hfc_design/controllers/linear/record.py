@@ -89,7 +89,7 @@ class WeightedDesign(LinearDesign):
     """Gains that minimise a sum of squares of weighted signals and of the command."""
 
     #: Command that costs as much as a unit of the signal; for the record, the gains follow.
-    weights: dict[Label, Positive] = {}
+    weights: dict[Label, NotNegative] = {}
 
 
 class LqrDesign(WeightedDesign):

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
+from sledge import imported
 
 from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.controllers.linear import model as of_drive
+from hfc_design.controllers.linear import regulator
 from hfc_design.core.records import UserError
 from hfc_design.runs.problem import genome_of
 from hfc_design.stability.margins import margins
@@ -31,7 +33,7 @@ def test_regulators_are_those_of_scipy(kind, scenario):
     states, scale = made.states, made.scale
     values = made.values(fresh(made, 60))
     weights = np.stack([values[name] for name in states.names], axis=1)
-    found = of_drive.regulators(states, weights, scale)
+    found = regulator.regulators(states, weights, scale)
     a, b = states.a * scale[:, None] / scale, (states.b * scale)[:, None]
     for own, gains in zip(weights / scale, found / scale, strict=True):
         value = solve_discrete_are(a, b, np.diag(own**2), np.eye(1))
@@ -43,15 +45,15 @@ def test_an_integrator_by_hand():
     """x+ = x + b u, cost w^2 x^2 + u^2: p = w^2 + p/(1 + b^2 p), its positive root."""
     b, w = 0.1, 3.0
     p = w**2 / 2.0 + np.sqrt(w**4 / 4.0 + w**2 / b**2)
-    states = of_drive.Measured(("error",), np.eye(1), np.array([b]))
-    found = of_drive.regulators(states, np.array([[w]]))
+    states = regulator.Measured(("error",), np.eye(1), np.array([b]))
+    found = regulator.regulators(states, np.array([[w]]))
     assert found == pytest.approx(-b * p / (1.0 + b**2 * p))
 
 
 def test_what_has_no_regulator_is_a_failure_and_no_exception():
     """The command does not move an unstable state; the one beside it can be held."""
-    states = of_drive.Measured(("x", "y"), np.diag([1.2, 0.9]), np.array([0.0, 1.0]))
-    found = of_drive.regulators(states, np.array([[1.0, 1.0], [np.nan, 1.0]]))
+    states = regulator.Measured(("x", "y"), np.diag([1.2, 0.9]), np.array([0.0, 1.0]))
+    found = regulator.regulators(states, np.array([[1.0, 1.0], [np.nan, 1.0]]))
     assert np.isnan(found).all()
 
 
@@ -164,6 +166,35 @@ def test_settings_that_cannot_be_searched_are_told_in_a_line(settings, told):
     with pytest.raises(UserError) as refused:
         genome(**{"kind": "pid+ff"} | settings)
     assert told in str(refused.value)
+
+
+def of_sledge(kind, plant, **settings):
+    step = {"kind": "step", "height": 1.0}
+    own = {"plant": {"name": plant}, "reference": step, "controller": {"kind": kind, **settings}}
+    return genome_of(api.load_scenario({**own, "simulation": {"sample_time_s": 0.01}}))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_drive_of_one_s_own_is_searched_in_its_units(kind, own):
+    """2 kg under 3 N s/m, the speed told once more: loops from 0.1 to 50 rad/s in bandwidth."""
+    api.register(imported("mine").SLEDGE)
+    made = of_sledge(kind, "sledge")
+    values = made.gains(fresh(made))
+    inside = np.isfinite(values.kp) & (values.kp > 0.0)
+    assert inside.all()
+    start = made.gains(made.empty())
+    assert start.velocity == pytest.approx(3.0)
+    assert start.acceleration == pytest.approx(2.0, rel=0.02)  # held for a sample
+    assert start.coulomb == pytest.approx(0.0, abs=1e-6)
+    assert made.signals == ()  # the speed is what error_rate tells
+    assert 2.0 * 0.1**2 < start.kp < 2.0 * 50.0**2 + 3.0 * 50.0
+
+
+def test_a_drive_that_cannot_be_differentiated_is_told_in_a_line(own):
+    mine = imported("mine")
+    api.register(mine.BRANCHING)
+    with pytest.raises(UserError, match=r"^plant 'sledge' cannot be linearised: Tracer"):
+        of_sledge("lqi", "sledge")
 
 
 @pytest.mark.parametrize("kind", KINDS)
