@@ -18,6 +18,7 @@ from typing import NamedTuple, TypeAlias
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design import __version__
+from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import synced, write_whole
@@ -140,6 +141,7 @@ def signal_units(design: Design) -> dict[str, str]:
 def signals_read(design: Design) -> dict[str, str]:
     """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
     units = signal_units(design)
+    units = units_of(units) if units else {}
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
 
