@@ -81,7 +81,7 @@ class Scenario(Record):
     def _consistent(self) -> "Scenario":
         names = [motion.name for motion in self.motions]
         for k, motion in enumerate(self.each_motion()):
-            if self.motions and names.count(names[k]) > 1:
+            if names[k : k + 1] and names[k] in names[:k]:
                 raise ValueError(f"motions.{k}.name = {names[k]!r}: stands there twice")
             try:
                 motion._can_be_simulated()
