@@ -60,7 +60,7 @@ def prepared(design: str, scenario: str, machines: int) -> Work:
         return many * (1.0 + SPREAD * generator.uniform(-1.0, 1.0, many.shape))
 
     gains = jax.tree.map(spread, one)
-    run = partial(simulate.scores, loop, nominal, samples, gains)
+    run = partial(simulate.scores, loop, nominal, [samples], gains)
     begun = time.perf_counter()
     run()
     compiling = time.perf_counter() - begun

@@ -28,7 +28,7 @@ def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
 
     def run() -> np.ndarray:
-        return simulate.scores(loop, machines, samples, gains, dtype).merit[:, 0]
+        return simulate.scores(loop, machines, [samples], gains, dtype).merit[:, 0, 0]
 
     run()  # compiles
     return run

@@ -6,9 +6,7 @@ without them the step runs about 1.4 times as fast.
 """
 
 from collections.abc import Callable, Sequence
-from functools import reduce
-from math import factorial
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -123,80 +121,48 @@ def rk4(
     return moved(type(state)(*total), dt / 6.0)
 
 
-#: Taylor terms of the weights of ETDRK4; enough for float64 up to |z| = 1.
-TAYLOR = range(16)
-#: Coefficients of (exp(z/2) - 1) / z and of the three weights of Cox and Matthews, eq. 29.
-WEIGHTS = (
-    [0.5 ** (n + 1) / factorial(n + 1) for n in TAYLOR],
-    [4 / factorial(n + 3) - 3 / factorial(n + 2) + 1 / factorial(n + 1) for n in TAYLOR],
-    [1 / factorial(n + 2) - 2 / factorial(n + 3) for n in TAYLOR],
-    [4 / factorial(n + 3) - 1 / factorial(n + 2) for n in TAYLOR],
-)
+#: Decay in a step up to which the explicit method is left alone; it is stable to 2.785.
+STIFF = 1.5
 
 
-def decay_weights(z: Scalar) -> list[Scalar]:
-    """``(exp(z/2) - 1) / z`` and the weights of the first, middle and last stage at ``z <= 0``.
-
-    The formulas cancel near 0, where the series takes over.
-    """
-    far = z < -1.0
-    at = jnp.where(far, z, -1.0)
-    half = decay(0.5 * at)
-    whole, cube = half * half, at * at * at
-    formulas = (
-        (half - 1.0) / at,
-        (whole * (4.0 - at * (3.0 - at)) - 4.0 - at) / cube,
-        (whole * (at - 2.0) + 2.0 + at) / cube,
-        (whole * (4.0 - at) - 4.0 - at * (3.0 + at)) / cube,
-    )
-    near = jnp.where(far, 0.0, z)
-    series = (reduce(lambda sum, term: sum * near + term, own[::-1]) for own in WEIGHTS)
-    return [jnp.where(far, x, y) for x, y in zip(formulas, series, strict=True)]
-
-
-def etd_rk4(
-    derivative: Callable[[State, Scalar], State],
+def rk4_tr_bdf2(
+    derivative: Callable[[State, Scalar, Scalar], State],
     state: State,
     loads: Loads,
     dt: Scalar,
     field: str,
-    rate: Scalar,
+    decay_rate: Callable[[State], Scalar],
 ) -> State:
-    """One step of ``rk4`` in which ``field`` may decay fast: exponential time differencing.
+    """One step of ``rk4`` in which one ``field`` may decay fast: where it does, it is implicit.
 
-    ``rate`` [1/s] <= 0 is that of its decay at the start of the step, which is solved exactly;
-    only what is left of its derivative has to be slow. Cox and Matthews (2002), eq. 26 to 29;
-    where the rate is 0, this is the classical method.
+    ``derivative(state, load, implicit)`` returns the rates of the state whose ``field`` is that
+    of ``state`` plus ``implicit`` [s] times its own rate: for a field that decays, one division.
+    ``decay_rate(state)`` [1/s] is how fast it decays, or a bound of that. Where that is fast, at
+    the start or at the speed that the step heads for, the field takes the trapezoidal rule to the
+    middle of the step and the second backward difference to its end (TR-BDF2, Bank et al. 1985;
+    L-stable), on the stages of the others. Elsewhere the whole step is the classical one.
     """
-    z = rate * dt
-    half = decay(0.5 * z)
-    whole = half * half
-    middle, first, between, last = decay_weights(z)
-    start, centre, end = loads
 
-    def slow(rates: State, at: State) -> Scalar:
-        return getattr(rates, field) - rate * getattr(at, field)
+    def moved(rates: State, time: Scalar) -> State:
+        return type(state)(*(x + time * rate for x, rate in zip(state, rates, strict=True)))
 
-    def moved(rates: State, time: Scalar, decayed: Scalar) -> State:
-        stage = type(state)(*(x + time * rate for x, rate in zip(state, rates, strict=True)))
-        return stage._replace(**{field: decayed})
+    def with_field(stage: Any, value: Scalar) -> State:
+        explicit = getattr(stage, field)
+        found: State = stage._replace(**{field: jnp.where(stiff, value, explicit)})
+        return found
 
-    own = getattr(state, field)
-    k1 = derivative(state, start)
-    f1 = slow(k1, state)
-    a = moved(k1, 0.5 * dt, half * own + dt * middle * f1)
-    k2 = derivative(a, centre)
-    f2 = slow(k2, a)
-    b = moved(k2, 0.5 * dt, half * own + dt * middle * f2)
-    k3 = derivative(b, centre)
-    f3 = slow(k3, b)
-    decayed = half * getattr(a, field) + dt * middle * (2.0 * f3 - f1)
-    c = moved(k3, dt, decayed)
-    k4 = derivative(c, end)
-    f4 = slow(k4, c)
-    total = (p + 2.0 * q + 2.0 * r + s for p, q, r, s in zip(k1, k2, k3, k4, strict=True))
-    step = first * f1 + 2.0 * between * (f2 + f3) + last * f4
-    return moved(type(state)(*total), dt / 6.0, whole * own + dt * step)
+    start, middle, end = loads
+    k1 = derivative(state, start, 0.0)
+    stiff = dt * jnp.maximum(decay_rate(state), decay_rate(moved(k1, dt))) > STIFF
+    before, first = getattr(state, field), getattr(k1, field)
+    quarter, third = (jnp.where(stiff, dt / parts, 0.0) for parts in (4.0, 3.0))
+    k2 = derivative(with_field(moved(k1, 0.5 * dt), before + 0.25 * dt * first), middle, quarter)
+    k3 = derivative(with_field(moved(k2, 0.5 * dt), before + 0.25 * dt * first), middle, quarter)
+    both = first + getattr(k3, field)
+    k4 = derivative(with_field(moved(k3, dt), before + dt / 3.0 * both), end, third)
+    total = (a + 2.0 * b + 2.0 * c + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True))
+    new = moved(type(state)(*total), dt / 6.0)
+    return with_field(new, before + dt / 3.0 * (both + getattr(k4, field)))
 
 
 class LuGre(NamedTuple):
@@ -213,14 +179,19 @@ class LuGre(NamedTuple):
     inverse_stribeck_velocity: Scalar  # 1 / omega_s [s/rad]
 
 
-def bristle_rate(friction: LuGre, velocity: Scalar, deflection: Scalar) -> Scalar:
-    """Rate dz/dt [rad/s] of the bristle deflection z [rad] (eq. 1f, 1g).
+def bristle(
+    friction: LuGre, velocity: Scalar, known: Scalar, implicit: Scalar = 0.0
+) -> tuple[Scalar, Scalar]:
+    """Bristle deflection z [rad] and its rate [rad/s] (eq. 1f, 1g); z = known + implicit dz/dt.
 
-    The equation is stiff in proportion to ``|velocity| / g``: a drive that runs away makes a
-    fixed step diverge, which is a result to be scored and not an error.
+    The equation is stiff in proportion to ``|velocity| / g``: with ``rk4`` a drive that runs away
+    makes a fixed step diverge; ``rk4_tr_bdf2`` follows it.
     """
-    bent = jnp.abs(velocity) * (friction.bristle_stiffness * deflection)
-    return velocity - ratio(bent, steady_torque(friction, velocity))
+    stiffness = jnp.abs(velocity) * friction.bristle_stiffness
+    explicit = known + implicit * velocity
+    relaxed = ratio(stiffness * explicit, steady_torque(friction, velocity) + implicit * stiffness)
+    # Not known + implicit * rate: the compiler makes code of that which is a third slower.
+    return explicit - implicit * relaxed, velocity - relaxed
 
 
 def steady_torque(friction: LuGre, velocity: Scalar) -> Scalar:
@@ -229,14 +200,8 @@ def steady_torque(friction: LuGre, velocity: Scalar) -> Scalar:
     return friction.coulomb + friction.stribeck_rise * decay(-(relative * relative))
 
 
-def bristle_decay(friction: LuGre, velocity: Scalar) -> Scalar:
-    """Rate [1/s] at which bristles forget how they were bent: -|velocity| / g (eq. 1f)."""
-    faster = -jnp.abs(velocity) * friction.bristle_stiffness
-    return ratio(faster, steady_torque(friction, velocity))
-
-
 def friction_torque(friction: LuGre, velocity: Scalar, deflection: Scalar, rate: Scalar) -> Scalar:
-    """Friction torque [N m] (eq. 1e); ``rate`` is ``bristle_rate`` of the same state."""
+    """Friction torque [N m] (eq. 1e); ``deflection`` and ``rate`` are those of ``bristle``."""
     return (
         friction.bristle_stiffness * deflection
         + friction.bristle_damping * rate

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from plants.blocks import LuGre, bristle_decay, bristle_rate, etd_rk4, friction_torque
+from plants.blocks import LuGre, bristle, friction_torque, rk4_tr_bdf2
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
@@ -62,7 +62,7 @@ class CAxisCoefficients(NamedTuple):
     rotor_damping: Scalar
     stiffness: Scalar
     gear_ratio: Scalar
-    largest_deflection: Scalar  # twice T_s / sigma_0 [rad]
+    largest_decay: Scalar  # sigma_0 / T_c [1/rad], of the bristles and of the spindle's angle
     friction: LuGre
 
 
@@ -80,7 +80,7 @@ def coefficients(p: CAxisParameters) -> CAxisCoefficients:
         rotor_damping=p.rotor_damping,
         stiffness=p.stiffness,
         gear_ratio=p.gear_ratio,
-        largest_deflection=2.0 * p.static_torque / p.bristle_stiffness,
+        largest_decay=p.bristle_stiffness / p.coulomb_torque,
         friction=LuGre(
             p.bristle_stiffness,
             p.bristle_damping,
@@ -92,11 +92,20 @@ def coefficients(p: CAxisParameters) -> CAxisCoefficients:
     )
 
 
-def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Scalar, load: Scalar) -> CAxisState:
-    """Rates of the state (LL eq. 2) under ``voltage`` [V] and load torque ``load`` [N m]."""
+def derivative(
+    c: CAxisCoefficients,
+    x: CAxisState,
+    voltage: Scalar,
+    load: Scalar,
+    implicit: Scalar = 0.0,
+) -> CAxisState:
+    """Rates of the state (LL eq. 2) under ``voltage`` [V] and load torque ``load`` [N m].
+
+    The bristle deflection is that of ``x`` plus ``implicit`` [s] times its own rate.
+    """
     spring = c.stiffness * (x.rotor_angle - c.gear_ratio * x.spindle_angle)
-    bristle = bristle_rate(c.friction, x.spindle_velocity, x.bristle_deflection)
-    friction = friction_torque(c.friction, x.spindle_velocity, x.bristle_deflection, bristle)
+    bent, rate = bristle(c.friction, x.spindle_velocity, x.bristle_deflection, implicit)
+    friction = friction_torque(c.friction, x.spindle_velocity, bent, rate)
     return CAxisState(
         current=c.inverse_inductance * voltage
         - c.current_decay * x.current
@@ -106,31 +115,22 @@ def derivative(c: CAxisCoefficients, x: CAxisState, voltage: Scalar, load: Scala
         * (c.torque_constant * x.current - spring - c.rotor_damping * x.rotor_velocity),
         spindle_angle=x.spindle_velocity,
         spindle_velocity=c.inverse_spindle_inertia * (c.gear_ratio * spring - friction - load),
-        bristle_deflection=bristle,
+        bristle_deflection=rate,
     )
 
 
 def step(
     c: CAxisCoefficients, x: CAxisState, voltage: Scalar, loads: Loads, dt: Scalar
 ) -> CAxisState:
-    """The state ``dt`` [s] later under a constant voltage (one RK4 step).
-
-    A bristle never bends further than T_s/sigma_0. One that does shows that the spindle is too
-    fast for the step; such a motion is wrong even where it stays finite, so it becomes nan.
-    """
-    rate = bristle_decay(c.friction, x.spindle_velocity)
-    rates = lambda state, load: derivative(c, state, voltage, load)
-    new = etd_rk4(rates, x, loads, dt, "bristle_deflection", rate)
-    possible = jnp.abs(new.bristle_deflection) < c.largest_deflection
-    return new._replace(bristle_deflection=jnp.where(possible, new.bristle_deflection, jnp.nan))
-
-
-def fastest(p: CAxisParameters, dt: float) -> float:
-    """Spindle velocity [rad/s] up to which RK4 steps of ``dt`` [s] keep the bristle stable.
-
-    Its rate constant is at most |omega_c| sigma_0 / T_c, and RK4 is stable to 2.785 / dt.
-    """
-    return float(2.785 * p.coulomb_torque / (p.bristle_stiffness * dt))
+    """The state ``dt`` [s] later under a constant voltage: RK4, its bristle where fast TR-BDF2."""
+    return rk4_tr_bdf2(
+        lambda state, load, implicit: derivative(c, state, voltage, load, implicit),
+        x,
+        loads,
+        dt,
+        "bristle_deflection",
+        lambda state: c.largest_decay * jnp.abs(state.spindle_velocity),
+    )
 
 
 def signals(c: CAxisCoefficients, x: CAxisState) -> dict[str, Scalar]:
@@ -171,7 +171,6 @@ C_AXIS = Drive(
     parameters=CAxisParameters,
     exact=frozenset({"poles", "gear_ratio"}),
     fault=fault,
-    fastest=fastest,
     units={
         "error": "rad",
         "error_rate": "rad/s",

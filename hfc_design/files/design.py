@@ -15,7 +15,16 @@ from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import chosen, resuming, uses
-from hfc_design.core.records import Finite, Label, Name, Positive, Record, UserError, checked
+from hfc_design.core.records import (
+    Finite,
+    Label,
+    Name,
+    NotNegative,
+    Positive,
+    Record,
+    UserError,
+    checked,
+)
 from hfc_design.core.texts import about, json_of, read_text, writable
 
 #: The designs that come with the package.
@@ -41,13 +50,31 @@ class PerAxisRecord(Record):
     def of(self, axis: str) -> Self:
         """The settings of one axis."""
         own = self.axes.get(axis)
-        return self if own is None else type(self)(**self.model_dump(exclude={"axes"}) | own)
+        if own is None:
+            return self
+        every = {key: getattr(self, key) for key in self.model_fields_set - {"axes"}}
+        return type(self)(**every | own)
 
 
 class Limits(PerAxisRecord):
-    """Limits of the drives, in the units of the plant."""
+    """What the drives make of commands: their limits, in the units of the plant, and steps.
+
+    A command is bound to ``command``, then rounded to ``resolution``, the step of the converter;
+    it acts in its own sample, or in the next one with ``delay_samples`` = 1, as in a drive whose
+    control computes while the last command acts. A controller itself keeps to ``command`` alone.
+    """
 
     command: Positive | None = None
+    resolution: NotNegative = Field(0.0, exclude_if=not_)  # 0 means ideal
+    delay_samples: Literal[0, 1] = Field(0, exclude_if=not_)
+
+    @model_validator(mode="after")
+    def _has_steps(self) -> Self:
+        if self.command is not None and self.resolution > self.command:
+            raise ValueError(
+                f"resolution = {self.resolution}: has to be at most command = {self.command}"
+            )
+        return self
 
     def commands(self, axes: Iterable[str]) -> dict[str, float | None]:
         """Largest command of each of these axes."""

@@ -1,14 +1,15 @@
 """The machine of a scenario: which drives, what their sensors see."""
 
 from collections.abc import Iterable
-from typing import Literal, NamedTuple
+from operator import not_
+from typing import Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
 from hfc_design.core import devices
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
-from hfc_design.core.records import Finite, Label, NotNegative, Record
+from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.files.design import PerAxisRecord
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
 
@@ -88,10 +89,49 @@ def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
             raise ValueError(f"{key}.{axis}: the machine has no such axis; it has {listed}")
 
 
+class ReadingSettings(Record):
+    """How a signal is measured that no encoder forms, in its unit."""
+
+    resolution: NotNegative = 0.0
+    noise: NotNegative = 0.0  # standard deviation
+
+
 class SensorSettings(PerAxisRecord):
     """What the controller sees of the machine, in the units of the plant; ideal without any."""
 
     encoder_resolution: NotNegative = 0.0
     noise: NotNegative = 0.0  # standard deviation of every encoder reading
     seed: int = Field(0, ge=0)
-    velocity: Literal["tachometer", "encoder"] = "tachometer"
+    #: Where velocities come from: an ideal tachometer, the difference of two encoder readings, or
+    #: the tracking observer that a drive has for every encoder, of bandwidth ``observer_hz``.
+    velocity: Literal["tachometer", "encoder", "observer"] = "tachometer"
+    observer_hz: Positive | None = None
+    readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)  # signal -> how it is read
+
+    @model_validator(mode="after")
+    def _has_bandwidth(self) -> Self:
+        if self.velocity == "observer" and self.observer_hz is None:
+            raise ValueError("observer_hz: is missing; velocity = 'observer' needs its bandwidth")
+        return self
+
+
+def measured_apart(drive: Drive) -> list[str]:
+    """The signals of a drive that no encoder forms: they stay as they are when all of them move."""
+    fixed, state = drive.coefficients(drive.parameters()), drive.initial_state(0.0)
+    state = type(state)(*(0.1 + 0.01 * k for k in range(len(state))))
+    moved = {key: 1.7 * getattr(state, key) for pair in drive.encoders.items() for key in pair}
+    before, after = drive.signals(fixed, state), drive.signals(fixed, state._replace(**moved))
+    return [name for name, value in before.items() if value == after[name]]
+
+
+def reading_fault(drive: Drive, names: Iterable[str]) -> str | None:
+    """Why a sensor of one of these signals makes no sense, in a line."""
+    own = measured_apart(drive)
+    for name in names:
+        if name in own:
+            continue
+        has = f"; the {drive.name} has {', '.join(own)}" if own else ""
+        if name in drive.inputs:
+            return f"{name}: comes from encoders, of which encoder_resolution and noise speak{has}"
+        return f"{name}: is no measured signal{has}"
+    return None

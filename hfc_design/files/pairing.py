@@ -9,13 +9,22 @@ from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError, checked
-from hfc_design.files.design import AnyDesign, Design, changed_design, named_design, naming
+from hfc_design.files.design import (
+    AnyDesign,
+    Design,
+    Limits,
+    changed_design,
+    named_design,
+    naming,
+)
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
 from plants import Machine
 
 #: Plant -> the scenario of a design that does not name its own.
 DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
+#: Limits that belong to the drive and not to the controller.
+CONVERTER = ("resolution", "delay_samples")
 #: A signal that hardly moves anything, and by which a law may divide.
 SMALL = 1e-3
 
@@ -109,6 +118,32 @@ def machine(design: Design, scenario: Scenario) -> PlantSettings:
     }
     both = {"name": own.name, "parameters": own.parameters | wanted.parameters, "axes": axes}
     return checked(PlantSettings, both, f"design {design.name}: plant", Path())
+
+
+def with_converter(scenario: Scenario, design: Design) -> Scenario:
+    """The scenario with the converter that ``design`` was made for, where it names none itself.
+
+    Resolution and delay of the command belong to the drive and go with the plant; the largest
+    command goes with the controller, which keeps to it. Sensors, load and reference are the
+    scenario's.
+
+    Raises:
+        UserError: what comes out contradicts itself.
+    """
+    made_for = {axis: design.limits.of(axis) for axis in scenario.plant.machine.axes}
+    kept = {}
+    for axis, own in made_for.items():
+        told = scenario.limits.of(axis)
+        kept[axis] = {
+            key: getattr(own, key) for key in CONVERTER if key not in told.model_fields_set
+        }
+    if not any(any(own.values()) for own in kept.values()):
+        return scenario
+    axes = {axis: own | scenario.limits.axes.get(axis, {}) for axis, own in kept.items()}
+    every = scenario.limits.model_dump(exclude={"axes"}, exclude_none=True)
+    source = f"design {design.name} on scenario {scenario.name}: limits"
+    limits = checked(Limits, every | {"axes": axes}, source, Path())
+    return scenario.model_copy(update={"limits": limits})
 
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains]:

@@ -4,6 +4,7 @@ The records here are what a user writes as TOML; they are checked once, when the
 """
 
 from collections.abc import Callable, Mapping
+from operator import not_
 from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,12 +20,23 @@ from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, Limits, named_design
-from hfc_design.files.machine import Axis, PlantSettings, SensorSettings, check_axes
+from hfc_design.files.machine import (
+    Axis,
+    PlantSettings,
+    SensorSettings,
+    check_axes,
+    reading_fault,
+)
+from hfc_design.files.motions import AnyReference, Motion, Start, started
+from hfc_design.files.robust import RobustSettings
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
-from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
+from hfc_design.motion.trajectories import Trajectory, speed_fault
+from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
-from hfc_design.objectives.metrics import Window, settled_samples
+from hfc_design.objectives.measures import Units
+from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
+from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 
 MAX_STEPS = 10_000_000
@@ -49,8 +61,10 @@ class Scenario(Record):
     description: str = ""
     plant: PlantSettings = PlantSettings()
     simulation: Simulation = Simulation()
-    reference: Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")] = Ramp()
+    reference: AnyReference = Ramp()
     load: Load = Load()
+    start: Start = Field({}, exclude_if=not_)
+    motions: tuple[Motion, ...] = Field((), exclude_if=not_)
     limits: Limits = Limits()
     sensors: SensorSettings = SensorSettings()
     fitness: FitnessSettings = Field({}, validate_default=True)
@@ -60,9 +74,52 @@ class Scenario(Record):
     search: SearchSettings = Field({}, validate_default=True)
     run: RunSettings = RunSettings()
     windows: tuple[Window, ...] = ()
+    constraints: Constraints = Field({}, exclude_if=not_)
+    robust: RobustSettings | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
+        names = [motion.name for motion in self.motions]
+        for k, motion in enumerate(self.each_motion()):
+            if self.motions and names.count(names[k]) > 1:
+                raise ValueError(f"motions.{k}.name = {names[k]!r}: stands there twice")
+            try:
+                motion._can_be_simulated()
+            except ValueError as error:
+                raise ValueError(f"motions.{k}: {error}" if self.motions else str(error)) from None
+        objective, preset = objective_of(self.fitness.on(self.units)), self.search.preset
+        if self.ensemble and not objective.positive:
+            raise ValueError(
+                f"fitness.kind = {self.fitness.kind!r}: may be below zero, which motions, "
+                "constraints and robust cannot rank"
+            )
+        for motion in self.each_motion():
+            if fault := objective.fault(len(self.plant.machine.axes), motion.follows_path):
+                raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
+        if fault := self.controller.fault(self.target):
+            raise ValueError(fault)
+        if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
+            raise ValueError(f"search.preset = {preset!r}: {fault}")
+        return self
+
+    def each_motion(self) -> tuple["Scenario", ...]:
+        """A scenario of one motion for each of ``motions``; without any this one."""
+        return tuple(map(self._alone, self.motions)) or (self,)
+
+    def _alone(self, motion: Motion) -> "Scenario":
+        own = {key: getattr(motion, key) for key in ("reference", "load", "start")}
+        changes: dict[str, Any] = {key: x for key, x in own.items() if x is not None}
+        if motion.duration_s is not None:
+            duration = {"duration_s": motion.duration_s}
+            changes["simulation"] = self.simulation.model_copy(update=duration)
+        if motion.settled_after_s is not None:
+            settled = {"settled_after_s": motion.settled_after_s}
+            changes["fitness"] = self.fitness.model_copy(update=settled)
+        name = f"{self.name}.{motion.name}"
+        return self.model_copy(update={"name": name, "motions": (), **changes})
+
+    def _can_be_simulated(self) -> None:
+        """Whether there is such a motion of this machine; ValueError: there is none."""
         duration, every = self.simulation.duration_s, self.simulation.sample_time_s
         steps = np.round(duration / every)
         if not 1 <= steps <= MAX_STEPS:
@@ -72,14 +129,7 @@ class Scenario(Record):
             )
         self._has_windows()
         self._can_follow()
-        objective, preset = objective_of(self.fitness), self.search.preset
-        if fault := objective.fault(len(self.plant.machine.axes), self.follows_path):
-            raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
-        if fault := self.controller.fault(self.target):
-            raise ValueError(fault)
-        if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
-            raise ValueError(f"search.preset = {preset!r}: {fault}")
-        return self
+        started(self.plant.machine, self.start)
 
     @property
     def target(self) -> Target:
@@ -104,6 +154,9 @@ class Scenario(Record):
         axes, reference = self.plant.machine.axes, self.reference
         for key in ("limits", "sensors", "load"):
             check_axes(f"{key}.axes", getattr(self, key).axes, axes)
+        for one in self.plant.each():
+            if fault := reading_fault(one.drive, self.sensors.of(one.name).readings):
+                raise ValueError(f"sensors.readings.{fault}")
         if isinstance(reference, Trajectory):
             self._can_follow_path(reference)
             return
@@ -170,12 +223,31 @@ class Scenario(Record):
         assert not isinstance(self.reference, Trajectory)
         return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
 
+    @property
+    def units(self) -> Units:
+        """What its numbers count in."""
+        first = self.plant.each()[0]
+        return Units(first.drive.units, first.length)
+
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """How several motions and machines become one number; None: there is but one of each."""
+        if not (self.motions or self.robust or self.constraints):
+            return None
+        weights = tuple(motion.weight for motion in self.motions) or (1.0,)
+        robust = self.robust or RobustSettings()  # whatever it keeps of one machine
+        bounds = constraints_on(self.constraints, self.units)
+        return Ensemble(weights, bounds, robust.keep, robust.quantile)
+
     def judge(self) -> Judge:
         """How its closed loops are judged, by a search and by everybody else."""
-        return judge(objective_of(self.fitness), getattr(self.search, "stick_penalty", 0.0))
+        fitness = objective_of(self.fitness.on(self.units))
+        found = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
+        bounds = constraints_on(self.constraints, self.units)
+        return found._replace(measured=tuple(bound.measure for bound in bounds))
 
     def samples(self) -> Samples:
-        """What happens to the loop, sampled, in float64."""
+        """What happens to the loop in its only motion, sampled, in float64."""
         time, path = self.simulation.time, self.reference
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         generator = np.random.default_rng(self.sensors.seed)
@@ -184,14 +256,23 @@ class Scenario(Record):
             told, frame = path.axis_samples(time, each[0].length)
         else:
             told = [self._reference_of(axis.name).samples(time) for axis in each]
+        noises = [
+            self.sensors.of(axis.name).noise
+            * generator.standard_normal((len(axis.drive.encoders), len(time)))
+            for axis in each
+        ]
         axes = []
-        for motion, axis in zip(told, each, strict=True):
-            noise = generator.standard_normal((len(axis.drive.encoders), len(time)))
+        for motion, axis, noise in zip(told, each, noises, strict=True):
+            read = self.sensors.of(axis.name).readings.values()
+            others = [one.noise * generator.standard_normal(len(time)) for one in read]
             load = self.load.of(axis.name)
             loads = np.stack([load.at(moment) for moment in self.simulation.moments])
-            own = {"loads": loads, "noise": self.sensors.of(axis.name).noise * noise}
+            own = {"loads": loads, "noise": np.vstack([noise, *others])}
+            own |= {"sliding": settled * slides(motion.reference_rate)}
+            own |= {"end": np.full_like(time, motion.target[-1])}
             axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
-        return Samples(tuple(axes), frame, settled, self.simulation.sample_time_s)
+        clock, start = self.simulation.sample_time_s, started(self.plant.machine, self.start)
+        return Samples(tuple(axes), frame, settled, clock, time, late_samples(time), start)
 
 
 #: A scenario, or what names one: a built-in name, a TOML file, what would stand in one.

@@ -17,6 +17,7 @@ from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats import code
 from hfc_design.formats.writing import Format, comment, rendered
 from plants import Drive
+from plants.blocks import STIFF
 
 #: Characters of a name in HAL.
 LONGEST = 47
@@ -84,6 +85,7 @@ def _values(design: Design) -> Json:
         "nanoseconds": round(every * 1e9),
         "adapts": getattr(design.controller, "adaptation", None) is not None,
         "plant": f"hfc_{identifier(drive.name)}",
+        "stiff": STIFF,
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.numbers import Floats, Series
+from hfc_design.core.numbers import Floats, Series, State
 from hfc_design.core.records import Positive, Record
 
 
@@ -19,9 +19,11 @@ class AxisSamples(NamedTuple):
     reference: Series  # (steps,) what the control is told, in whole steps if it counts
     reference_rate: Series  # (steps,)
     loads: Series  # (2 substeps + 1, steps) load where the integrator needs it
-    noise: Series  # (encoders, steps) added to the encoders' readings
+    noise: Series  # (encoders + readings, steps) added to what they read
     target: Series  # (steps,) where the axis should be
     reference_acceleration: Series | None = None  # (steps,)
+    sliding: Series = None  # (steps,) 1 where it is to move at half its top speed at least
+    end: Series = None  # (steps,) where the motion is to end, the same in every column
 
 
 class PathFrame(NamedTuple):
@@ -39,10 +41,16 @@ class Samples(NamedTuple):
     path: PathFrame | None  # None for a machine of one axis
     settled: Series  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Series  # scalar [s]
+    time: Series  # (steps,) [s]
+    late: Series  # (steps,) 1 and 2 in the halves of the last quarter, before that 0
+    start: tuple[State, ...]  # of each axis before the first sample, numbers
 
 
 class Simulation(Record):
-    """Duration and step: LL prints neither; one RK4 step a millisecond is exact to 1e-8 rad."""
+    """Duration and step: LL prints neither.
+
+    With one step a millisecond the published controllers are exact to 2e-8 rad on their ramps.
+    """
 
     duration_s: Positive = 10.0
     sample_time_s: Positive = 0.001

@@ -13,6 +13,7 @@ from hfc_design import objectives
 from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.measures import Measure
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 from hfc_design.objectives.stick_share import stick_share
 
@@ -34,7 +35,7 @@ class Judged(NamedTuple):
     """What a judge says of each of a population of closed loops; NumPy's arrays in the end."""
 
     merit: Individuals  # what they are ranked by; means nothing where one failed
-    values: Float[Array | np.ndarray, "individuals objectives"]
+    values: Float[Array | np.ndarray, "individuals values"]  # of objectives, then measures
     failed: Bool[Array | np.ndarray, " individuals"]  # axis or objective ended as no finite number
 
     @property
@@ -49,6 +50,7 @@ class Judge(NamedTuple):
     objectives: tuple[Objective, ...]  # the fitness comes first
     merit: Callable[[list[Scalar]], Scalar]  # of a value of each objective
     title: str  # of the merit, as people read it
+    measured: tuple[Measure, ...] = ()  # what is told beside the objectives
 
     @property
     def titles(self) -> dict[str, str]:
@@ -56,21 +58,27 @@ class Judge(NamedTuple):
         fitness = self.objectives[0].label()
         return {"fitness": fitness} | ({"merit": self.title} if self.title != fitness else {})
 
+    @property
+    def _parts(self) -> list[Objective | Measure]:
+        return [*self.objectives, *self.measured]
+
     def initial(self, zero: Scalar) -> tuple[Sums, ...]:
         """Empty sums of every objective."""
-        return tuple(objective.initial(zero) for objective in self.objectives)
+        return tuple(one.initial(zero) for one in self._parts)
 
     def update(
         self, sums: tuple[Sums, ...], moments: tuple[Moment, ...], path: PathFrame | None
     ) -> tuple[Sums, ...]:
         """The sums with one sample more of every axis."""
-        pairs = zip(self.objectives, sums, strict=True)
-        return tuple(objective.update(own, moments, path) for objective, own in pairs)
+        pairs = zip(self._parts, sums, strict=True)
+        return tuple(one.update(own, moments, path) for one, own in pairs)
 
     def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
         """A population by its sums and by the last position of every axis, (individuals,) each."""
-        values = [one.score(own) for one, own in zip(self.objectives, sums, strict=True)]
+        count = len(self.objectives)
+        values = [one.score(own) for one, own in zip(self.objectives, sums[:count], strict=True)]
         merit = self.merit(values)
+        values += [one.value(own) for one, own in zip(self.measured, sums[count:], strict=True)]
         finite = jnp.isfinite(jnp.stack([merit, *values, *positions]))
         return Judged(merit, jnp.stack(values, axis=-1), ~finite.all(axis=0))
 

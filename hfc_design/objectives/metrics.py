@@ -52,6 +52,18 @@ def settled_samples(time: Floats, settled_after: float) -> Mask:
     return time >= (settled_after if time[-1] > settled_after else 0.0)
 
 
+def late_samples(time: Floats) -> Floats:
+    """1 and 2 in the two halves of the last quarter of a motion, before that 0."""
+    left = len(time) - np.arange(len(time))  # samples from here to the end
+    return np.where(8 * left <= len(time), 2.0, np.where(4 * left <= len(time), 1.0, 0.0))
+
+
+def slides(rate: Floats) -> Mask:
+    """Where an axis is to move at half its largest speed at least: not at rest or a reversal."""
+    speed = np.abs(rate)
+    return (speed > 0.0) & (speed >= 0.5 * speed.max(initial=0.0))
+
+
 def metrics(
     drive: Drive, motion: Any, speed: Floats, commanded: Floats, time: Floats, settled_after: float
 ) -> dict[str, float | None]:

@@ -5,11 +5,11 @@ number of samples.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Self, TypeAlias
 
 from pydantic import SerializerFunctionWrapHandler, model_serializer
 
-from hfc_design.core.numbers import Scalar
+from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.records import NotNegative, Record
 from hfc_design.motion.samples import PathFrame
 
@@ -26,6 +26,13 @@ class Moment(NamedTuple):
     command: Scalar
     reference_rate: Scalar
     settled: Scalar  # 1 once the loop should have settled, before that 0
+    command_change: Scalar = 0.0  # since the previous sample, before the first it was 0
+    limited: Truth = False  # whether the command is at a limit
+    sliding: Scalar = 0.0  # 1 where, once settled, it is to move at half its top speed at least
+    beyond: Scalar = 0.0  # how far beyond where the motion ends
+    late: Scalar = 0.0  # 1 and 2 in the halves of the motion's last quarter, before that 0
+    time: Scalar = 0.0  # [s]
+    sample_time: Scalar = 0.0  # [s]
 
 
 class ObjectiveSettings(Record):
@@ -33,6 +40,10 @@ class ObjectiveSettings(Record):
 
     kind: str
     settled_after_s: NotNegative = 1.0
+
+    def on(self, units: Any) -> Self:
+        """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""
+        return self
 
     @model_serializer(mode="wrap")
     def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:

@@ -22,6 +22,8 @@ from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluate
+from hfc_design.simulation.machines import drawn
+from hfc_design.simulation.population import Machines
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
@@ -43,28 +45,60 @@ class Problem:
         controller, _ = controller_of(design, scenario)  # that of any individual
         self._loop = closed_loop(scenario, controller)
         self._machines = simulate.one_machine(scenario.plant.values())
-        self._samples = scenario.samples()
+        self._samples = [motion.samples() for motion in scenario.each_motion()]
         self._dtype = np.dtype(scenario.run.precision)
+        self._ensemble, self._robust = scenario.ensemble, scenario.robust
+        if self._robust:
+            self._machines = drawn_for(scenario, self._robust.elite - 1, scenario.run.seed)
 
     def rank(self, population: Population) -> Floats:
         """Merit of every individual; -inf where it failed."""
+        robust = self._robust
+        if robust is None:
+            return self._ranked(population, 1)
+        rank = self._ranked(population, robust.first)
+        for machines in (robust.machines, robust.elite):
+            if machines == robust.first:
+                continue
+            # As many as cost no more than the first round; the others cannot pass them.
+            count = max(len(rank) * robust.first // machines, 1)
+            best = np.argsort(-rank, kind="stable")[:count]
+            found = self._ranked(taken(population, best), machines)
+            rank = np.minimum(rank, found.min())
+            rank[best] = found
+        return rank
+
+    def _ranked(self, population: Population, machines: int) -> Floats:
+        some = self._machines.take(np.arange(machines))
         gains = self.genome.gains(population)
-        judged = simulate.scores(self._loop, self._machines, self._samples, gains, self._dtype)
-        return np.asarray(judged.rank[:, 0])
+        judged = simulate.scores(self._loop, some, self._samples, gains, self._dtype)
+        if self._ensemble is None:
+            return np.asarray(judged.rank[:, 0, 0])
+        return self._ensemble.verdict(judged).rank
 
     @property
     def task(self) -> Task:
         """What a strategy is given; a derivative only where there is one axis to follow."""
         alone = hasattr(self.genome, "space") and len(self._loop.machine.axes) == 1
-        return Task(self.genome, self._linear if alone else None)
+        differs = alone and self._ensemble is None
+        return Task(self.genome, self._linear if differs else None)
 
     def _linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
         gains = self.genome.gains(individual)
-        about = (self._loop, self._machines, self._samples, gains, self._dtype)
+        about = (self._loop, self._machines, *self._samples, gains, self._dtype)
         error, jacobian = simulate.error_jacobian(*about)
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
         return Linear(error, jacobian) if finite else None
+
+
+def drawn_for(scenario: Scenario, count: int, seed: int) -> Machines:
+    """The nominal machine of a robust scenario and ``count`` others within its tolerances."""
+    robust = scenario.robust
+    assert robust is not None
+    even = robust.sample == "latin-hypercube"
+    parts = (scenario.plant, robust.spread, count, seed, robust.tolerances, even)
+    return drawn(*parts)[0]
 
 
 def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:

@@ -2,7 +2,7 @@
 
 Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
-    carry = start(loop, zero)
+    carry = start(loop, zero, samples.start)
     carry, recorded = sample(loop, told, fixed, sample_time, gains, carry, row)  # once a sample
     judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
@@ -13,24 +13,25 @@ import jax.numpy as jnp
 
 from hfc_design.controllers.controller import Controller, PathView, View
 from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State, Xp
-from hfc_design.files.machine import SensorSettings
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import local_error
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
+from hfc_design.simulation.sensors import (
+    Angles,
+    Sensors,
+    converted,
+    largest_command,
+    measured,
+    read,
+    sensors_of,
+)
 from plants import Drive, Machine
 from plants.blocks import decay, once, pick, ratio
 
 #: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
 LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once, pick)
-
-
-class Sensors(NamedTuple):
-    """What stands between the state of an axis and the controller."""
-
-    encoder_resolution: float = 0.0  # in the units of the drive; 0 means ideal
-    velocity_from_encoder: bool = False  # else an ideal tachometer
 
 
 class Loop(NamedTuple):
@@ -42,34 +43,45 @@ class Loop(NamedTuple):
     substeps: int
     limits: tuple[float | None, ...]  # of the drives' commands
     sensors: tuple[Sensors | None, ...]  # of each axis, None where ideal
+    resolutions: tuple[float, ...]  # of the drives' converters, 0 where ideal
+    delayed: tuple[bool, ...]  # whether a command acts a sample later
 
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it."""
-    machine = scenario.plant.machine
-    sensors = tuple(_sensors(scenario.sensors.of(axis)) for axis in machine.axes)
-    limits = tuple(scenario.target.limits.values())
-    substeps = scenario.simulation.substeps
-    return Loop(machine, controller, scenario.judge(), substeps, limits, sensors)
-
-
-def _sensors(wanted: SensorSettings) -> Sensors | None:
-    if wanted.encoder_resolution == wanted.noise == 0.0 and wanted.velocity == "tachometer":
-        return None
-    return Sensors(wanted.encoder_resolution, wanted.velocity == "encoder")
+    machine, simulation = scenario.plant.machine, scenario.simulation
+    every = simulation.sample_time_s
+    sensors = (sensors_of(scenario.sensors.of(axis), every) for axis in machine.axes)
+    limits = [scenario.limits.of(axis) for axis in machine.axes]
+    return Loop(
+        machine,
+        controller,
+        scenario.judge(),
+        simulation.substeps,
+        tuple(map(largest_command, limits)),
+        tuple(sensors),
+        tuple(own.resolution for own in limits),
+        tuple(own.delay_samples > 0 for own in limits),
+    )
 
 
 class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
     states: tuple[State, ...]  # of each drive
-    angles: tuple[dict[str, Scalar], ...]  # what its encoders read at the previous sample
+    angles: tuple[Angles, ...]  # that its encoders read, or its observers had, before
+    rates: tuple[Angles, ...]  # that its observers had
+    waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
+    commands: tuple[Scalar, ...]  # of the previous sample
     sums: tuple[Sums, ...]  # of the objectives
 
 
 class Recorded(NamedTuple):
-    """One axis at the start of a sample; of whole motions leaves are (steps, individuals)."""
+    """One axis at the start of a sample; of whole motions leaves are (steps, individuals).
+
+    The command is the one that acts on the drive in the sample.
+    """
 
     error: Scalar
     error_rate: Scalar
@@ -77,12 +89,22 @@ class Recorded(NamedTuple):
     state: State
 
 
-def start(loop: Loop, zero: Scalar) -> Carry:
-    """A machine before the first sample: everything is ``zero``."""
+def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Carry:
+    """A machine before the first sample, at ``started`` and with nothing to remember."""
+    states = tuple(type(state)(*(zero + x for x in state)) for state in started)
+    angles, rates = [], []
+    for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
+        observed = sensors is not None and sensors.velocity == "observer"
+        angles.append({angle: getattr(state, angle) for angle in drive.encoders})
+        pairs = drive.encoders.items() if observed else ()
+        rates.append({angle: getattr(state, velocity) for angle, velocity in pairs})
     return Carry(
-        loop.machine.initial_state(zero),
-        tuple(dict.fromkeys(drive.encoders, zero) for drive in loop.machine.drives),
+        states,
+        tuple(angles),
+        tuple(rates),
+        tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
+        (zero,) * len(states),
         loop.judge.initial(zero),
     )
 
@@ -109,27 +131,64 @@ def sample(
     scalars and ``sample_time`` [s] apart from it.
     """
     machine, axes = loop.machine, range(len(loop.machine.drives))
-    seen, angles = zip(
-        *(_measured(loop, k, fixed[k], carry, row.axes[k], sample_time) for k in axes), strict=True
-    )
-    signals = tuple(axis_signals(machine.drives[k], fixed[k], seen[k], row.axes[k]) for k in axes)
+    each = (_sensed(loop, k, fixed[k], carry, row.axes[k], sample_time) for k in axes)
+    seen, signals, angles, rates = zip(*each, strict=True)
     view = View(signals, _path_view(loop, seen, row), told)
-    commands, memory = loop.controller.step(LANES, gains, carry.memory, view)
-    commands = tuple(_accepted(loop, k, fixed[k], commands[k]) for k in axes)
+    asked, memory = loop.controller.step(LANES, gains, carry.memory, view)
+    held = tuple(converted(asked[k], loop.limits[k], loop.resolutions[k]) for k in axes)
+    acting = tuple(carry.waiting[k] if loop.delayed[k] else held[k] for k in axes)
+    waiting = tuple(held[k] if loop.delayed[k] else None for k in axes)
+    commands = tuple(machine.drives[k].accepted(fixed[k], acting[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
     moments, outputs = [], []
-    each = zip(machine.drives, carry.states, commands, row.axes, strict=True)
-    for drive, state, command, happens in each:
-        position = getattr(state, drive.position)
-        error = happens.reference - position
-        error_rate = happens.reference_rate - getattr(state, drive.velocity)
-        deviation = position - happens.target
-        rate = happens.reference_rate
-        moments.append(Moment(error, error_rate, deviation, command, rate, row.settled))
-        outputs.append(Recorded(error, error_rate, command, state))
+    happening = row._replace(sample_time=sample_time)
+    for k in axes:
+        moment = _moment(loop, k, fixed[k], carry, commands[k], happening)
+        moments.append(moment)
+        outputs.append(Recorded(moment.error, moment.error_rate, commands[k], carry.states[k]))
     sums = loop.judge.update(carry.sums, tuple(moments), row.path)
-    return Carry(states, angles, memory, sums), tuple(outputs)
+    return Carry(states, angles, rates, waiting, memory, commands, sums), tuple(outputs)
+
+
+def _sensed(
+    loop: Loop, k: int, fixed: Parameters, carry: Carry, row: AxisSamples, sample_time: Scalar
+) -> tuple[State, dict[str, Scalar], Angles, Angles]:
+    """State and signals of axis ``k`` as the controller sees them; angles and rates to carry on."""
+    drive, sensors, before = (
+        loop.machine.drives[k],
+        loop.sensors[k],
+        (carry.angles[k], carry.rates[k]),
+    )
+    found = measured(sensors, drive, fixed, carry.states[k], before, row, sample_time)
+    seen, angles, rates = found
+    return seen, read(sensors, drive, axis_signals(drive, fixed, seen, row), row), angles, rates
+
+
+def _moment(
+    loop: Loop, k: int, fixed: Parameters, carry: Carry, command: Scalar, row: Samples
+) -> Moment:
+    """What the objectives see of axis ``k``."""
+    drive, state, happens = loop.machine.drives[k], carry.states[k], row.axes[k]
+    position, limit = getattr(state, drive.position), loop.limits[k]
+    rate = happens.reference_rate
+    limit = jnp.inf if limit is None else limit
+    low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
+    return Moment(
+        error=happens.reference - position,
+        error_rate=rate - getattr(state, drive.velocity),
+        deviation=position - happens.target,
+        command=command,
+        reference_rate=rate,
+        settled=row.settled,
+        command_change=command - carry.commands[k],
+        limited=(command <= low) | (command >= high),
+        sliding=happens.sliding,
+        beyond=jnp.maximum((position - happens.end) * jnp.sign(happens.end), 0.0),
+        late=row.late,
+        time=row.time,
+        sample_time=row.sample_time,
+    )
 
 
 def axis_signals(
@@ -155,33 +214,3 @@ def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | 
     each = zip(loop.machine.drives, seen, row.axes, strict=True)
     x, y = (getattr(state, drive.seen[0]) - axis.reference for drive, state, axis in each)
     return PathView(*path, local_error(x, y, *path))
-
-
-def _accepted(loop: Loop, k: int, fixed: Parameters, command: Scalar) -> Scalar:
-    """The command that reaches drive ``k``."""
-    limit = loop.limits[k]
-    if limit is not None:
-        command = jnp.clip(command, -limit, limit)
-    return loop.machine.drives[k].accepted(fixed, command)
-
-
-def _measured(
-    loop: Loop, k: int, fixed: Parameters, carry: Carry, row: AxisSamples, sample_time: Scalar
-) -> tuple[State, dict[str, Scalar]]:
-    """The state of axis ``k`` as the controller sees it, and the angles its encoders read."""
-    drive, previous = loop.machine.drives[k], carry.angles[k]
-    state = drive.measured(fixed, carry.states[k])
-    sensors = loop.sensors[k]
-    if sensors is None:
-        return state, previous
-    angles = {}
-    for (angle, _), disturbance in zip(drive.encoders.items(), row.noise, strict=True):
-        value = getattr(state, angle) + disturbance
-        if step := sensors.encoder_resolution:
-            value = step * jnp.floor(value / step + 0.5)
-        angles[angle] = value
-    seen = dict(angles)
-    if sensors.velocity_from_encoder:
-        for angle, velocity in drive.encoders.items():
-            seen[velocity] = (angles[angle] - previous[angle]) / sample_time
-    return state._replace(**seen), angles

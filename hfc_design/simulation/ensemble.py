@@ -16,7 +16,7 @@ from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, load_scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
@@ -73,17 +73,19 @@ def evaluate_many(
             own = machine(design, scenario)
             plants = tuple(_changed(own, changes).values() for changes in others)
             controller, gains = controller_of(design, scenario)
-            alike[controller, own.values(), plants].append((k, gains))
-        for (controller, told, plants), members in alike.items():
+            limits = with_converter(scenario, design).limits
+            alike[controller, own.values(), plants, limits.model_dump_json()].append((k, gains))
+        for (controller, told, plants, _), members in alike.items():
             places = [k for k, _ in members]
             each = (gains for _, gains in members)
             together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *each)
             true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants)
-            loop = closed_loop(scenario, controller)
-            judged = population.scores(loop, Machines(told, true), samples, together, np.float64)
-            found.failed[places, j] = judged.failed
-            found.merit[places, j] = judged.rank
-            found.fitness[places, j] = np.where(judged.failed, -np.inf, judged.values[..., 0])
+            loop = closed_loop(with_converter(scenario, every[places[0]]), controller)
+            judged = population.scores(loop, Machines(told, true), [samples], together, np.float64)
+            fitness = np.where(judged.failed, -np.inf, judged.values[..., 0])
+            found.failed[places, j] = judged.failed[..., 0]
+            found.merit[places, j] = judged.rank[..., 0]
+            found.fitness[places, j] = fitness[..., 0]
     return found
 
 

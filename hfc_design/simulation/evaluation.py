@@ -10,7 +10,7 @@ import numpy as np
 from hfc_design.controllers.controller import Signals
 from hfc_design.core.numbers import Floats, Gains, Parameters
 from hfc_design.files.design import AnyDesign
-from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import AxisSamples, Samples
@@ -91,7 +91,8 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
         UserError: the two are made for different plants or sample times, or it needs more memory
             than there is.
     """
-    design, scenario = load_design(design), load_scenario(scenario)
+    design = load_design(design)
+    scenario = with_converter(load_scenario(scenario), design)
     memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)

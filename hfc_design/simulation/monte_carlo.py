@@ -1,9 +1,4 @@
-"""One design on many machines: every physical parameter of every axis varies on its own.
-
-A parameter is uniform within +-spread of its nominal value, independent of all others and of the
-other axes; one that is 0 stays 0, and what ``Drive.exact`` names does not vary. A machine that
-cannot exist (``Drive.fault``) is drawn again.
-"""
+"""One design on many machines, whose parameters are spread about the nominal ones."""
 
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -12,17 +7,16 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask, Parameters
+from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import controller_of, load_design, machine
+from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.simulation import memory
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.evaluation import Evaluation, evaluations
+from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
-from plants import Drive
 
 Progress = Callable[[int, int], None]
 
@@ -37,8 +31,6 @@ FINER = 8
 LATE = 0.25
 #: A drive that stands at a limit for a larger share of that time no longer controls.
 LARGEST_LIMITED = 0.1
-#: A spread is refused if it needs more than this many draws a sample.
-MAX_DRAWS = 100
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -101,7 +93,8 @@ def robustness(
     Raises:
         UserError: spread or samples are not allowed, or design and scenario do not fit.
     """
-    design, scenario = load_design(design), load_scenario(scenario)
+    design = load_design(design)
+    scenario = with_converter(load_scenario(scenario), design)
     _check(spread, samples, seed)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
@@ -169,42 +162,6 @@ def is_stable(loop: Loop, evaluation: Evaluation) -> bool:
         if np.abs(axis.motion.error[late]).max() > largest or limited > LARGEST_LIMITED:
             return False
     return True
-
-
-def drawn(settings: PlantSettings, spread: float, samples: int, seed: int) -> tuple[Machines, int]:
-    """The nominal machine and ``samples`` others, and how many draws gave no possible one.
-
-    The first machines of a seed are the same for every number of samples.
-
-    Raises:
-        UserError: nearly no draw gives a possible machine.
-    """
-    drives, nominal = settings.machine.drives, settings.values()
-    generator = np.random.default_rng(seed)
-    kept, refused = [nominal], 0
-    while len(kept) <= samples:
-        one = tuple(_near(*axis, spread, generator) for axis in zip(drives, nominal, strict=True))
-        if not any(drive.fault(own._asdict()) for drive, own in zip(drives, one, strict=True)):
-            kept.append(one)
-            continue
-        refused += 1
-        if refused > MAX_DRAWS * samples:
-            raise UserError(
-                f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
-                f"gave a possible {settings.machine.name}; a smaller spread is needed"
-            )
-    true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *kept)
-    return Machines(nominal, true), refused
-
-
-def _near(
-    drive: Drive, nominal: Parameters, spread: float, generator: np.random.Generator
-) -> Parameters:
-    """Parameters of one axis near its ``nominal`` ones."""
-    varied = np.array([name not in drive.exact for name in nominal._fields])
-    factors = np.ones(len(nominal))
-    factors[varied] = generator.uniform(1 - spread, 1 + spread, varied.sum())
-    return drive.parameters(*(np.array(nominal) * factors).tolist())
 
 
 def _check(spread: float, samples: int, seed: int) -> None:

@@ -9,6 +9,7 @@ The public functions prepare numbers, the compiled ones below them spread the po
 devices in chunks, and all of them end in ``_run``.
 """
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
@@ -22,7 +23,7 @@ from jax.typing import ArrayLike, DTypeLike
 from jaxtyping import Array, PyTree
 
 from hfc_design.core import devices
-from hfc_design.core.numbers import Floats, Gains, Integers, Parameters
+from hfc_design.core.numbers import Floats, Gains, Integers, Parameters, State
 from hfc_design.core.plugins import own_code
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
@@ -58,8 +59,9 @@ class Inputs(NamedTuple):
 
     told: tuple[Parameters, ...]
     true: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
-    samples: Samples
+    samples: Samples  # of all motions one after the other, each with a start of its own
     gains: Gains  # leaves (..., individuals)
+    bounds: Integers | None = None  # (motions, 2) columns of each motion; None: there is but one
 
 
 def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
@@ -69,13 +71,18 @@ def one_machine(parameters: tuple[Parameters, ...]) -> Machines:
 
 
 def scores(
-    loop: Loop, machines: Machines, samples: Samples, gains: Gains, dtype: DTypeLike = np.float32
+    loop: Loop,
+    machines: Machines,
+    motions: Sequence[Samples],
+    gains: Gains,
+    dtype: DTypeLike = np.float32,
 ) -> Judged:
-    """What the judge says of every individual on every machine, in float64 as numpy.
+    """What the judge says of every individual on every machine in every motion, as numpy.
 
-    Merit and failures are (individuals, machines), values (individuals, machines, objectives).
-    ``gains`` is the controller's record with the individuals in the trailing axis of every leaf.
-    The work is spread over all devices.
+    Merit and failures are (individuals, machines, motions), values have the objectives in one
+    axis more, all in float64. One program serves any number of motions of any length. ``gains``
+    is the controller's record with the individuals in the trailing axis of every leaf. The work
+    is spread over all devices.
     """
     count, each = _count(gains), machines.size
     lanes = count * each
@@ -84,10 +91,12 @@ def scores(
     if whole > count:
         gains = jax.tree.map(lambda leaf: np.take(leaf, lane // each, axis=-1), gains)
     true = machines.take(lane % each if each > 1 else 0).true
+    samples, bounds = _joined(motions)
     with _own_code(loop), jax.enable_x64(True):
-        inputs = _cast(Inputs(machines.told, true, samples, gains), dtype)
+        inputs = _cast(Inputs(machines.told, true, samples, gains, bounds), dtype)
         found = np.asarray(_scores(loop, each > 1, inputs), np.float64)
-    merit, failed, *values = found[:, :lanes].reshape(-1, count, each)
+    found = found[..., :lanes].reshape(len(found), len(motions), count, each)
+    merit, failed, *values = np.moveaxis(found, 1, -1)
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0)
 
 
@@ -142,6 +151,19 @@ def _count(tree: PyTree) -> int:
     return count
 
 
+def _joined(motions: Sequence[Samples]) -> tuple[Samples, Integers | None]:
+    """Several motions one after the other, and the columns of each."""
+    first = motions[0]
+    if len(motions) == 1:
+        return first, None
+    columns = [own._replace(sample_time=None, start=()) for own in motions]
+    whole = jax.tree.map(lambda *parts: np.concatenate(parts, axis=-1), *columns)
+    start = jax.tree.map(lambda *each: np.array(each), *(own.start for own in motions))
+    ends = np.cumsum([0, *(len(own.time) for own in motions)])
+    bounds = np.stack([ends[:-1], ends[1:]], axis=1)
+    return whole._replace(sample_time=first.sample_time, start=start), bounds
+
+
 def _cast(inputs: Inputs, dtype: DTypeLike) -> Inputs:
     """Floating numbers in a precision."""
 
@@ -154,7 +176,10 @@ def _cast(inputs: Inputs, dtype: DTypeLike) -> Inputs:
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
-    """(2 + objectives, lanes): merits, 1 where one failed, values; one array comes back faster."""
+    """(2 + objectives, motions, lanes): merits, 1 where one failed, values, in one array.
+
+    One array comes back faster than several.
+    """
 
     def on_device(inputs: Inputs) -> Array:
         count = _count(inputs.gains)
@@ -165,12 +190,11 @@ def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
 
         def one_chunk(own: PyTree) -> Array:
             gains, true = own if own_machine else (own, inputs.true)
-            judged, _ = _run(loop, own_machine, inputs._replace(true=true, gains=gains), False)
-            return jnp.stack([judged.merit, judged.failed, *judged.values.T])
+            return _each_motion(loop, own_machine, inputs._replace(true=true, gains=gains))
 
         lanes = (inputs.gains, inputs.true) if own_machine else inputs.gains
-        judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))
-        return jnp.moveaxis(judged, 0, 1).reshape(judged.shape[1], -1)
+        judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))  # (chunks, motions, ..., lanes)
+        return jnp.moveaxis(judged, (2, 1, 0), (0, 1, 2)).reshape(*judged.shape[2:0:-1], -1)
 
     def last(leaf: Array) -> PartitionSpec:
         return PartitionSpec(*[None] * (leaf.ndim - 1), "population")
@@ -180,8 +204,8 @@ def _scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
     spread = jax.shard_map(
         on_device,
         mesh=Mesh(jax.devices(), ("population",)),
-        in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains)),),
-        out_specs=PartitionSpec(None, "population"),
+        in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains), whole),),
+        out_specs=PartitionSpec(None, None, "population"),
         check_vma=False,
     )
     return spread(inputs)
@@ -227,9 +251,39 @@ def _error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
     return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
 
 
+def _each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
+    """(motions, 2 + objectives, individuals) what the judge says of every motion."""
+
+    def told(judged: Judged) -> Array:
+        return jnp.stack([judged.merit, judged.failed, *judged.values.T])
+
+    if inputs.bounds is None:
+        return told(_run(loop, own_machine, inputs, record=False)[0])[None]
+    body, rows, started = _stepping(loop, own_machine, inputs, record=False)
+
+    def one(motion: tuple[Array, tuple[State, ...]]) -> Array:
+        bounds, start = motion
+
+        def at(k: Array, carry: Carry) -> Carry:
+            return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
+
+        carry = lax.fori_loop(bounds[0], bounds[1], at, started(start))
+        return told(loop.judge.judged(carry.sums, positions(loop, carry)))
+
+    each: Array = lax.map(one, (inputs.bounds, inputs.samples.start))
+    return each
+
+
 def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Judged, Any]:
     """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
-    told, true, samples, gains = inputs
+    body, rows, started = _stepping(loop, own_machine, inputs, record)
+    carry, outputs = lax.scan(body, started(inputs.samples.start), rows)
+    return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
+
+
+def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Any, Any, Any]:
+    """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry."""
+    told, true, samples, gains, _ = inputs
     zeros = jnp.zeros(_count(gains), samples.settled.dtype)
     fixed = loop.machine.coefficients(true)
     own = 0 if own_machine else None
@@ -241,11 +295,10 @@ def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[J
         carry, outputs = step(told, fixed, samples.sample_time, numbers, carry, row)
         return carry, outputs if record else None
 
-    # Loads and noise as tuples, so that the scan hands out scalars.
+    # Loads and noise as tuples, so that the loop hands out scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
-    rows = samples._replace(axes=tuple(axes), sample_time=None)
-    carry, outputs = lax.scan(body, start(loop, zeros), rows)
-    return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
+    rows = samples._replace(axes=tuple(axes), sample_time=None, start=())
+    return body, rows, partial(start, loop, zeros)
 
 
 def _rows(leaf: Array) -> Rows:

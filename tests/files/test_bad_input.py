@@ -45,7 +45,6 @@ def refused(*arguments, code=2):
         ("reference.speed=3", ["reference.speed", "not permitted"]),
         ("controller.inputs=[{name='error',scale=1.0},{name='mood',scale=1.0}]", ["'mood'"]),
         ("controller.inputs=[{name='error',scale=1.0}]", ["controller.inputs", "at least 2"]),
-        ("reference.velocity=0.5", ["simulation.substeps = 1", "at least 5"]),
         ("fitness.error=-1", ["fitness.error = -1"]),
         ("nonsense=1", ["nonsense = 1", "not permitted"]),
         ("duration", ["has to look like"]),

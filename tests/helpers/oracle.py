@@ -143,8 +143,15 @@ def rk4(rates, t, x, h):
     return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
 
-def closed_loop(tree, kp, kd, seconds, load=None, method="LSODA", sample=1e-3, rtol=1e-10):
-    """States (steps + 1, 6) and commands (steps,) on the ramp 0.02 t from rest.
+def ramp(t):
+    """The paper's reference [rad] and its rate [rad/s]."""
+    return 0.02 * t, 0.02
+
+
+def closed_loop(
+    tree, kp, kd, seconds, load=None, method="LSODA", sample=1e-3, rtol=1e-10, reference=ramp
+):
+    """States (steps + 1, 6) and commands (steps,) from rest.
 
     The integrator starts anew at every sample, where the held voltage jumps.
     """
@@ -156,7 +163,8 @@ def closed_loop(tree, kp, kd, seconds, load=None, method="LSODA", sample=1e-3, r
     states, commands = [x], []
     for n in range(round(seconds / sample)):
         t = n * sample
-        u = voltage(tree, kp, kd, x, earlier, 0.02 * t - x[3], 0.02 - x[4])
+        wanted, rate = reference(t)
+        u = voltage(tree, kp, kd, x, earlier, wanted - x[3], rate - x[4])
         earlier = x[4]
 
         def rates(t, x, u=u):

@@ -133,6 +133,21 @@ def test_c_axis_moves_as_in_the_simulator(hal, table, tmp_path):
     assert abs(command - axis.motion.command[:2000]).max() <= allowed
 
 
+def test_a_fast_c_axis_moves_as_in_the_simulator(hal, tmp_path):
+    """Beyond 1 rad/s and back: its bristles are implicit, explicit and implicit again."""
+    sine = {"kind": "sine", "amplitude": 0.06, "frequency_rad_s": 10.0}
+    scenario = load_scenario({"simulation": {"duration_s": 2.0}, "reference": sine})
+    told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
+    design = named_design("pd-only").model_copy(update={"provenance": told})
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    (axis,) = evaluate(design, scenario).axes
+    assert abs(axis.motion.state.spindle_velocity).max() > 1.0
+    ((_, command, position),) = motion(folder)
+    assert abs(position - axis.motion.state.spindle_angle).max() <= 1e-6
+    assert abs(command - axis.motion.command).max() <= 2e-6
+
+
 def test_a_linear_controller_moves_as_in_the_simulator(hal, tmp_path):
     """A PID with feed-forward of velocity, acceleration and Coulomb friction on a sine."""
     ahead = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width": 0.003}

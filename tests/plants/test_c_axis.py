@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from hfc_design.files.machine import PlantSettings
 from plants import C_AXIS
-from plants.blocks import bristle_rate, friction_torque, rk4
+from plants.blocks import bristle, friction_torque, rk4
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative, step
 
 
@@ -139,7 +139,7 @@ def bent(velocity, dt, steps):
     """Bristle deflections after ``steps`` at constant ``velocity``, starting straight."""
 
     def rate(z, load):
-        return Bristle(bristle_rate(FRICTION, velocity, z.deflection))
+        return Bristle(bristle(FRICTION, velocity, z.deflection)[1])
 
     def body(_, z):
         return rk4(rate, z, (0.0, 0.0, 0.0), dt)
@@ -150,7 +150,7 @@ def bent(velocity, dt, steps):
 def test_steady_friction_is_the_stribeck_curve():
     w = np.array([-0.05, -0.004, -0.001, 1e-4, 0.002, 0.003, 0.01, 0.03])
     z = bent(w, 1e-3, 30_000)
-    torque = friction_torque(FRICTION, w, z, bristle_rate(FRICTION, w, z))
+    torque = friction_torque(FRICTION, w, *bristle(FRICTION, w, z))
     wanted = np.sign(w) * (0.7 + 0.5 * np.exp(-((w / 0.003) ** 2))) + 0.4 * w
     np.testing.assert_allclose(torque, wanted, rtol=1e-12)
 

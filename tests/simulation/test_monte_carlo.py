@@ -323,10 +323,6 @@ def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
         (["--samples", "10"], ["--samples needs --spread"]),
         (["--seed", "1"], ["--seed needs --spread"]),
         (["--plot", "a.png"], ["--plot needs --spread"]),
-        (
-            ["--spread", "0.2", "--set", "reference.velocity=0.11"],
-            ["c-axis-ramp", "simulation.substeps = 1", "at least 2"],
-        ),
     ],
 )
 def test_what_is_refused(arguments, words):

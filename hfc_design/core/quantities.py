@@ -1,0 +1,64 @@
+"""Quantities as people write them, ``"20 urad"``: numbers of a drive's unit."""
+
+import math
+import re
+from functools import cache
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import AfterValidator
+
+from hfc_design.core.records import Finite
+
+#: A number and a unit; nothing that could be a long computation.
+WRITTEN = re.compile(
+    r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*"
+    r"([A-Za-zµμ°%][A-Za-z0-9µμ°%]{0,15}(?:[ */][A-Za-zµμ°%][A-Za-z0-9µμ°%]{0,15}){0,3})"
+)
+
+
+def _known(text: float | str) -> float | str:
+    if isinstance(text, str):
+        _quantity(text, None)
+    return text
+
+
+#: A number of the drive's unit, or a text with a unit of its own.
+Quantity: TypeAlias = Annotated[Finite | str, AfterValidator(_known)]
+
+
+def number(quantity: float | str, unit: str, millimetres: float | None = None) -> float:
+    """The quantity in ``unit``; a "BLU" in it has so many ``millimetres``.
+
+    Raises:
+        ValueError: it cannot be counted in that unit.
+    """
+    if not isinstance(quantity, str):
+        return float(quantity)
+    import pint
+
+    try:
+        return float(_quantity(quantity, millimetres).to(unit).magnitude)
+    except (pint.PintError, AssertionError) as error:
+        raise ValueError(f"{quantity!r}: has to be a quantity in {unit}: {error}") from None
+
+
+def _quantity(text: str, millimetres: float | None) -> Any:
+    import pint
+
+    found = WRITTEN.fullmatch(text.strip())
+    if not found or not math.isfinite(float(found[1])):
+        raise ValueError(f"{text[:40]!r} is no number with a unit, as in '20 urad'")
+    try:
+        return _units(millimetres).Quantity(float(found[1]), found[2])
+    except (pint.PintError, AttributeError, TypeError, ValueError) as error:
+        raise ValueError(f"{text[:40]!r} is no quantity: {error}") from None
+
+
+@cache
+def _units(millimetres: float | None) -> Any:
+    import pint
+
+    units: Any = pint.UnitRegistry(cache_folder=None)
+    units.define("unit = [converter]")  # of a converter, which a drive counts its commands in
+    units.define("BLU = [counter]" if millimetres is None else f"BLU = {millimetres!r} mm")
+    return units

@@ -1,0 +1,44 @@
+"""What a design has to keep on every machine and in every motion, whatever else it is good at."""
+
+from typing import Annotated, NamedTuple, TypeAlias
+
+from pydantic import AfterValidator
+
+from hfc_design.core.quantities import Quantity
+from hfc_design.objectives.measures import Measure, Units, in_units, measure
+
+#: In a table of constraints the width that ``band_time`` is about.
+BAND = "band"
+
+
+class Constraint(NamedTuple):
+    """A measure and the most of it that is allowed, in the units of the machine."""
+
+    measure: Measure
+    most: float
+
+
+def _known(most: dict[str, Quantity]) -> dict[str, Quantity]:
+    for name in most:
+        if name != BAND:
+            measure(name)
+    return most
+
+
+#: The ``[constraints]`` of a scenario: measures by name, each with the most that is allowed.
+Constraints: TypeAlias = Annotated[dict[str, Quantity], AfterValidator(_known)]
+
+
+def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
+    """With numbers in the units of a machine; ValueError: one has another unit, or is below 0."""
+    found, band = [], most.get(BAND)
+    width = None if band is None else in_units(f"constraints.{BAND}", band, "error", units)
+    for name, quantity in most.items():
+        if name == BAND:
+            continue
+        own = measure(name, width)
+        number = in_units(f"constraints.{name}", quantity, own.unit, units)
+        if not number >= 0.0:
+            raise ValueError(f"constraints.{name} = {quantity!r}: has to be zero or more")
+        found.append(Constraint(own, number))
+    return tuple(found)

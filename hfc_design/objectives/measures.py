@@ -1,0 +1,205 @@
+"""What is measured on a motion while it runs, by name: the smaller, the better.
+
+Every measure adds up sample by sample inside the loop, so that it costs the same for a population
+of thousands as for one. Of several axes errors and commands count as vectors, times as means.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import cache, reduce
+from typing import Any, NamedTuple, TypeAlias
+
+import jax.numpy as jnp
+
+from hfc_design.core.numbers import Scalar, Truth
+from hfc_design.core.quantities import number
+from hfc_design.motion.contour import local_error
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.objective import Moment, Sums
+from hfc_design.objectives.stick_share import is_stuck
+
+Moments: TypeAlias = tuple[Moment, ...]
+Term: TypeAlias = Callable[[Moment], Scalar]
+
+
+class Units(NamedTuple):
+    """What the numbers of a machine count in."""
+
+    signals: dict[str, str]  # ``Drive.units``
+    millimetres: float | None  # of a BLU
+
+
+class Measure(NamedTuple):
+    """A number of a motion as pure functions of scalars, much as an ``Objective`` is one."""
+
+    name: str
+    unit: str  # what the drive calls it, "error" say, or a unit
+    meaning: str
+    initial: Callable[[Scalar], Sums]
+    update: Callable[[Sums, Moments, PathFrame | None], Sums]
+    value: Callable[[Sums], Scalar]
+    path: bool = False  # only of a machine on a path
+
+
+def _always(moment: Moment) -> Scalar:
+    return 1.0
+
+
+def _settled(moment: Moment) -> Scalar:
+    return moment.settled
+
+
+def _at_the_end(moment: Moment) -> Scalar:
+    return jnp.where(moment.late > 0, 1.0, 0.0)
+
+
+def rms(name: str, unit: str, meaning: str, term: Term, when: Term = _always) -> Measure:
+    """Root mean square of the vector of all axes."""
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        weight = when(moments[0])
+        squares = reduce(jnp.add, [jnp.square(term(moment)) for moment in moments])
+        return sums[0] + weight * squares, sums[1] + weight
+
+    def value(sums: Sums) -> Scalar:
+        return jnp.sqrt(sums[0] / jnp.maximum(sums[1], 1.0))
+
+    return Measure(name, unit, meaning, lambda zero: (zero, zero), update, value)
+
+
+def largest(name: str, unit: str, meaning: str, term: Term, when: Term = _always) -> Measure:
+    """Largest magnitude of any axis."""
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        return reduce(jnp.maximum, [when(x) * jnp.abs(term(x)) for x in moments], sums)
+
+    return Measure(name, unit, meaning, lambda zero: zero, update, lambda sums: sums)
+
+
+def share(name: str, meaning: str, truth: Term, when: Term) -> Measure:
+    """Share of the samples that count in which something is true; 0 where none counts."""
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        hits = reduce(jnp.add, [jnp.where(truth(x), when(x), 0.0) for x in moments])
+        return sums[0] + hits, sums[1] + reduce(jnp.add, [when(x) for x in moments])
+
+    def value(sums: Sums) -> Scalar:
+        return sums[0] / jnp.maximum(sums[1], 1.0)
+
+    return Measure(name, "1", meaning, lambda zero: (zero, zero), update, value)
+
+
+def _integral(name: str, unit: str, meaning: str, term: Term) -> Measure:
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        return sums + moments[0].sample_time * reduce(jnp.add, [jnp.abs(term(x)) for x in moments])
+
+    return Measure(name, unit, meaning, lambda zero: zero, update, lambda sums: sums)
+
+
+def _contour(one: Measure) -> Measure:
+    """The measure of a motion's error as one of its contour error."""
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        assert path is not None  # it is measured on paths only
+        x, y = (moment.deviation for moment in moments)
+        off = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
+        return one.update(sums, (moments[0]._replace(error=off),), None)
+
+    return one._replace(update=update, path=True)
+
+
+def band_time(band: float) -> Measure:
+    """When the error last left a ``band`` [unit of the error] about the reference."""
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        off = reduce(jnp.maximum, [jnp.abs(x.error) for x in moments])
+        return jnp.where(off > band, moments[0].time + moments[0].sample_time, sums)
+
+    meaning = f"from then on the error stays within {band:g}"
+    return Measure("band_time", "s", meaning, lambda zero: zero, update, lambda sums: sums)
+
+
+def stuck(moment: Moment) -> Truth:
+    """Whether an axis stands that should move."""
+    return is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+
+
+def _error(moment: Moment) -> Scalar:
+    return moment.error
+
+
+def _rate(moment: Moment) -> Scalar:
+    return moment.error_rate
+
+
+def _command(moment: Moment) -> Scalar:
+    return moment.command
+
+
+def _change(moment: Moment) -> Scalar:
+    return moment.command_change
+
+
+def _sliding(moment: Moment) -> Scalar:
+    return moment.sliding
+
+
+def _limited(moment: Moment) -> Truth:
+    return moment.limited
+
+
+_OFF = "contour error"
+#: What a scenario can name; ``band_time`` is made of its band.
+MEASURES: dict[str, Measure] = {
+    one.name: one
+    for one in (
+        rms("rms_error", "error", "root mean square of the error", _error),
+        largest("max_error", "error", "largest error", _error),
+        rms("settled_rms_error", "error", "rms of the error once settled", _error, _settled),
+        largest("settled_max_error", "error", "largest error once settled", _error, _settled),
+        _integral("iae", "error s", "integral of the error's magnitude", _error),
+        _contour(rms("rms_contour_error", "error", f"root mean square of the {_OFF}", _error)),
+        _contour(largest("max_contour_error", "error", f"largest {_OFF}", _error)),
+        largest("overshoot", "error", "how far beyond where it is to stand", lambda x: x.beyond),
+        rms(
+            "velocity_ripple", "error_rate", "rms of the velocity's, once settled", _rate, _settled
+        ),
+        rms("chatter", "command", "rms of its change from sample to sample", _change),
+        largest("peak_command", "command", "largest command", _command),
+        rms("rms_command", "command", "root mean square of the command", _command),
+        share("stick_slip", "share of the sliding time in which it stands", stuck, _sliding),
+        share("limit_share", "share of the last quarter at its limit", _limited, _at_the_end),
+        largest("late_error", "error", "largest error in the last quarter", _error, _at_the_end),
+    )
+}
+
+
+@cache
+def measure(name: str, band: Any = None) -> Measure:
+    """The measure with a name; ValueError: there is none, or it needs a ``band`` of the error."""
+    if name == "band_time":
+        if band is None:
+            return band_time(0.0)
+        return band_time(band)
+    if name not in MEASURES:
+        known = ", ".join([*MEASURES, "band_time"])
+        raise ValueError(f"{name!r}: is no measure; there is {known}")
+    return MEASURES[name]
+
+
+def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
+    """A quantity of a file as a number of the machine's ``unit`` of a measure.
+
+    Raises:
+        ValueError: it has a unit of something else.
+    """
+    words = [units.signals.get(word, word) for word in unit.split(" ")]
+    try:
+        return number(quantity, " ".join(words), units.millimetres)
+    except ValueError as error:
+        raise ValueError(f"{key} = {quantity!r}: {str(error).partition(': ')[2]}") from None
+
+
+def path_fault(measures: Sequence[Measure], path: bool) -> str | None:
+    """A line if one of ``measures`` is of a path, and the machine follows none."""
+    found = [one.name for one in measures if one.path and not path]
+    return f"{found[0]} is of a machine that follows a path" if found else None

@@ -1,0 +1,96 @@
+"""How far a motion is from what is tolerated: the tool's own idea of good."""
+
+from functools import cache, reduce
+from typing import Annotated, Any, Literal
+
+import jax.numpy as jnp
+from pydantic import Field, field_validator
+
+from hfc_design.core.numbers import Scalar
+from hfc_design.core.quantities import Quantity
+from hfc_design.core.records import Positive, Record
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.measures import Measure, Units, in_units, measure, path_fault
+from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
+
+
+class Weighed(Record):
+    """A tolerance that does not count as much as the others."""
+
+    tolerance: Quantity
+    weight: Positive = 1.0
+
+
+Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
+
+
+class TolerancesSettings(ObjectiveSettings):
+    """Measures by name, each with what is tolerated."""
+
+    kind: Literal["tolerances"] = "tolerances"
+    tolerances: Tolerances = {"settled_rms_error": 1e-3}
+    band: Quantity | None = None  # of the error, for ``band_time``
+
+    @field_validator("tolerances")
+    @classmethod
+    def _known(cls, tolerances: Tolerances) -> Tolerances:
+        for name in tolerances:
+            measure(name)
+        return tolerances
+
+    def on(self, units: Units) -> "TolerancesSettings":
+        """The same with plain numbers in the units of a machine; ValueError: one has another."""
+        band = None if self.band is None else in_units("band", self.band, "error", units)
+        found: dict[str, Any] = {}
+        for name, tolerated in self.tolerances.items():
+            own = tolerated if isinstance(tolerated, Weighed) else Weighed(tolerance=tolerated)
+            number = in_units(f"tolerances.{name}", own.tolerance, measure(name).unit, units)
+            if not number > 0.0:
+                raise ValueError(f"tolerances.{name} = {own.tolerance!r}: has to be more than zero")
+            found[name] = Weighed(tolerance=number, weight=own.weight)
+        return self.model_copy(update={"tolerances": found, "band": band})
+
+
+@cache
+def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
+    """``1 / cost``; the cost is the weighted mean of measure / tolerance: 1 is just good enough.
+
+    ``weighed`` has measures, tolerances [units of the drive] and weights.
+    """
+    measures = [one for one, _, _ in weighed]
+    whole = sum(weight for _, _, weight in weighed)
+
+    def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
+        pairs = zip(measures, sums, strict=True)
+        return tuple(one.update(own, moments, path) for one, own in pairs)
+
+    def score(sums: Sums) -> Scalar:
+        each = zip(weighed, sums, strict=True)
+        costs = [weight / whole / size * one.value(own) for (one, size, weight), own in each]
+        return 1.0 / reduce(jnp.add, costs)
+
+    names = ", ".join(f"{one.name} / {size:g}" for one, size, _ in weighed)
+    return Objective(
+        initial=lambda zero: tuple(one.initial(zero) for one in measures),
+        update=update,
+        score=score,
+        name="tolerances",
+        title="tolerance / deviation",
+        unit="1",
+        meaning=f"1 / weighted mean of {names}; 1 is just tolerated, the more the better",
+        positive=True,
+        settings=TolerancesSettings,
+        make=_made,
+        fault=lambda axes, path: path_fault(measures, path),
+    )
+
+
+def _made(own: TolerancesSettings) -> Objective:
+    rows: list[Any] = []
+    for name, weighed in own.tolerances.items():
+        assert isinstance(weighed, Weighed)  # after ``on``
+        rows.append((measure(name, own.band), weighed.tolerance, weighed.weight))
+    return tolerances(tuple(rows))
+
+
+OBJECTIVE = tolerances(((measure("settled_rms_error"), 1e-3, 1.0),))

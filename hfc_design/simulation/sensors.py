@@ -1,0 +1,119 @@
+"""What stands between the controller and the machine: sensors on one side, converters on the other.
+
+Everything is of one axis and in scalars, as ``closed_loop`` is.
+"""
+
+from math import exp, floor, pi
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from hfc_design.core.numbers import Parameters, Scalar, State
+from hfc_design.files.design import Limits
+from hfc_design.files.machine import SensorSettings
+from hfc_design.motion.samples import AxisSamples
+from plants import Drive
+
+#: Numbers of an axis' encoders by the name of their angles.
+Angles = dict[str, Scalar]
+
+
+class Sensors(NamedTuple):
+    """What stands between the state of an axis and the controller."""
+
+    encoder_resolution: float  # in the units of the drive; 0 means ideal
+    velocity: str  # where it comes from, see ``SensorSettings``
+    observer: tuple[float, float]  # gains of the observer of velocity
+    readings: tuple[tuple[str, float], ...]  # other signals that are measured, their resolutions
+
+
+def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
+    """The sensors of an axis; None where they are ideal."""
+    read = tuple((name, own.resolution) for name, own in wanted.readings.items())
+    exact = wanted.encoder_resolution == wanted.noise == 0.0
+    if exact and wanted.velocity == "tachometer" and not read:
+        return None
+    gains = observer_gains(wanted.observer_hz or 0.0, sample_time)
+    return Sensors(wanted.encoder_resolution, wanted.velocity, gains, read)
+
+
+def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
+    """Gains alpha and beta of an observer of a ``bandwidth`` [Hz] in samples of a time [s].
+
+    It follows an angle as the tracking loops of type II do that resolver-to-digital converters
+    and encoder interfaces of drives have (Analog Devices, data sheet of the AD2S1210), sampled: a
+    critically damped alpha-beta filter with both poles at exp(-2 pi f T) (Brookner 1998, sec. 1.3).
+    """
+    pole = exp(-2.0 * pi * bandwidth * sample_time)
+    return 1.0 - pole**2, (1.0 - pole) ** 2
+
+
+def largest_command(limits: Limits) -> float | None:
+    """The largest command that the converter gives, in whole steps; None without a limit."""
+    if limits.command is None or not limits.resolution:
+        return limits.command
+    return limits.resolution * floor(limits.command / limits.resolution * (1.0 + 1e-12))
+
+
+def converted(command: Scalar, limit: float | None, step: float) -> Scalar:
+    """What a converter makes of a command: bound, in whole steps, of which the limit is one."""
+    if not step:
+        return command if limit is None else jnp.clip(command, -limit, limit)
+    command = in_steps(command, step)
+    if limit is None:
+        return command
+    # At the limit to the last bit: whoever counts how long it stands there compares with it.
+    inside = jnp.abs(command) < limit - 0.5 * step
+    return jnp.where(inside, command, jnp.sign(command) * limit)
+
+
+def in_steps(value: Scalar, step: float) -> Scalar:
+    """The nearest multiple of a step; the value itself without one."""
+    return step * jnp.floor(value / step + 0.5) if step else value
+
+
+def read(
+    sensors: Sensors | None, drive: Drive, signals: dict[str, Scalar], row: AxisSamples
+) -> dict[str, Scalar]:
+    """The signals of an axis, those that are measured apart as their sensors read them."""
+    if sensors is None or not sensors.readings:
+        return signals
+    noise = row.noise[len(drive.encoders) :]
+    each = zip(sensors.readings, noise, strict=True)
+    return signals | {
+        name: in_steps(signals[name] + disturbance, resolution)
+        for (name, resolution), disturbance in each
+    }
+
+
+def measured(
+    sensors: Sensors | None,
+    drive: Drive,
+    fixed: Parameters,
+    state: State,
+    before: tuple[Angles, Angles],
+    row: AxisSamples,
+    sample_time: Scalar,
+) -> tuple[State, Angles, Angles]:
+    """The state as the controller sees it; angles and rates to be given ``before`` the next sample.
+
+    The position is always the reading. The velocity of an observer is that of its own estimate,
+    which goes on with it and is corrected by what the reading is off.
+    """
+    earlier, rates = before
+    state = drive.measured(fixed, state)
+    if sensors is None:
+        return state, earlier, rates
+    alpha, beta = sensors.observer
+    seen, angles, estimates = {}, {}, {}
+    for (angle, velocity), disturbance in zip(drive.encoders.items(), row.noise, strict=False):
+        reading = in_steps(getattr(state, angle) + disturbance, sensors.encoder_resolution)
+        seen[angle] = angles[angle] = reading
+        if sensors.velocity == "encoder":
+            seen[velocity] = (reading - earlier[angle]) / sample_time
+        elif sensors.velocity == "observer":
+            expected = earlier[angle] + sample_time * rates[angle]
+            off = reading - expected
+            angles[angle] = expected + alpha * off
+            seen[velocity] = estimates[angle] = rates[angle] + beta * off / sample_time
+    return state._replace(**seen), angles, estimates

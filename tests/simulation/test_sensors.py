@@ -1,0 +1,233 @@
+"""What the controller is told and what becomes of its command, against SciPy and plain loops."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import oracle
+import pytest
+from scipy.signal import lfilter
+from sledge import refused
+
+import hfc_design.api as hfc
+from hfc_design.files.design import Limits, design_json
+from hfc_design.files.machine import measured_apart
+from hfc_design.simulation.sensors import observer_gains
+from plants import C_AXIS, FEED_DRIVE
+
+PERIOD = 1e-3
+
+
+def scenario(*changes, seconds=0.5):
+    return hfc.load_scenario("c-axis-ramp", [f"simulation.duration_s={seconds}", *changes])
+
+
+def moved(found, kp=758.405, kd=743.010):
+    """The motion of the only axis under a PD controller."""
+    evaluation = hfc.evaluate(hfc.with_gains(found, "pd", {"kp": kp, "kd": kd}), found)
+    assert not evaluation.diverged
+    return evaluation.axes[0].motion
+
+
+def in_steps(values, step):
+    return step * np.floor(values / step + 0.5)
+
+
+def differentiated(readings, bandwidth):
+    """The velocity of a critically damped alpha-beta filter as a transfer function of readings."""
+    pole = np.exp(-2 * np.pi * bandwidth * PERIOD)
+    beta = (1 - pole) ** 2
+    return lfilter([beta / PERIOD, -beta / PERIOD], np.poly([pole, pole]), readings)
+
+
+@pytest.mark.parametrize("bandwidth", [5.0, 80.0, 1e4])
+def test_observer_is_a_filter_of_the_readings(bandwidth):
+    changes = ["velocity='observer'", f"observer_hz={bandwidth}", "noise=3e-6", "seed=4"]
+    found = scenario(*(f"sensors.{x}" for x in ["encoder_resolution=1e-5", *changes]))
+    motion = moved(found, kp=20.0, kd=5.0)
+    noise = found.samples().axes[0].noise[1]  # of the spindle's encoder
+    reading = in_steps(motion.state.spindle_angle + noise, 1e-5)
+    told = (motion.command - 20.0 * (0.02 * found.simulation.time - reading)) / 5.0
+    np.testing.assert_allclose(0.02 - told, differentiated(reading, bandwidth), atol=1e-9)
+
+
+def test_observer_has_two_equal_poles():
+    for bandwidth in (1.0, 30.0, 400.0):
+        alpha, beta = observer_gains(bandwidth, PERIOD)
+        poles = np.roots([1.0, alpha + beta - 2.0, 1.0 - alpha])
+        assert poles == pytest.approx(np.exp(-2 * np.pi * bandwidth * PERIOD), abs=1e-6)
+
+
+class Clock(NamedTuple):
+    angle: Any
+    speed: Any
+
+
+class Nothing(NamedTuple):
+    unused: float = 1.0
+
+
+CLOCK = hfc.Plant(
+    name="clock",
+    parameters=Nothing,
+    fault=hfc.only_positive(Nothing),
+    units={"error": "rad", "error_rate": "rad/s", "command": "V", "load": "N m"},
+    initial_state=lambda zero: Clock(zero, zero),
+    step=lambda p, x, command, loads, dt: Clock(x.angle + 0.3 * dt, 0.0 * x.speed + 0.3),
+    signals=lambda p, x: {},
+    position="angle",
+    velocity="speed",
+    encoders={"angle": "speed"},
+)
+
+
+def test_observer_is_exact_at_constant_speed(own_plugins):
+    hfc.register(CLOCK)
+    found = hfc.load_scenario(
+        {
+            "plant": {"name": "clock"},
+            "reference": {"kind": "ramp", "velocity": 0.0},
+            "simulation": {"duration_s": 1.0},
+            "sensors": {"velocity": "observer", "observer_hz": 20.0},
+            "controller": {"kind": "pd", "ranges": {"kp": [1.0, 10.0], "kd": [1.0, 10.0]}},
+        }
+    )
+    motion = moved(found, kp=0.0, kd=1.0)
+    assert abs(motion.command[5] + 0.3) > 0.01
+    assert motion.command[-1] == pytest.approx(-0.3, rel=1e-11)
+    # The position is the reading: a filtered one would lag.
+    position = moved(found, kp=1.0, kd=0.0).command
+    np.testing.assert_allclose(position, -0.3 * found.simulation.time, atol=1e-12)
+
+
+def test_difference_and_observer_without_memory_are_the_same():
+    difference = moved(scenario("sensors.velocity='encoder'")).command
+    changes = ["sensors.velocity='observer'", "sensors.observer_hz=1e5"]
+    np.testing.assert_allclose(moved(scenario(*changes)).command, difference, rtol=1e-9)
+
+
+def by_hand(samples, resolution, limit, delay, kp=758.405, kd=743.010):
+    """Commands that act on the C-axis, by a plain loop."""
+    rhs = oracle.plant()
+    x, waiting, acting = np.zeros(6), 0.0, []
+    for n in range(samples):
+        command = kp * (0.02 * n * PERIOD - x[3]) + kd * (0.02 - x[4])
+        command = np.clip(command, -limit, limit)
+        command = resolution * np.floor(command / resolution + 0.5)
+        now, waiting = (waiting, command) if delay else (command, None)
+        x = oracle.rk4(lambda t, x, now=now: rhs(x, now, 0.0), 0.0, x, PERIOD)
+        acting.append(now)
+    return np.array(acting)
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_commands_are_bound_then_rounded_then_held_back(delay):
+    changes = ["resolution=0.4", "command=9.6", f"delay_samples={delay}"]
+    motion = moved(scenario(*(f"limits.{x}" for x in changes)))
+    wanted = by_hand(500, 0.4, 9.6, delay)
+    assert len(np.unique(wanted)) > 5
+    assert abs(wanted).max() == pytest.approx(9.6)
+    np.testing.assert_allclose(motion.command, wanted, atol=1e-9)
+
+
+def test_a_limit_that_is_no_whole_step_is_not_exceeded():
+    motion = moved(scenario("limits.resolution=0.6", "limits.command=10.0"))
+    assert motion.command.max() == pytest.approx(9.6)  # 10 / 0.6 rounds to 17 steps, 10.2
+
+
+def test_each_axis_has_a_converter_of_its_own():
+    def commands(y):
+        limits = {"command": 120.0, "resolution": 3.0, "axes": {"y": {"resolution": 5.0, **y}}}
+        changes = {"limits": limits, "simulation.duration_s": 0.5}
+        found = hfc.load_scenario("feed-drive-circle", changes)
+        axes = hfc.evaluate("jee-koren-2004-pid", found).axes
+        return [axis.motion.command for axis in axes]
+
+    x, y = commands({"delay_samples": 1})
+    assert (x % 3 == 0).all()
+    assert (y % 5 == 0).all()
+    assert len(np.unique(x)) > 5 < len(np.unique(y))
+    _, prompt = commands({})
+    assert np.flatnonzero(y)[0] == np.flatnonzero(prompt)[0] + 1
+
+
+class Gains(NamedTuple):
+    p: Any
+
+
+def test_a_reading_of_a_signal_has_steps_and_noise_of_its_own(own_plugins):
+    law = hfc.Law(
+        "by-current",
+        Gains(p=(1.0, 100.0)),
+        lambda zero: (),
+        lambda T, gains, memory, signals: (5.0 - gains.p * signals["current"], memory),
+    )
+    hfc.register(law)
+    sensors = {"noise": 1e-6, "readings": {"current": {"resolution": 0.02, "noise": 0.05}}}
+    changes = {"sensors": sensors, "controller": {"kind": "by-current"}}
+    found = hfc.load_scenario(scenario(), changes)
+    motion = hfc.evaluate(hfc.with_gains(found, "by-current", {"p": 2.0}), found).axes[0].motion
+    noise = found.samples().axes[0].noise
+    assert noise.shape == (3, 500)
+    assert noise[2].std() == pytest.approx(0.05, rel=0.1)
+    wanted = in_steps(motion.state.current + noise[2], 0.02)
+    np.testing.assert_allclose((5.0 - motion.command) / 2.0, wanted, atol=1e-12)
+    # The encoders' noise is what it is without the reading.
+    plain = scenario("sensors.noise=1e-6").samples().axes[0].noise
+    np.testing.assert_array_equal(noise[:2], plain)
+
+
+def test_signals_that_no_encoder_forms():
+    assert measured_apart(C_AXIS) == ["current"]
+    assert measured_apart(FEED_DRIVE) == []
+
+
+def test_a_design_file_says_no_more_of_its_limits_than_it_has_to():
+    assert Limits(command=5.0).model_dump() == {"command": 5.0}
+    found = scenario("limits.resolution=0.5", "limits.delay_samples=1")
+    text = design_json(hfc.with_gains(found, "pd", {"kp": 1.0, "kd": 1.0}))
+    assert '"resolution": 0.5' in text
+    plain = design_json(hfc.with_gains(scenario(), "pd", {"kp": 1.0, "kd": 1.0}))
+    assert 'resolution"' not in plain.split('"provenance"')[0]
+    assert "delay_samples" not in plain
+
+
+def test_the_converter_of_a_design_goes_with_its_plant():
+    made_for = scenario("limits.resolution=0.5", "limits.delay_samples=1", "limits.command=8.0")
+    design = hfc.with_gains(made_for, "pd", {"kp": 758.405, "kd": 743.010})
+    other = scenario("reference.velocity=0.03")
+    command = hfc.evaluate(design, other).axes[0].motion.command
+    assert command[0] == 0.0
+    assert (command % 0.5 == 0.0).all()
+    assert abs(command).max() == 8.0
+    # A scenario that names its own converter, an ideal one too, has that.
+    ideal = scenario("reference.velocity=0.03", "limits.resolution=0", "limits.delay_samples=0")
+    command = hfc.evaluate(design, ideal).axes[0].motion.command
+    assert command[0] == 8.0
+    assert (command % 0.5 != 0.0).any()
+    judged = hfc.evaluate_many([design, "pd-only"], [other, ideal])
+    for k, one in enumerate((design, "pd-only")):
+        for j, where in enumerate((other, ideal)):
+            alone = hfc.evaluate(one, where).fitness
+            assert judged.fitness[k, j, 0] == pytest.approx(alone, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("sensors.velocity='observer'", ["sensors", "observer_hz: is missing"]),
+        ("sensors.observer_hz=0", ["sensors.observer_hz = 0", "greater than 0"]),
+        ("sensors.velocity='resolver'", ["sensors.velocity = 'resolver'", "'observer'"]),
+        ("sensors.readings.deflection.noise=1", ["readings.deflection", "encoders", "current"]),
+        ("sensors.readings.mood.noise=1", ["sensors.readings.mood", "has current"]),
+        ("sensors.readings.error.noise=1", ["sensors.readings.error", "has current"]),
+        ("sensors.readings.current.noise=-1", ["readings.current.noise = -1"]),
+        ("limits.delay_samples=2", ["limits.delay_samples = 2", "0 or 1"]),
+        ("limits.resolution=-1", ["limits.resolution = -1"]),
+        ("limits={command=1,resolution=2}", ["resolution = 2.0", "at most command = 1.0"]),
+        ("limits.axes.axis.delay_samples=2", ["limits", "axes.axis.delay_samples = 2"]),
+    ],
+)
+def test_sensors_and_limits_that_are_not_allowed(change, words, tmp_path):
+    line = refused("design", "--out", tmp_path / "run", "--set", change)
+    for word in words:
+        assert word in line
