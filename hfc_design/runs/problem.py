@@ -29,8 +29,8 @@ from hfc_design.simulation.population import Machines
 FINALISTS = 16
 #: What to try where a search found nothing that stays finite.
 HINTS = (
-    "try a larger simulation.substeps, smaller gains or ranges, a shorter simulation.duration_s, "
-    "another run.seed or start, or a larger search.population"
+    "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
+    "simulation.duration_s, another run.seed or start"
 )
 
 
@@ -142,12 +142,24 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
     """
     designs = [design_of(individual, scenario) for individual in _finalists(search)]
     if not designs:
-        raise RunError(f"no design: every individual diverged; {HINTS}")
+        raise RunError(f"no design: every individual diverged{_why(search, scenario)}; {HINTS}")
     found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
     design, evaluation = max(found, key=lambda item: item[1].merit)
     if evaluation.diverged:
-        raise RunError(f"no design: the best {len(designs)} diverge in float64; {HINTS}")
+        why = f" ({evaluation.divergence})" if evaluation.divergence else ""
+        raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
     return with_score(design, evaluation, scenario), evaluation
+
+
+def _why(search: Search, scenario: Scenario) -> str:
+    """Why one of a population diverges that has all diverged; "" if nobody knows."""
+    population = getattr(search.state, "population", None)
+    if population is None:
+        return ""
+    lost = evaluate(design_of(taken(population, np.array([0])), scenario), scenario)
+    if lost.divergence is None:
+        return f" (one does not with simulation.substeps = {lost.substeps})"
+    return f" ({lost.divergence})"
 
 
 def _finalists(search: Search) -> list[Population]:
@@ -213,5 +225,7 @@ def _plant(settings: PlantSettings) -> dict[str, object]:
 
 def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
     """The design with its fitness, merit and metrics on a scenario."""
-    score = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
+    score: Json = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
+    if evaluation.substeps > scenario.simulation.substeps:
+        score["substeps"] = evaluation.substeps  # it diverges with fewer
     return design.model_copy(update={"score": score})
