@@ -9,9 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
-from hfc_design.controllers.controller import AxisLaw, Signals
+from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Sources
+from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts
+from hfc_design.controllers.linear.law import sample as linear_sample
 from hfc_design.core.numbers import Degrees, Floats, RuleTable, Scalar, Xp, clipped, dot, total
 
 #: What gives the degrees of a scalar in the terms.
@@ -20,8 +22,6 @@ Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
 Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
-#: The input that adds up the error [unit of the error times s], within its universe.
-INTEGRAL = "error_integral"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
 LIN_LEE_INPUTS = {
     "error": 50.0,
@@ -67,6 +67,7 @@ class Layout(NamedTuple):
     output_scale: float = 10.0  # k_6 [V]
     terms: tuple[Term, ...] = LIN_LEE_TERMS
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
+    fed_back: tuple[str, ...] | None = None  # signals of the linear part; None: a PD alone
 
     @property
     def remembered(self) -> tuple[str, ...]:
@@ -83,6 +84,7 @@ class HierarchicalGains(NamedTuple):
     scales: Sequence[Scalar] | Floats  # (inputs,) k_1, k_2, ..., per unit of the input
     sources: Sources  # (units,) column and row source, see ``tree.Tree``
     consequents: Sequence[RuleTable] | Floats  # (units, 7, 7) singletons [unit][row][column]
+    linear: LinearGains | None = None  # instead of the PD alone, with its kp and kd
 
 
 class HierarchicalMemory(NamedTuple):
@@ -90,7 +92,7 @@ class HierarchicalMemory(NamedTuple):
 
     readings: Mapping[str, Scalar]  # of the previous sample
     root: root_unit.RootMemory | None  # None: the root does not adapt
-    integral: Scalar | None = None  # of the error; None: nothing reads it
+    linear: LinearMemory | None = None  # None: a PD remembers nothing
 
 
 class Firing(NamedTuple):
@@ -113,6 +115,7 @@ class HierarchyParts(NamedTuple):
     proportional: Scalar
     derivative: Scalar
     fuzzy: Scalar  # the root's output, scaled
+    linear: Parts | None = None  # what the linear part is made of, the first two among it
 
 
 def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
@@ -147,15 +150,16 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
 
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd+hierarchical-fuzzy``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells=True)
+    tells = layout.fed_back is None
+    return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     """Memory before the first sample."""
     layout: Layout = law.structure
     root = root_unit.initial_memory(zero) if layout.adaptation else None
-    integral = zero if INTEGRAL in layout.inputs else None
-    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, integral)
+    linear = None if layout.fed_back is None else LinearMemory(zero, zero)
+    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, linear)
 
 
 def sample(
@@ -168,24 +172,27 @@ def sample(
     """
     layout: Layout = law.structure
     known = {**signals, **{f"{PREVIOUS}{name}": x for name, x in memory.readings.items()}}
-    integral = memory.integral
-    if integral is not None:
-        # Held at the edge of its universe, beyond which it would change nothing but wind up.
-        edge = xp.ratio(1.0, gains.scales[layout.inputs.index(INTEGRAL)])
-        integral = clipped(xp, integral + law.sample_time * signals["error"], -edge, edge)
-        known[INTEGRAL] = integral
     readings = [known[name] for name in layout.inputs]
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
     degrees = partial(memberships, xp, layout.terms)
     learnt = _learning(xp, layout, gains, memory, signals["error"])
     units, root = outputs(xp, degrees, gains, values, learnt)
-    proportional, derivative = gains.kp * signals["error"], gains.kd * signals["error_rate"]
     fuzzy = layout.output_scale * units[-1].output
-    parts = HierarchyParts(readings, scaled, units, proportional, derivative, fuzzy)
     remembered = {name: signals[name] for name in layout.remembered}
-    command = proportional + derivative + fuzzy
-    return command, HierarchicalMemory(remembered, root, integral), parts
+    if layout.fed_back is None:
+        parts = (gains.kp * signals["error"], gains.kd * signals["error_rate"], fuzzy)
+        whole = HierarchyParts(readings, scaled, units, *parts)
+        return total(parts), HierarchicalMemory(remembered, root), whole
+    assert gains.linear is not None
+    assert memory.linear is not None
+    base = law._replace(structure=layout.fed_back, limit=None)
+    linear, after, own = linear_sample(xp, base, gains.linear, memory.linear, signals)
+    command = linear + fuzzy
+    integral = held(xp, law.limit, command, memory.linear.integral, after.integral)
+    after = after._replace(integral=integral)
+    whole = HierarchyParts(readings, scaled, units, own.proportional, own.derivative, fuzzy, own)
+    return command, HierarchicalMemory(remembered, root, after), whole
 
 
 def _learning(

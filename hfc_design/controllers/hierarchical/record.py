@@ -10,7 +10,6 @@ from pydantic import Field, model_validator
 
 from hfc_design.controllers.controller import FOLLOWED
 from hfc_design.controllers.hierarchical.law import (
-    INTEGRAL,
     LIN_LEE_INPUTS,
     LIN_LEE_TERMS,
     PREVIOUS,
@@ -21,6 +20,8 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.linear.law import LinearGains
+from hfc_design.controllers.linear.record import FeedForwardRecord, LinearDesign, LqiSettings
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 
 
@@ -29,6 +30,20 @@ class PdRecord(Record):
 
     kp: Finite  # [V/rad]
     kd: Finite  # [V s/rad]
+
+
+class LinearRecord(Record):
+    """What a linear part has beside kp and kd: integral, state feedback, feed-forward."""
+
+    ki: Finite = 0.0  # [command per unit of the error and s]
+    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
+    feed_forward: FeedForwardRecord = FeedForwardRecord()
+
+
+class LinearPart(LqiSettings):
+    """What a search for a linear part starts from: an optimal regulator with integral."""
+
+    kind: Literal["lqi"] = "lqi"
 
 
 class InputRecord(Record):
@@ -78,6 +93,7 @@ class HierarchicalDesign(ControllerRecord):
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     pd: PdRecord
+    linear: LinearRecord | None = Field(None, exclude_if=not_)  # beside kp and kd
     inputs: Inputs
     output_scale: Positive
     terms: Terms
@@ -122,7 +138,14 @@ class HierarchicalDesign(ControllerRecord):
             tuple(item.scale for item in self.inputs),
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
+            self._linear_gains(),
         )
+
+    def _linear_gains(self) -> LinearGains | None:
+        if (own := self.linear) is None:
+            return None
+        data = own.model_dump() | self.pd.model_dump() | {"sample_time_s": self.sample_time_s}
+        return LinearDesign(kind="linear", **data).gains()
 
 
 class HierarchicalSettings(ControllerSettings):
@@ -133,11 +156,14 @@ class HierarchicalSettings(ControllerSettings):
     output_scale: Positive = 10.0
     terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
     adaptation: Adaptation | None = None  # of the root; None: its table stays
+    linear: LinearPart | None = Field(None, exclude_if=not_)  # None: a PD alone
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 
     def fault(self, target: Target) -> str | None:
         """An input that is no signal of every axis, or one that stands there twice."""
+        if self.linear and (found := self.linear.fault(target)):
+            return found.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]
         for drive in target.machine.drives:
             known = input_names(drive.inputs)
@@ -156,7 +182,8 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     """What is no number of a design, and what a search for one leaves alone."""
     names = tuple(item.name for item in described.inputs)
     terms = tuple(Term(**term.model_dump()) for term in described.terms)
-    return Layout(names, described.output_scale, terms, described.adaptation)
+    fed_back = tuple(described.linear.signals or ()) if described.linear else None
+    return Layout(names, described.output_scale, terms, described.adaptation, fed_back)
 
 
 class Bounds(NamedTuple):
@@ -177,4 +204,4 @@ def bounds_of(search: Any) -> Bounds:
 def input_names(signals: list[str]) -> list[str]:
     """Every input that a hierarchy can have of an axis with these signals."""
     known = [*signals, *(x for x in FOLLOWED if x not in signals)]
-    return [*known, *(f"{PREVIOUS}{name}" for name in known), INTEGRAL]
+    return [*known, *(f"{PREVIOUS}{name}" for name in known)]

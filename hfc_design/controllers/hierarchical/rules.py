@@ -3,13 +3,13 @@
 import math
 
 from hfc_design.controllers.hierarchical.law import (
-    INTEGRAL,
     PREVIOUS,
     HierarchicalMemory,
     HierarchyParts,
 )
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
+from hfc_design.controllers.linear.law import AHEAD, ERRORS
 from hfc_design.controllers.rules import (
     FlatGaussian,
     Rows,
@@ -106,8 +106,9 @@ def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
 def reads(record: HierarchicalDesign) -> list[str]:
     """Signals of a sample, those last that are needed a sample later."""
     names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
-    found = ("error" if name == INTEGRAL else name.removeprefix(PREVIOUS) for name in names)
-    return list(dict.fromkeys(["error", "error_rate", *found]))
+    found = (name.removeprefix(PREVIOUS) for name in names)
+    further = (*record.linear.signals, *AHEAD) if record.linear else ()
+    return list(dict.fromkeys([*ERRORS, *further, *found]))
 
 
 def remember(memory: HierarchicalMemory, readings: dict[str, float]) -> HierarchicalMemory:

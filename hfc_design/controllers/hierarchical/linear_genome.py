@@ -1,0 +1,185 @@
+"""Genome of a fuzzy hierarchy on a linear part: an optimal regulator first, then its gains, then all.
+
+In the first stage the weights of the regulator are searched (``linear.lq_genome``), so that every
+individual is a sound linear controller; in the second its gains are free; in the third the tables
+of the hierarchy, which until then give nothing, bend the command where a linear one cannot.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.gains.genome import STEP
+from hfc_design.controllers.genome import Genome, Stage, some, taken
+from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, memberships
+from hfc_design.controllers.hierarchical.record import HierarchicalSettings, layout_of
+from hfc_design.controllers.kind import Target
+from hfc_design.controllers.linear.law import LinearGains
+from hfc_design.controllers.linear.lq_genome import LqGenome
+from hfc_design.core.numbers import ARRAYS, Floats, Integers, Json
+
+#: First standard deviations of free gains (of their logarithms), and of everything.
+FREE, EVERYTHING = 0.15, 0.02
+#: A gain may become so many times larger or smaller in a stage (its logarithm).
+FAR = 4.0
+FORWARD = ("velocity", "acceleration", "coulomb", "width")
+
+
+class LinearHierarchies(NamedTuple):
+    """n individuals; every array carries them in its leading axis."""
+
+    tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
+    linear: Floats  # (n, 1 + signals + 4) ki, gains on signals, what is fed forward
+    fuzzy: Hierarchies  # kp and kd among them
+
+
+class LinearHierarchyGenome(Genome):
+    """What a search can do with ``LinearHierarchies``."""
+
+    stages = ((0.25, False), (0.25, False), (0.5, True))
+
+    def __init__(self, settings: HierarchicalSettings, target: Target):
+        super().__init__(settings, target)
+        assert settings.linear is not None
+        self.fuzzy = HierarchicalGenome(settings, target)
+        self.regulator = LqGenome(settings.linear, target)
+        self.structures = self.fuzzy.structures
+        self.idle = _idle(settings)
+
+    def empty(self) -> LinearHierarchies:
+        """Row t has tree t, and the first regulator."""
+        trees = np.arange(self.structures)
+        return self._regulated(np.repeat(self.regulator.empty().places, len(trees), axis=0), trees)
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> LinearHierarchies:
+        """Regulators of random weights; a hierarchy that bends them a little."""
+        first = self.regulator.fresh(np.zeros(len(tree), int), rng)
+        found = self._regulated(first.places, tree)
+        bent = self.fuzzy.mutated(found.fuzzy, np.full(len(tree), EVERYTHING), rng)
+        return found._replace(fuzzy=bent)
+
+    def mutated(
+        self, population: LinearHierarchies, step: Floats, rng: np.random.Generator
+    ) -> LinearHierarchies:
+        """Some gains by a factor, and the hierarchy as its own genome does."""
+        factors = np.exp(0.5 * step[:, None] * some(rng, population.linear.shape, 0.5))
+        fuzzy = self.fuzzy.mutated(population.fuzzy, step, rng)
+        return population._replace(linear=population.linear * factors, fuzzy=fuzzy)
+
+    def blended(
+        self, one: LinearHierarchies, other: LinearHierarchies, share: Floats
+    ) -> LinearHierarchies:
+        """Gains on a straight line."""
+        linear = one.linear + share[:, None] * (other.linear - one.linear)
+        return LinearHierarchies(
+            one.tree, linear, self.fuzzy.blended(one.fuzzy, other.fuzzy, share)
+        )
+
+    def nudged(self, population: LinearHierarchies, rng: np.random.Generator) -> LinearHierarchies:
+        """Other kp and kd by a millionth."""
+        return population._replace(fuzzy=self.fuzzy.nudged(population.fuzzy, rng))
+
+    def stage(self, number: int, about: LinearHierarchies | None) -> Stage:
+        """Weights; factors on gains; factors on gains and scales, and changes of tables."""
+        if number == 0 or about is None:
+            return Stage(self.regulator.empty().places[0], STEP, self._regulated)
+        around = about
+
+        def free(points: Floats, tree: Integers) -> LinearHierarchies:
+            return self._moved(around, tree, points, None)
+
+        def everything(points: Floats, tree: Integers) -> LinearHierarchies:
+            return self._moved(around, tree, points, points[:, 2 + around.linear.shape[1] :])
+
+        gains = np.zeros(2 + about.linear.shape[1])
+        if number == 1:
+            return Stage(gains, FREE, free)
+        further = about.fuzzy.scales[0].size + about.fuzzy.consequents[0].size
+        return Stage(np.zeros(len(gains) + further), EVERYTHING, everything)
+
+    def gains(self, population: LinearHierarchies) -> HierarchicalGains:
+        """The population as ``simulate`` wants it."""
+        found = self.fuzzy.gains(population.fuzzy)
+        columns = population.linear.T
+        signals, one = columns[1 : -len(FORWARD)], np.ones(len(population.tree))
+        forward = dict(zip(FORWARD, columns[-len(FORWARD) :], strict=True))
+        own = LinearGains(
+            kp=found.kp,
+            ki=columns[0],
+            kd=found.kd,
+            kept=0.0 * one,
+            signals=signals if len(signals) else None,
+            load=0.0 * one,
+            **forward,
+        )
+        return found._replace(linear=own)
+
+    def notation(self, structure: int) -> str:
+        """The tree of the hierarchy."""
+        return self.fuzzy.notation(structure)
+
+    def record(self, individual: LinearHierarchies) -> Json:
+        """Kind ``pd+hierarchical-fuzzy`` with its linear part, without its sample time."""
+        ki, *gains = individual.linear[0].tolist()
+        velocity, acceleration, coulomb, width = gains[-len(FORWARD) :]
+        forward = {"velocity": velocity, "acceleration": acceleration, "coulomb": coulomb}
+        linear = {
+            "ki": ki,
+            "signals": dict(zip(self.regulator.signals, gains[: -len(FORWARD)], strict=True)),
+            "feed_forward": forward | {"coulomb_width": width},
+        }
+        return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
+
+    def _regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
+        """Optimal regulators, to which the hierarchy adds nothing."""
+        count = len(places)
+        own = self.regulator.gains(
+            taken(self.regulator.empty(), np.zeros(count, int))._replace(
+                places=np.clip(places, 0.0, 1.0)
+            )
+        )
+        signals = [] if own.signals is None else [*own.signals]
+        columns = [own.ki, *signals, *(getattr(own, name) for name in FORWARD)]
+        fuzzy = Hierarchies(
+            tree,
+            np.stack([own.kp, own.kd], axis=1),
+            np.tile(self.fuzzy.scales, (count, 1)),
+            np.tile(self.idle, (count, 1, 1, 1)),
+        )
+        return LinearHierarchies(tree, np.stack(columns, axis=1), fuzzy)
+
+    def _moved(
+        self, about: LinearHierarchies, tree: Integers, gains: Floats, further: Floats | None
+    ) -> LinearHierarchies:
+        """``about`` with factors exp(``gains``) and, if given, other scales and tables."""
+        count, linear = len(gains), about.linear.shape[1]
+        factors = np.exp(np.clip(gains[:, : 2 + linear], -FAR, FAR))
+        fuzzy = taken(about.fuzzy, np.zeros(count, int))
+        fuzzy = fuzzy._replace(tree=tree, gains=fuzzy.gains * factors[:, :2])
+        if further is not None:
+            inputs = fuzzy.scales.shape[1]
+            scales = fuzzy.scales * np.exp(np.clip(further[:, :inputs], -FAR, FAR))
+            tables = fuzzy.consequents + further[:, inputs:].reshape(fuzzy.consequents.shape)
+            limit = self.fuzzy.limit
+            fuzzy = fuzzy._replace(scales=scales, consequents=np.clip(tables, -limit, limit))
+        return LinearHierarchies(tree, about.linear[:1] * factors[:, 2:], fuzzy)
+
+
+def _idle(settings: HierarchicalSettings) -> Floats:
+    """(units, 7, 7) tables whose inner units pass on the mean of their inputs, the root nothing."""
+    terms = layout_of(settings).terms
+    u = np.linspace(-1.0, 1.0, 401)
+    shares = np.array(memberships(ARRAYS, terms, u))
+    # Levels of which a unit makes the value itself of a value, as nearly as seven can.
+    levels = np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0]
+    inner = 0.5 * levels + 0.5 * levels[:, None]
+    units = len(settings.inputs) - 1
+    return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])
+
+
+def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
+    """Of a hierarchy beside a PD alone, or on a linear part."""
+    if settings.linear is None:
+        return HierarchicalGenome(settings, target)
+    return LinearHierarchyGenome(settings, target)
