@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hfc_design.controllers.controller import AxisLaw, View, held
 from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
@@ -104,8 +104,8 @@ def design(
         return result
 
 
-def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, float]) -> Design:
-    """A design by hand: a controller of kind pd, pid or an own law with these gains.
+def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> Design:
+    """A design by hand: a controller of kind pd, pid, pid+ff or an own law with these gains.
 
     Raises:
         UserError: no such kind, or it has other gains.

@@ -5,6 +5,7 @@ batch lies in ``batch.json`` and in ``.batch/``.
 """
 
 import math
+import shutil
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
@@ -15,7 +16,7 @@ from hfc_design.batch.plan import Plan, Told
 from hfc_design.core import lock
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import LONGEST, Name, Record, UserError, checked
+from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
 from hfc_design.core.texts import LARGEST_TABLE, about, content, decoded, json_of
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
@@ -92,12 +93,20 @@ def state(out: Path, name: str) -> State:
 
 def note(out: Path, name: str, kind: Literal["failed", "seconds"], text: str) -> None:
     """Note why a cell failed, or how many seconds it took."""
+    _cleared(out / NOTES / f"{name}.{kind}")
     write_whole(out / NOTES / f"{name}.{kind}", (text + "\n").encode())
 
 
 def forget_failure(out: Path, name: str) -> None:
     """A cell is tried again."""
+    _cleared(out / NOTES / f"{name}.failed")
     (out / NOTES / f"{name}.failed").unlink(missing_ok=True)
+
+
+def _cleared(note: Path) -> None:
+    """No folder is in the way of a note."""
+    if note.is_dir() and not note.is_symlink():
+        shutil.rmtree(note, ignore_errors=True)
 
 
 def claimed(out: Path, name: str) -> AbstractContextManager[bool]:
@@ -125,8 +134,7 @@ def _noted(out: Path) -> Noted:
 def _text(out: Path, name: str, kind: str) -> str:
     """A note, "" where it cannot be read: it is worth no more than that."""
     with suppress(ValueError):
-        told = decoded(content(out / NOTES / f"{name}.{kind}"), errors="replace")
-        return told.strip()[:LONGEST]
+        return in_a_line(decoded(content(out / NOTES / f"{name}.{kind}"), errors="replace"))
     return ""
 
 

@@ -16,7 +16,7 @@ from hfc_design.batch.runs import listed
 from hfc_design.batch.work import Outcome, Place, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import RunError
+from hfc_design.core.records import RunError, harmless
 from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
 
@@ -151,7 +151,7 @@ def _work(cell: Cell) -> float:
 
 
 def _told(settings: Json) -> str:
-    return ", ".join(f"{key}={value}" for key, value in settings.items())
+    return harmless(", ".join(f"{key}={value}" for key, value in settings.items()))
 
 
 class Watch(ProgressBar):

@@ -25,7 +25,7 @@ class Commands(click.Group):
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; UserError becomes a line on stderr and its exit code."""
         from hfc_design.core.interrupt import heard, listen
-        from hfc_design.core.records import RunError, UserError
+        from hfc_design.core.records import LONGEST, RunError, UserError, in_a_line
 
         if threading.current_thread() is threading.main_thread():  # others cannot
             listen()
@@ -34,6 +34,10 @@ class Commands(click.Group):
         except UserError as error:
             click.echo(f"hfc: {error}", err=True)
             sys.exit(error.exit_code)
+        except click.UsageError as error:
+            if len(message := error.format_message()) <= LONGEST:
+                raise
+            raise click.UsageError(in_a_line(message), error.ctx) from None
         except BrokenPipeError:
             sys.exit(1)
         except OSError as error:  # such as a name that no file can have

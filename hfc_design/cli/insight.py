@@ -2,10 +2,16 @@
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
+
+if TYPE_CHECKING:
+    from hfc_design.files.design import Design
+    from hfc_design.files.machine import Axis
+    from hfc_design.stability.loop_report import Loops
 
 LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
 SIGNALS = "SIGNAL=NUMBER,..."
@@ -108,11 +114,13 @@ def explain(
 def stability(
     design: str | None, others: Texts, plot: Path | None, as_json: bool, **options: float | None
 ) -> None:
-    """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable.
+    """Gains of a fuzzy controller that keep the drive K/(s (tau s + 1)) stable; margins of a loop.
 
     With DESIGN (kind flc, aflc or soflc) also the gains of its rule table; one for another plant
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
-    2004.
+    2004. With a DESIGN of a linear kind (pid+ff, lqr or lqi) the margins of its loop instead: with
+    the drive linearised near the speed at which friction slides, the factors on the gain, the lag
+    and the delay at which it begins to swing.
     """
     from hfc_design.core.records import UserError
     from hfc_design.stability import report
@@ -130,8 +138,16 @@ def stability(
         from hfc_design.files.pairing import load_design
 
         own = load_design(design, others)
-        points = needed(own.kind.table_gains, own, "no flc, aflc or soflc")(own.controller)
-        axes = [(axis.drive, axis.parameters) for axis in PlantSettings(**dict(own.plant)).each()]
+        plant = PlantSettings(**dict(own.plant)).each()
+        if loops := _open_loops(own, plant):
+            if given:
+                option = next(iter(given)).replace("_", "-")
+                raise UserError(f"--{option}: design {own.name} is judged on its own drive")
+            _show_margins(loops, own.controller.sample_time_s, plot, as_json)
+            return
+        lacks = "no flc, aflc or soflc, and none of pid+ff, lqr and lqi"
+        points = needed(own.kind.table_gains, own, lacks)(own.controller)
+        axes = [(axis.drive, axis.parameters) for axis in plant]
         told = f"design {own.name} is for the plant {own.plant.name}"
         drive = report.drive_of(told, axes, own.controller.sample_time_s, given)
     found = stable_range(**drive)
@@ -143,3 +159,28 @@ def stability(
         click.echo(json.dumps(report.numbers(found, points)))
     else:
         report.show(found, points)
+
+
+def _open_loops(design: "Design", axes: "list[Axis]") -> "Loops":
+    """The linear loop of every axis; nothing where a controller is not linear."""
+    parts, found = design.by_axis(), {}
+    for axis in axes:
+        part = parts.get(axis.name, design)
+        if part.kind.open_loop is None:
+            return {}
+        loop = part.kind.open_loop(part.controller, axis.drive, axis.parameters)
+        found[axis.name if len(axes) > 1 else ""] = loop
+    return found
+
+
+def _show_margins(loops: "Loops", sample_time: float, plot: Path | None, as_json: bool) -> None:
+    from hfc_design.stability import loop_report
+
+    if plot is not None:
+        from hfc_design.pictures.figure import save
+
+        save(loop_report.loop_figure(loops, sample_time), plot)
+    if as_json:
+        click.echo(json.dumps(loop_report.numbers(loops, sample_time)))
+    else:
+        loop_report.show(loops, sample_time)

@@ -14,6 +14,13 @@ Signals: TypeAlias = Mapping[str, Scalar]
 FOLLOWED = ("reference", "reference_rate", "reference_acceleration")
 
 
+def units_of(units: Mapping[str, str]) -> dict[str, str]:
+    """Unit of everything that one axis tells, of those of its drive."""
+    position, rate = units["error"], units["error_rate"]
+    faster = f"{rate}2" if rate.endswith("/s") else f"{rate}/s"
+    return dict(zip(FOLLOWED, (position, rate, faster), strict=True)) | dict(units)
+
+
 class PathView(NamedTuple):
     """The path of an X-Y machine, as the control knows it."""
 

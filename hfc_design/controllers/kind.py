@@ -1,7 +1,7 @@
 """What a kind of controller is: one record of everything that the rest of the package asks it.
 
-A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known. What a kind
-lacks is None here, and one sentence to the user. Never imports JAX.
+A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known, ``KINDS`` several.
+What a kind lacks is None here, and one sentence to the user. Never imports JAX.
 """
 
 import importlib
@@ -146,6 +146,8 @@ class Kind:
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
     table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
+    #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive.
+    open_loop: Callable[[Own, Any, Parameters], Any] | None = None
     #: What a report shows: (record, Shown) -> sections.
     sections: Callable[[Own, Shown], list[Any]] = numbers
 

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
@@ -13,7 +14,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from hfc_design.core import archive
-from hfc_design.core.lock import check
+from hfc_design.core.lock import HALF, check
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import RunError, writing
 
@@ -25,8 +26,6 @@ CONFIG = "config.toml"
 #: Kinds of numbers that are one of Python's, and that an array of a search has.
 NUMBERS = {bool: "b", int: "biu", float: "biuf"}
 ARRAYS = {Floats: "f", Integers: "i", Mask: "b"}
-#: Begin and end of the name of a file that is being written.
-HALF = ".hfc-", ".new"
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -66,9 +65,12 @@ def synced(folder: Path) -> None:
 
 def tidy(folder: Path) -> None:
     """Remove what killed processes have left half written; nobody else may be writing there."""
-    for file in folder.glob("*".join(HALF)):
+    for half in folder.glob("*".join(HALF)):
         with suppress(OSError):
-            file.unlink()
+            if half.is_dir() and not half.is_symlink():
+                shutil.rmtree(half)
+            else:
+                half.unlink()
 
 
 def save(path: Path, search: Any, made_by: dict[str, str]) -> None:

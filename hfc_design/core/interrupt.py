@@ -5,6 +5,7 @@ collector call, JAX's among them, it is printed and ignored there, and a long se
 """
 
 import signal
+import sys
 from types import FrameType
 
 _told: list[int] = []
@@ -15,6 +16,7 @@ def listen() -> None:
     _told.clear()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _note)
+        sys.unraisablehook = _ignored
 
 
 def heard() -> None:
@@ -22,6 +24,12 @@ def heard() -> None:
     if _told:
         _told.clear()
         raise KeyboardInterrupt
+
+
+def _ignored(fault: "sys.UnraisableHookArgs") -> None:
+    """Nothing is told of a Ctrl-C that is ignored: it is heard."""
+    if not isinstance(fault.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(fault)
 
 
 def _note(number: int, frame: FrameType | None) -> None:

@@ -25,6 +25,8 @@ from hfc_design.core.records import RunError, UserError, writing
 
 #: The lock of a run folder; its text says whose it is.
 LOCK = ".in-use"
+#: Begin and end of the name of a file or a folder that is being written; ``checkpoint.tidy``.
+HALF = ".hfc-", ".new"
 #: Environment variable: seconds of silence after which a holder may be overtaken.
 GRACE = "HFC_LOCK_GRACE_S"
 #: Seconds between heartbeats, and between looks of who waits.
@@ -52,7 +54,8 @@ def claimed(folder: Path, path: Path | None = None) -> Iterator[bool]:
         RunError: the lock cannot be written.
     """
     path, beat = path or folder / LOCK, min(BEAT, grace() / 6.0)
-    with writing(folder), _changing:  # two threads would both be told that they were overtaken
+    place = path if folder.is_dir() else folder
+    with writing(place), _changing:  # two threads would both be told that they were overtaken
         path.parent.mkdir(parents=True, exist_ok=True)
         if (descriptor := _taken(path)) is not None:
             lock = path, Path(os.path.realpath(folder)), descriptor
@@ -159,7 +162,7 @@ def _taken(path: Path) -> int | None:
 
 def _overtaken(path: Path) -> int | None:
     """An open lock file of our own in the place of one that has been silent for too long."""
-    beside = path.with_name(f"{path.name}.{secrets.token_hex(8)}")
+    beside = path.with_name(secrets.token_hex(8).join(HALF))
     new = os.open(beside, READ | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     with suppress(FileNotFoundError):  # the holder has just given it back
         fcntl.flock(new, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -296,10 +296,14 @@ def chosen(
 
 
 def found_in(package: ModuleType, attribute: str) -> Json:
-    """What the modules and folders of a package hold under one name, by the names of these."""
+    """What the modules and folders of a package hold under one name, by the names of these.
+
+    One that holds several has a tuple of them under the plural.
+    """
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    parts = (importlib.import_module(f"{package.__name__}.{name}") for name in modules)
-    things = (getattr(part, attribute) for part in parts if hasattr(part, attribute))
+    parts = [importlib.import_module(f"{package.__name__}.{name}") for name in modules]
+    things = [getattr(part, attribute) for part in parts if hasattr(part, attribute)]
+    things += [thing for part in parts for thing in getattr(part, f"{attribute}S", ())]
     return {thing.name: thing for thing in things}
 
 

@@ -47,7 +47,12 @@ def in_a_line(message: str) -> str:
     line = " ".join(message.split())
     if len(line) > LONGEST:  # who is meant stands in front, what is allowed at the end
         line = f"{line[: LONGEST - 100]} ... {line[-95:]}"
-    return "".join(letter if letter.isprintable() else "?" for letter in line)
+    return harmless(line)
+
+
+def harmless(text: str) -> str:
+    """A text of which nothing moves the terminal."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 class UserError(Exception):

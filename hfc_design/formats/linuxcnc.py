@@ -7,6 +7,7 @@ import hashlib
 
 import numpy as np
 
+from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
@@ -18,10 +19,12 @@ from hfc_design.formats.writing import Format, comment, rendered
 from plants import Drive
 from plants.blocks import STIFF
 
-#: Characters of a component's name: its longest pin, NAME.0.spindle-velocity, has to fit into 47.
-LONGEST_NAME = 28
-#: Characters of an axis' name: AXIS-machine.positive-curvature has to fit into 47.
+#: Characters of a name in HAL.
+LONGEST = 47
+#: Characters of an axis' name: AXIS-machine.positive-curvature has to fit.
 LONGEST_AXIS = 20
+#: What a component reads besides, of a controller that feeds the acceleration forward.
+ACCELERATION = "reference_acceleration"
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
 MOST_ROWS = 2000
 #: Plant -> pin of its component with the position itself, not what an encoder makes of it.
@@ -56,10 +59,12 @@ def components(design: Design) -> dict[str, str]:
 def component_name(design: Design) -> str:
     """Name of the component: an identifier that no component of LinuxCNC has."""
     name = f"hfc_{identifier(design.name)}"
-    if len(name) <= LONGEST_NAME:
+    longest_pin = ACCELERATION if ACCELERATION in code.signals(design) else "spindle_velocity"
+    longest = LONGEST - len(f".0.{longest_pin}")
+    if len(name) <= longest:
         return name
     digest = hashlib.sha256(design.name.encode()).hexdigest()[:7]
-    return f"{name[: LONGEST_NAME - 8]}_{digest}"
+    return f"{name[: longest - 8]}_{digest}"
 
 
 def _values(design: Design) -> Json:
@@ -91,16 +96,15 @@ def _values(design: Design) -> Json:
 
 def _signals(design: Design, plant: Drive) -> Json:
     """What the controller reads; an error comes in as the two values that it is between."""
-    read = code.signals(design)
+    read, units = code.signals(design), units_of(plant.units)
     for name in read:
-        if name not in plant.units:
+        if name not in units:
             told = f"reads {name}, which is no signal of the {plant.name}"
             raise UserError(f"design {design.name}: {told}")
     pairs = {"error": ("reference", plant.position)}
     pairs["error_rate"] = ("reference_rate", plant.velocity)
     sources = {name: pairs.get(name, (name,)) for name in read}
-    units = plant.units | dict.fromkeys(("reference", plant.position), plant.units["error"])
-    units["reference_rate"] = plant.units["error_rate"]
+    units[plant.position] = units["error"]
     return {
         "position": plant.position,
         "inputs": {name: " - ".join(f"{pin}_" for pin in pins) for name, pins in sources.items()},
@@ -108,6 +112,7 @@ def _signals(design: Design, plant: Drive) -> Json:
         "meanings": {
             "reference": "where the axis should be",
             "reference_rate": "how fast it should be",
+            ACCELERATION: "how fast that should change",
             plant.position: "where it is",
             plant.velocity: "how fast it is",
         },
@@ -127,12 +132,16 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     plants = machine(design, scenario)
     samples = scenario.samples()
     columns = []
+    ahead = ACCELERATION in code.signals(design)
+    longest = min(LONGEST_AXIS, LONGEST - len(f"-controller.{ACCELERATION}") if ahead else LONGEST)
     for told in samples.axes:
         columns += [told.reference, told.reference_rate, _mean(told.loads)]
+        if ahead:
+            columns.append(np.asarray(told.reference_acceleration))
     table = np.stack(columns, axis=1)[:MOST_ROWS]
     for axis in plants.axes:
-        if len(axis) > LONGEST_AXIS:
-            raise UserError(f"plant.axes.{axis}: the names of HAL leave {LONGEST_AXIS} characters")
+        if len(axis) > longest:
+            raise UserError(f"plant.axes.{axis}: the names of HAL leave {longest} characters")
     names = [f"{identifier(axis)}-" for axis in plants.axes] or [""]
     own = [_coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
     limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]

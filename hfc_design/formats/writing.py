@@ -7,6 +7,7 @@ bytes.
 import csv
 import hashlib
 import io
+import os
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,10 +18,12 @@ from typing import NamedTuple, TypeAlias
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design import __version__
+from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
-from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import UserError, writing
+from hfc_design.core.checkpoint import synced, write_whole
+from hfc_design.core.lock import HALF
+from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 
@@ -72,8 +75,10 @@ def write(path: Path, content: Content) -> None:
     with writing(path):
         # So near that a disk that is full is found before the first file is in its place.
         near = next(folder for folder in path.absolute().parents if folder.is_dir())
-        with TemporaryDirectory(prefix=".hfc-", dir=near) as name:
+        begin, end = HALF
+        with TemporaryDirectory(end, begin, near) as name:
             _fill(whole := Path(name) / "whole", content)
+            _check_room(whole, path)
             path.parent.mkdir(parents=True, exist_ok=True)
             _move(whole, path)
 
@@ -87,13 +92,25 @@ def _fill(path: Path, content: Content) -> None:
         _fill(path / name, part)
 
 
+def _check_room(whole: Path, path: Path) -> None:
+    """Before anything is in its place: no folder lies where a file belongs, nor a file instead."""
+    if whole.is_dir() and path.is_dir():
+        for inner in whole.iterdir():
+            _check_room(inner, path / inner.name)
+    elif path.is_dir() or (whole.is_dir() and os.path.lexists(path)):
+        there = "folder" if path.is_dir() else "file"
+        raise RunError(f"{path}: cannot be written: a {there} lies there")
+
+
 def _move(whole: Path, path: Path) -> None:
     """Put a folder in its place, or its files into a folder that is there."""
     if whole.is_dir() and path.is_dir():
         for inner in sorted(whole.iterdir()):
             _move(inner, path / inner.name)
+        synced(path)
     else:
         whole.replace(path)
+        synced(path.parent)
 
 
 def rule_base(design: Design) -> RuleBase:
@@ -124,6 +141,7 @@ def signal_units(design: Design) -> dict[str, str]:
 def signals_read(design: Design) -> dict[str, str]:
     """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
     units = signal_units(design)
+    units = units_of(units) if units else {}
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import Explain, needed
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.records import UserError
@@ -64,14 +65,14 @@ def explanation(
         command, parts = controller.told(sample)
         if math.isnan(command):
             raise UserError(TOO_LARGE.format(text[:60]))
+    units = units_of(drive.units)
     accepted = drive.accepted(drive.coefficients(parameters), command)
     found = {
         "design": design.name,
         "kind": record.kind,
         "signals": samples[-1],
         "units_of_signals": {
-            name: drive.units[kind.changes.get(name, name).removeprefix(PREVIOUS)]
-            for name in samples[-1]
+            name: units[kind.changes.get(name, name).removeprefix(PREVIOUS)] for name in samples[-1]
         },
         **kind.shown(record, parts),
         "command": command,

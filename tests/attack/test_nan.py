@@ -73,6 +73,8 @@ ADAPTATION = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
 KIND_OF = {
     "pd": gains("c-axis", "pd", 0.001, kp=(-500.0, 5000.0), kd=(-30.0, 300.0)),
     "pid": gains("feed-drive", "pid", 0.01, k_p=(-1.0, 20.0), k_i=(-1.0, 50.0), k_d=(0.0, 1.0)),
+    "pid+ff": lambda seed: made_up.linear("pid+ff", seed),
+    "lqi": lambda seed: made_up.linear("lqi", seed, "feed-drive"),
     "flc": fuzzy("flc"),
     "aflc": fuzzy("aflc"),
     "soflc": fuzzy("soflc"),

@@ -48,6 +48,29 @@ def test_a_link_that_leads_out_of_the_folder_is_no_cell(tmp_path):
     assert list(other.iterdir()) == []
 
 
+def test_nothing_of_a_note_or_a_setting_moves_the_terminal(tmp_path):
+    (name,) = batch_folder(tmp_path, [({}, [1.0])])
+    (tmp_path / name / "design.json").unlink()
+    plan = json.loads((tmp_path / "batch.json").read_text())
+    plan["cells"][name]["description"] = "\x1b[31mred\x07"
+    (tmp_path / "batch.json").write_text(json.dumps(plan))
+    (tmp_path / ".batch").mkdir()
+    (tmp_path / ".batch" / f"{name}.failed").write_text("\x1b]0;title\x07 it failed")
+    shown = batch("--status", tmp_path).output
+    assert "it failed" in shown
+    assert "red" in shown
+    assert "\x1b" not in shown
+    assert "\x07" not in shown
+
+
+def test_folders_in_the_place_of_notes_are_cleared(tmp_path):
+    for kind in ("failed", "seconds"):
+        (tmp_path / ".batch" / f"cell.{kind}" / "inner").mkdir(parents=True)
+    folder.note(tmp_path, "cell", "seconds", "1.5")
+    folder.forget_failure(tmp_path, "cell")
+    assert [path.name for path in (tmp_path / ".batch").iterdir()] == ["cell.seconds"]
+
+
 def test_notes_behind_a_link_are_not_written(tmp_path):
     out, other = tmp_path / "out", tmp_path / "elsewhere"
     batch_folder(out, [({}, [1.0])])

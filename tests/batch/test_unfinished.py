@@ -77,7 +77,7 @@ def test_what_has_not_finished_is_listed_with_its_reason(tmp_path):
     found = [(run["state"], run["reason"]) for run in table(tmp_path / "runs.csv")]
     assert found == [
         ("finished", ""),
-        ("failed", f"RunError: {HOSTILE}"),
+        ("failed", f"RunError: {HOSTILE}".replace("\x01", "?")),
         ("broken off", "after 3 generations"),
         ("waiting", ""),
         ("waiting", ""),

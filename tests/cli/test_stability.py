@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import made_up
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -147,3 +148,47 @@ def test_a_design_without_a_rule_table_is_refused(name):
     assert result.exit_code == 2
     assert name in result.output
     assert "Traceback" not in result.output
+
+
+LQI = made_up.linear("lqi", 5, "feed-drive")
+
+
+def linear(folder, **changes):
+    """A design file of a PD on the feed drive K = 40, tau = 0.055 without friction."""
+    own = {"positive_start": 0.0, "positive_slope": 0.0, "positive_curvature": 0.0}
+    data = json.loads(design_json(LQI))
+    data["plant"]["parameters"] = {"gain": 40.0, "coulomb": 0.0, **own, **changes}
+    data["controller"] = {"kind": "pid+ff", "sample_time_s": 0.01, "kp": 1.2}
+    (folder / "mine.json").write_text(json.dumps(data))
+    return folder / "mine.json"
+
+
+def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path):
+    """K_1 up to which the linear loop u = K_1 e is stable (JK04 eq. 19), over the kp of the PD."""
+    limit = stable_range(40.0, 0.055, 0.01).k1_linear
+    found = json.loads(hfc(linear(tmp_path), "--json").stdout)["axes"]["axis"]
+    assert found["stable"]
+    assert found["gain_up"] == pytest.approx(limit / 1.2, rel=1e-6)
+    assert found["gain_down"] is None
+    assert len(found["poles"]) == 3  # two of the drive, one of the filter; no integral
+    told = hfc(linear(tmp_path))
+    assert f"{limit / 1.2:.4g}" in told.stdout
+    assert "delay margin [samples]" in told.stdout
+
+
+def test_each_axis_has_margins_of_its_own(tmp_path):
+    data = json.loads(linear(tmp_path).read_text())
+    data["plant"]["axes"] = {"x": {}, "y": {"gain": 20.0}}
+    (tmp_path / "two.json").write_text(json.dumps(data))
+    found = json.loads(hfc(tmp_path / "two.json", "--json").stdout)["axes"]
+    assert list(found) == ["x", "y"]
+    assert found["y"]["gain_up"] == pytest.approx(2.0 * found["x"]["gain_up"], rel=1e-6)
+
+
+def test_a_linear_design_is_drawn_and_judged_on_its_own_drive(tmp_path):
+    done = hfc(linear(tmp_path), "--plot", tmp_path / "loop.svg")
+    assert done.exit_code == 0
+    assert "frequency [Hz]" in (tmp_path / "loop.svg").read_text()
+    refused = hfc(linear(tmp_path), "--gain", 40)
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith("hfc: --gain: design made-up is judged on its own drive")

@@ -2,6 +2,7 @@
 
 import re
 
+import made_up
 import numpy as np
 import pytest
 
@@ -184,3 +185,26 @@ def test_limit_of_the_component_says_whether_the_controller_has_its_own(limit, t
     (component,) = (tmp_path / "out").glob("hfc_pd_only.comp")
     for text in (page, component.read_text()):
         assert ("none but the controller's own, 60.0" in text) == (limit is not None)
+
+
+def test_a_controller_that_feeds_the_acceleration_forward_reads_it(tmp_path):
+    design = made_up.linear("pid+ff", 4)
+    sine = with_scenario(design, "c-axis-sine")
+    found = files(sine, tmp_path / "a")
+    text = found["hfc_made_up.comp"]
+    assert 'pin in float reference_rate_ "[rad/s]";' in text
+    assert 'pin in float reference_acceleration_ "[rad/s2]";' in text
+    assert "inputs.reference_acceleration = reference_acceleration_;" in text
+    loop = found["loop.hal"]
+    assert "loadrt streamer depth=4000 cfg=ffff\n" in loop
+    assert "net reference-acceleration <= streamer.0.pin.3\n" in loop
+    assert "net load streamer.0.pin.2 => machine.load\n" in loop
+    rows = np.array([line.split() for line in found["reference.txt"].splitlines()], float)
+    time = np.arange(len(rows)) * 0.001
+    np.testing.assert_allclose(rows[:, 3], -0.02 * np.sin(time), atol=1e-15)
+
+
+def test_names_leave_room_for_the_longest_pin():
+    """NAME.0.reference-acceleration has to fit into 47 characters."""
+    design = made_up.linear("pid+ff", 4).model_copy(update={"name": "x" * 60})
+    assert len(linuxcnc.component_name(design) + ".0.reference-acceleration") == 47

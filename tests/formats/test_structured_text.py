@@ -6,6 +6,7 @@ parsers of others read the files. Measured: 2e-16 of the largest command.
 
 from itertools import product
 
+import made_up
 import numpy as np
 import pytest
 from structured_text import FunctionBlock
@@ -46,6 +47,9 @@ def updated(name, **changes):
 CASES = {
     "pd": (named_design("pd-only"),) * 2,
     "pid": (named_design("jee-koren-2004-pid"),) * 2,
+    "pid+ff": (made_up.linear("pid+ff", 1),) * 2,
+    "lqi within a limit": (made_up.limited(made_up.linear("lqi", 2), 400.0),) * 2,
+    "lqr of a feed drive": (made_up.linear("lqr", 3, "feed-drive"),) * 2,
     "table 1": (named_design("lin-lee-1999-table-1"),) * 2,
     "table 2": (named_design("lin-lee-1999-table-2"),) * 2,
     "random": (design("random-1"),) * 2,
@@ -73,6 +77,7 @@ def samples(record, count=800):
     spans = {"error": 30.0} if record.plant.name == "feed-drive" else {"error": 1.0}
     spans |= {"error_rate": 1.0, "velocity": 0.0}
     spans |= {item.name.removeprefix("previous_"): 1.3 / item.scale for item in inputs}
+    spans |= {name: 1.0 for name in record.kind.reads(record.controller) if name not in spans}
     signals = {name: span * rng.uniform(-1.0, 1.0, count) for name, span in spans.items()}
     signals["velocity"] = 400.0 * rng.uniform(-1.0, 1.0, count) ** 3
     rows = [

@@ -72,6 +72,41 @@ def fuzzy(kind, seed, **changes):
     return _design("feed-drive", **(controller | changes))
 
 
+def linear(kind, seed, plant="c-axis", **changes):
+    """Random gains; a filter, signals, an expected load and parts of the feed-forward now and then.
+
+    The integral is fast, so that it is often held.
+    """
+    random = np.random.default_rng(seed)
+    told = ["deflection", "deflection_rate", "current"] if plant == "c-axis" else ["velocity"]
+    names = [name for name in told if random.random() < 0.7]
+    ahead = {
+        "velocity": random.normal(0.0, 20.0),
+        "acceleration": random.choice([0.0, random.normal(0.0, 5.0)]),
+        "coulomb": random.normal(0.0, 30.0),
+        "coulomb_width": random.uniform(0.01, 1.0),
+        "load": random.normal(),
+        "expected_load": random.choice([0.0, 5.0]),
+    }
+    return _design(
+        plant,
+        kind=kind,
+        sample_time_s=0.001,
+        kp=random.uniform(-50.0, 3000.0),
+        ki=random.choice([0.0, random.uniform(0.0, 50_000.0)]),
+        kd=random.uniform(-5.0, 200.0),
+        derivative_hz=random.choice([None, 0.0, random.uniform(1.0, 400.0)]),
+        signals={name: random.normal(0.0, 100.0) for name in names},
+        feed_forward=ahead,
+        **changes,
+    )
+
+
+def limited(design, limit):
+    """The same that commands no more."""
+    return design.model_copy(update={"limits": type(design.limits)(command=limit)})
+
+
 def _triangles(random, width):
     centres = width * (np.arange(TERMS) - 3.0 + random.uniform(-0.2, 0.2, TERMS))
     terms = [{"label": c, "centre": m} for c, m in zip(LABELS, centres.tolist(), strict=True)]

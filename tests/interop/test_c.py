@@ -32,6 +32,10 @@ DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
     "flc", 4, low_velocity=made_up.LOW_VELOCITY | {"blu_mm": 0.002}
 )
+DESIGNS |= {
+    f"{kind} {k}": made_up.linear(kind, k) for k, kind in enumerate(("pid+ff", "lqi", "lqi"))
+}
+DESIGNS["pid+ff within a limit"] = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
 DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(4)}
 DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
 #: How far the signals of a random run go: beyond the universe of a C-axis design.

@@ -54,8 +54,9 @@ def around(design, count):
         made_up.hierarchy(3, inputs=4),
         made_up.hierarchy(4, adaptation={"largest_move": 0.7, "k_c": 0.01}),
         named_design("pd-only"),
+        made_up.limited(made_up.linear("lqi", 6), 300.0),
     ],
-    ids=["table-1", "table-2", "random", "adapts", "pd"],
+    ids=["table-1", "table-2", "random", "adapts", "pd", "lqi"],
 )
 def test_c_axis_controllers_do_what_the_runtime_does(hal, design, tmp_path):
     folder = exported(hal, design, tmp_path / "out")
@@ -67,12 +68,14 @@ def test_c_axis_controllers_do_what_the_runtime_does(hal, design, tmp_path):
         "reference-rate": signals["error_rate"] + velocity,
         "spindle-velocity": velocity,
     }
-    for name in signals.keys() & {"deflection", "deflection_rate"}:
+    told = {"deflection", "deflection_rate", "current", "reference_acceleration"}
+    for name in signals.keys() & told:
         pins[name.replace("_", "-")] = signals[name]
     found = open_loop(hal, folder, 1000000, pins)
 
     signals["error"] = pins["reference"] - pins["spindle-angle"]
     signals["error_rate"] = pins["reference-rate"] - velocity
+    signals["reference_rate"] = pins["reference-rate"]
     controller = runtime.Controller(design)
     for k, (error, command, fault) in enumerate(found):
         wanted = controller.step({name: float(values[k]) for name, values in signals.items()})
@@ -143,6 +146,26 @@ def test_a_fast_c_axis_moves_as_in_the_simulator(hal, tmp_path):
     ((_, command, position),) = motion(folder)
     assert abs(position - axis.motion.state.spindle_angle).max() <= 1e-6
     assert abs(command - axis.motion.command).max() <= 2e-6
+
+
+def test_a_linear_controller_moves_as_in_the_simulator(hal, tmp_path):
+    """A PID with feed-forward of velocity, acceleration and Coulomb friction on a sine."""
+    ahead = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width": 0.003}
+    own = {"kp": 1900.0, "ki": 1500.0, "kd": 450.0, "derivative_hz": 300.0}
+    design = made_up.linear("pid+ff", 1)
+    controller = design.controller.model_copy(
+        update={**own, "signals": {}, "feed_forward": type(design.controller.feed_forward)(**ahead)}
+    )
+    design = design.model_copy(
+        update={"controller": controller, "provenance": {"scenario": "c-axis-sine"}}
+    )
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    (axis,) = evaluate(design, own_scenario(design, "pid")).axes
+    ((error, command, position),) = motion(folder)
+    assert abs(position - axis.motion.state.spindle_angle[:2000]).max() <= 1e-6
+    assert abs(error - axis.motion.error[:2000]).max() <= 1e-6
+    assert abs(command - axis.motion.command[:2000]).max() <= 1e-4
 
 
 def circle_of(design, duration):

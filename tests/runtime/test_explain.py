@@ -235,3 +235,27 @@ def test_tables_fit_80_columns_and_count_what_they_hide():
     assert json.loads(
         hfc("jee-koren-2004-aflc", "--json", "--at", "error=0", "--at", "error=9").stdout
     )
+
+
+def test_the_parts_of_a_linear_controller_by_hand():
+    own = {"kind": "pid+ff", "sample_time_s": 0.01, "kp": 2.0, "ki": 50.0, "kd": 0.1}
+    own["signals"] = {"deflection": -30.0}
+    own["feed_forward"] = {"velocity": 10.0, "coulomb": 5.0, "coulomb_width": 0.02}
+    plant = {"name": "c-axis", "parameters": {}}
+    design = Design.model_validate({"name": "mine", "plant": plant, "controller": own})
+    sample = "error=1,error_rate=4,deflection=0.2,reference_rate=0.01,reference_acceleration=3"
+    found = explanation(design, [sample, sample])
+    assert found["parts"] == pytest.approx(
+        {
+            "proportional": 2.0,
+            "integral": 0.5,  # of the first sample
+            "derivative": 0.4,
+            "deflection": -6.0,
+            "feed-forward of velocity": 0.1,
+            "feed-forward of acceleration": 0.0,
+            "feed-forward of coulomb": 2.5,
+            "feed-forward of load": 0.0,
+        }
+    )
+    assert found["command"] == pytest.approx(-0.5)
+    assert found["units_of_signals"]["reference_acceleration"] == "rad/s2"

@@ -29,9 +29,10 @@ def prepared(controller, *changes, scenario="c-axis-ramp-cutting", seconds=0.2):
 
 def fitness(*arguments):
     """Of every individual on the only machine, nan where it failed."""
-    judged = simulate.scores(*arguments)
-    assert judged.failed.shape[1:] == (1,)
-    return np.where(judged.failed, np.nan, judged.values[..., 0])[:, 0]
+    loop, machines, samples, *others = arguments
+    judged = simulate.scores(loop, machines, [samples], *others)
+    assert judged.failed.shape[1:] == (1, 1)
+    return np.where(judged.failed, np.nan, judged.values[..., 0])[:, 0, 0]
 
 
 def picked(gains, which):

@@ -20,6 +20,8 @@ Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
 Learnt: TypeAlias = Callable[[RuleTable, Degrees, Degrees], tuple[RuleTable, root_unit.RootMemory]]
 #: An input of this prefix is the reading of the previous sample, 0 at the first one.
 PREVIOUS = "previous_"
+#: The input that adds up the error [unit of the error times s], within its universe.
+INTEGRAL = "error_integral"
 #: Inputs of Lin & Lee 1999, section 4, with their scales k_1 to k_5.
 LIN_LEE_INPUTS = {
     "error": 50.0,
@@ -88,6 +90,7 @@ class HierarchicalMemory(NamedTuple):
 
     readings: Mapping[str, Scalar]  # of the previous sample
     root: root_unit.RootMemory | None  # None: the root does not adapt
+    integral: Scalar | None = None  # of the error; None: nothing reads it
 
 
 class Firing(NamedTuple):
@@ -151,7 +154,8 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     """Memory before the first sample."""
     layout: Layout = law.structure
     root = root_unit.initial_memory(zero) if layout.adaptation else None
-    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root)
+    integral = zero if INTEGRAL in layout.inputs else None
+    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, integral)
 
 
 def sample(
@@ -164,6 +168,12 @@ def sample(
     """
     layout: Layout = law.structure
     known = {**signals, **{f"{PREVIOUS}{name}": x for name, x in memory.readings.items()}}
+    integral = memory.integral
+    if integral is not None:
+        # Held at the edge of its universe, beyond which it would change nothing but wind up.
+        edge = xp.ratio(1.0, gains.scales[layout.inputs.index(INTEGRAL)])
+        integral = clipped(xp, integral + law.sample_time * signals["error"], -edge, edge)
+        known[INTEGRAL] = integral
     readings = [known[name] for name in layout.inputs]
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
@@ -174,7 +184,8 @@ def sample(
     fuzzy = layout.output_scale * units[-1].output
     parts = HierarchyParts(readings, scaled, units, proportional, derivative, fuzzy)
     remembered = {name: signals[name] for name in layout.remembered}
-    return proportional + derivative + fuzzy, HierarchicalMemory(remembered, root), parts
+    command = proportional + derivative + fuzzy
+    return command, HierarchicalMemory(remembered, root, integral), parts
 
 
 def _learning(

@@ -8,7 +8,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from hfc_design.controllers.controller import FOLLOWED
 from hfc_design.controllers.hierarchical.law import (
+    INTEGRAL,
     LIN_LEE_INPUTS,
     LIN_LEE_TERMS,
     PREVIOUS,
@@ -174,4 +176,5 @@ def bounds_of(search: Any) -> Bounds:
 
 def input_names(signals: list[str]) -> list[str]:
     """Every input that a hierarchy can have of an axis with these signals."""
-    return signals + [f"{PREVIOUS}{name}" for name in signals]
+    known = [*signals, *(x for x in FOLLOWED if x not in signals)]
+    return [*known, *(f"{PREVIOUS}{name}" for name in known), INTEGRAL]

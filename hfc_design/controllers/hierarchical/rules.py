@@ -2,7 +2,12 @@
 
 import math
 
-from hfc_design.controllers.hierarchical.law import PREVIOUS, HierarchicalMemory, HierarchyParts
+from hfc_design.controllers.hierarchical.law import (
+    INTEGRAL,
+    PREVIOUS,
+    HierarchicalMemory,
+    HierarchyParts,
+)
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.rules import (
@@ -101,7 +106,7 @@ def signals(record: HierarchicalDesign) -> tuple[list[str], list[str]]:
 def reads(record: HierarchicalDesign) -> list[str]:
     """Signals of a sample, those last that are needed a sample later."""
     names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
-    found = (name.removeprefix(PREVIOUS) for name in names)
+    found = ("error" if name == INTEGRAL else name.removeprefix(PREVIOUS) for name in names)
     return list(dict.fromkeys(["error", "error_rate", *found]))
 
 

@@ -1,0 +1,140 @@
+"""Genomes of the linear kinds: gains, or weights of which optimal gains follow.
+
+All are numbers between two ends, so that every strategy can search them. The ends come from the
+nominal drive, in its units; what is fed forward is a multiple of what that drive asks for.
+"""
+
+import numpy as np
+
+from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.controllers.genome import Genome
+from hfc_design.controllers.kind import Target
+from hfc_design.controllers.linear import model as of_drive
+from hfc_design.controllers.linear.law import LinearGains
+from hfc_design.controllers.linear.record import FORWARD, MULTIPLES, LinearSettings
+from hfc_design.controllers.linear.searched import Searched
+from hfc_design.core.numbers import Floats, Integers, Json
+from hfc_design.core.records import UserError
+from hfc_design.stability.nominal import nominal
+
+#: First individuals: this share anywhere in the ranges, the others around good ones.
+ANYWHERE = 0.25
+#: Distances of those in shares of the ranges, the smallest and the largest.
+AROUND = (0.003, 0.1)
+#: Largest multiple of what the nominal drive asks for.
+MOST_OF_NOMINAL = 2.0
+#: Width of the sign of the speed, in shares of the speed at which the drive slides: the narrowest,
+#: where a search starts, the widest.
+WIDTH = (0.001, 0.01, 0.1)
+
+
+class LinearGenome(GainsGenome):
+    """What both have in common; ``GainVectors`` hold the places of ``searched``, in its order.
+
+    Raises:
+        UserError: the drive of the first axis, which stands for all, cannot be linearised.
+    """
+
+    def __init__(self, settings: LinearSettings, target: Target):
+        Genome.__init__(self, settings, target)
+        self.drive, self.every = target.machine.drives[0], target.sample_time
+        self.model = nominal(self.drive, target.parameters[0], self.every, settings.speed)
+        self._prepare()
+        low, high = (share / self.every for share in of_drive.BANDWIDTHS)
+        #: Bandwidth [1/s] where a search starts, and the largest.
+        self.bandwidths = of_drive.bandwidth(self.model, self.every), high
+        three = (low, high, self.bandwidths[0])
+        found = self._searched(*(self._one(speed) for speed in three))
+        multiples = FORWARD if settings.expected_load else FORWARD[:-1]
+        found |= dict.fromkeys(multiples, Searched(0.0, MOST_OF_NOMINAL, 1.0))
+        if settings.coulomb_width is None:
+            low, wide, high = (share * self.model.speed for share in WIDTH)
+            found["coulomb_width"] = Searched(low, high, wide)
+        for name, (low, high) in settings.ranges.items():
+            if name not in found:
+                raise UserError(f"controller.ranges.{name}: is not searched here")
+            found[name] = Searched(low, high, float(np.clip(found[name].start, low, high)))
+        self.searched: dict[str, Searched] = found
+        self.ranges = tuple(found)  # their names: as many as there are places
+
+    def _prepare(self) -> None:
+        """What a genome needs besides, of the model."""
+
+    def designed(self, bandwidths: Floats) -> dict[str, Floats]:
+        """What is varied beside the feed-forward, of good individuals with bandwidths (n,)."""
+        raise NotImplementedError
+
+    def _searched(
+        self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
+    ) -> dict[str, Searched]:
+        """The same with ranges, which follow from good individuals."""
+        raise NotImplementedError
+
+    def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
+        """kp, ki, kd, kept and the gains on signals, each (n,)."""
+        raise NotImplementedError
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Those that are fed back."""
+        raise NotImplementedError
+
+    def empty(self) -> GainVectors:
+        """The start."""
+        places = [float(one.place(one.start)) for one in self.searched.values()]
+        return GainVectors(np.zeros(1, int), np.array([places]))
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
+        """The start, individuals around it and around others that are as good, some anywhere."""
+        count = len(tree)
+        slow, fast = np.log(self.bandwidths)
+        good = self.designed(np.exp(rng.uniform(slow, fast, count)))
+        places = np.tile(self.empty().places, (count, 1))
+        for k, (name, one) in enumerate(self.searched.items()):
+            if name in good:
+                places[:, k] = one.place(good[name])
+        near, away = np.log(AROUND)
+        places += np.exp(rng.uniform(near, away, (count, 1))) * rng.standard_normal(places.shape)
+        anywhere = rng.random((count, 1)) < ANYWHERE
+        places = np.where(anywhere, rng.random(places.shape), np.clip(places, 0.0, 1.0))
+        places[:1] = self.empty().places
+        return GainVectors(tree, places)
+
+    def _one(self, speed: float) -> dict[str, float]:
+        found = self.designed(np.array([speed]))
+        return {name: float(value[0]) for name, value in found.items()}
+
+    def values(self, population: GainVectors) -> dict[str, Floats]:
+        """What is varied, each (n,)."""
+        pairs = zip(self.searched.items(), population.places.T, strict=True)
+        return {name: one.value(place) for (name, one), place in pairs}
+
+    def gains(self, population: GainVectors) -> LinearGains:
+        """Gains of the law, each (n,)."""
+        values = self.values(population)
+        own = self._feedback(values)
+        each = {name: own[name] for name in self.signals}
+        forward = of_drive.ahead(self.model, each)
+        for name, multiple in zip(MULTIPLES, FORWARD, strict=True):
+            forward[name] = values.get(multiple, 1.0) * forward[name]
+        forward["load"] = forward["load"] * self.settings.expected_load
+        numbers = {name: own[name] for name in ("kp", "ki", "kd", "kept")} | forward
+        numbers["width"] = values.get("coulomb_width", self.settings.coulomb_width)
+        one = np.ones(len(population.tree))
+        whole = {name: one * number for name, number in numbers.items()}
+        return LinearGains(**whole, signals=np.array([*each.values()]) if each else None)
+
+    def record(self, individual: GainVectors) -> Json:
+        """The kind and its gains, without its sample time."""
+        found = self.gains(individual)
+        forward = {name: float(getattr(found, name)[0]) for name in MULTIPLES[:3]}
+        expected = self.settings.expected_load
+        if expected:
+            forward |= {"load": float(found.load[0]) / expected, "expected_load": expected}
+        rows = () if found.signals is None else found.signals[:, 0]
+        return {
+            "kind": self.settings.kind,
+            **{name: float(getattr(found, name)[0]) for name in ("kp", "ki", "kd")},
+            "signals": dict(zip(self.signals, map(float, rows), strict=True)),
+            "feed_forward": forward | {"coulomb_width": float(found.width[0])},
+        }

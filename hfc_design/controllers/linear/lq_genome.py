@@ -1,0 +1,75 @@
+"""Genome of ``lqr`` and ``lqi``: weights, so that every individual is an optimal regulator."""
+
+import numpy as np
+
+from hfc_design.controllers.gains.genome import GainVectors
+from hfc_design.controllers.linear import model as of_drive
+from hfc_design.controllers.linear import regulator
+from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.searched import Searched
+from hfc_design.core.numbers import Floats, Json
+
+#: Factor between the weights of a good individual and the ends of their ranges.
+WIDER = 100.0
+#: Weight of a signal in a good individual, in shares of the gain that it has without any.
+LIGHT = 0.03
+#: States that are no signal of the drive.
+OTHERS = ("integral", "error", "error_rate")
+
+
+class LqGenome(LinearGenome):
+    """Weights, in units of the command for a unit of each state; that of the command is 1."""
+
+    def _prepare(self) -> None:
+        told = self.settings.signals
+        self.states = plain = regulator.measured(self.model, told, self.drive.name)
+        if self.settings.kind == "lqi":
+            self.states = plain.with_integral(self.every)
+        self.plain = plain
+        limit = next(iter(self.target.limits.values()))
+        largest = self.drive.largest_commands(self.target.parameters[0], limit)[1]
+        self.tolerated = {name: largest / x for name, x in self.settings.tolerances.items()}
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Those that are states of their own."""
+        return tuple(name for name in self.states.names if name not in OTHERS)
+
+    def designed(self, bandwidths: Floats) -> dict[str, Floats]:
+        """The weights of a PID on error and integral, light ones on the rest.
+
+        What has a tolerance gets the weight of Bryson's rule instead: as bad as the largest
+        command.
+        """
+        kp, ki, kd = of_drive.pid(self.model, bandwidths)
+        own = regulator.first_regulators(self.plain, kp, kd)
+        found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
+        found |= {name: LIGHT * abs(own[name]) for name in self.signals}
+        for name, weight in self.tolerated.items():
+            found[name] = np.full_like(kp, weight)
+        return {name: found[name] for name in self.states.names}
+
+    def _searched(
+        self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
+    ) -> dict[str, Searched]:
+        kp, ki, kd = of_drive.pid(self.model, np.array(self.bandwidths[:1]))
+        own = {"integral": ki, **regulator.first_regulators(self.plain, kp, kd)}
+        self.scale = np.array([abs(own[name][0]) for name in self.states.names])
+        each = zip(start, low.values(), high.values(), start.values(), strict=True)
+        return {
+            name: Searched(min(ends) / WIDER, max(ends) * WIDER, begin)
+            for name, *ends, begin in each
+        }
+
+    def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
+        weights = np.stack([values[name] for name in self.states.names], axis=1)
+        found = regulator.regulators(self.states, weights, self.scale)
+        own = dict(zip(self.states.names, found.T, strict=True))
+        named = {"kp": own.pop("error"), "kd": own.pop("error_rate"), "kept": 0.0}
+        return {**named, "ki": own.pop("integral", 0.0), **own}
+
+    def record(self, individual: GainVectors) -> Json:
+        """With the weights."""
+        values = self.values(individual)
+        weights = {name: float(values[name][0]) for name in self.states.names}
+        return super().record(individual) | {"weights": weights}

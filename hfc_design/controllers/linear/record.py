@@ -1,0 +1,187 @@
+"""Linear controllers in a design file and in a scenario. Never imports JAX."""
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import model_validator
+
+from hfc_design.controllers.controller import FOLLOWED
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.linear.law import AHEAD, ERRORS, LinearGains
+from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
+
+#: What is fed forward, each by a multiple of what the nominal drive asks for.
+MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
+#: Names of these multiples among what a search varies.
+FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
+Pair = Annotated[tuple[Finite, Finite], ordered]
+
+
+class FeedForwardRecord(Record):
+    """Commands that need no error: for the motion that is asked for, and for a load."""
+
+    velocity: Finite = 0.0  # [command per unit/s]
+    acceleration: Finite = 0.0  # [command per unit/s2]
+    coulomb: Finite = 0.0  # command in the direction of the reference
+    coulomb_width: Positive | None = None  # speed at which it is whole [unit/s]
+    load: Finite = 0.0  # [command per unit of the load]
+    expected_load: Finite = 0.0  # [unit of the load]
+
+    @model_validator(mode="after")
+    def _has_a_width(self) -> "FeedForwardRecord":
+        if self.coulomb and self.coulomb_width is None:
+            raise ValueError("coulomb_width: is missing, a speed at which coulomb is whole")
+        return self
+
+
+class LinearDesign(ControllerRecord):
+    """What the linear kinds have in common; every gain in units of the command."""
+
+    kp: Finite
+    ki: Finite = 0.0
+    kd: Finite = 0.0
+    derivative_hz: NotNegative | None = None  # cut-off of the filter before kd; 0: none
+    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
+    feed_forward: FeedForwardRecord = FeedForwardRecord()
+
+    @model_validator(mode="after")
+    def _signals_fit(self) -> "LinearDesign":
+        for name in (*ERRORS, *FOLLOWED):
+            if name in self.signals:
+                raise ValueError(f"signals.{name}: has a gain of its own name above")
+        return self
+
+    def reads(self) -> list[str]:
+        """Signals of a sample."""
+        return [*ERRORS, *self.signals, *AHEAD]
+
+    @property
+    def kept(self) -> float:
+        """Share of the filtered rate that a sample keeps: a lag of the first order, sampled."""
+        if not self.derivative_hz:
+            return 0.0
+        return math.exp(-2.0 * math.pi * self.derivative_hz * self.sample_time_s)
+
+    def gains(self) -> LinearGains:
+        """The gains of one individual."""
+        ahead = self.feed_forward
+        return LinearGains(
+            self.kp,
+            self.ki,
+            self.kd,
+            self.kept,
+            tuple(self.signals.values()) or None,
+            ahead.velocity,
+            ahead.acceleration,
+            ahead.coulomb,
+            ahead.coulomb_width or 1.0,
+            ahead.load * ahead.expected_load,
+        )
+
+
+class PidDesign(LinearDesign):
+    """A controller of kind ``pid+ff``."""
+
+    kind: Literal["pid+ff"] = "pid+ff"
+
+
+class WeightedDesign(LinearDesign):
+    """Gains that minimise a sum of squares of weighted signals and of the command."""
+
+    #: Command that costs as much as a unit of the signal; for the record, the gains follow.
+    weights: dict[Label, NotNegative] = {}
+
+
+class LqrDesign(WeightedDesign):
+    """A controller of kind ``lqr``."""
+
+    kind: Literal["lqr"] = "lqr"
+
+
+class LqiDesign(WeightedDesign):
+    """A controller of kind ``lqi``."""
+
+    kind: Literal["lqi"] = "lqi"
+
+
+class LinearSettings(ControllerSettings):
+    """What a search for a linear controller starts from and may vary."""
+
+    #: Signals of the drive that are fed back beside error and error_rate.
+    signals: tuple[Label, ...] | None = None
+    ranges: dict[Label, Pair] = {}  # other than those from the nominal drive
+    speed: Positive | None = None  # at which it is linearised [unit/s]; None: where it slides
+    coulomb_width: Positive | None = None  # [unit/s]; None: it is searched too
+    expected_load: Finite = 0.0  # [unit of the load]
+
+    def names(self, told: list[str]) -> list[str]:
+        """Everything that may be varied on a drive that tells these signals."""
+        return [*told, *FORWARD, "coulomb_width"]
+
+    def fault(self, target: Target) -> str | None:
+        """A signal or a range of what there is not."""
+        for drive in target.machine.drives:
+            told = [name for name in drive.inputs if name not in ERRORS]
+            for name in self.signals or ():
+                if name not in told:
+                    no_signal = f"controller.signals: {name!r} is no signal of the {drive.name}"
+                    return f"{no_signal}; there is {', '.join(told)}"
+            known = self.names(told)
+            for name in self.ranges:
+                if name not in known:
+                    return f"controller.ranges.{name}: unknown; there is {', '.join(known)}"
+        if len(set(self.signals or ())) < len(self.signals or ()):
+            return "controller.signals: a name stands there twice"
+        return None
+
+
+class PidSettings(LinearSettings):
+    """PID with feed-forward; its signals are none unless they are named."""
+
+    kind: Literal["pid+ff"]
+    signals: tuple[Label, ...] = ()
+
+    def names(self, told: list[str]) -> list[str]:
+        """With its own gains."""
+        return ["kp", "ki", "kd", "derivative_hz", *super().names(told)]
+
+
+class WeightedSettings(LinearSettings):
+    """An optimal regulator; without ``signals`` it has all that the drive tells."""
+
+    #: What of each is as bad as the largest command (Bryson's rule), where a search starts.
+    tolerances: dict[Label, Positive] = {}
+
+    def names(self, told: list[str]) -> list[str]:
+        """With what is weighted."""
+        return [*ERRORS, *super().names(told)]
+
+    def fault(self, target: Target) -> str | None:
+        """Also a tolerance of what there is not, or without a largest command."""
+        if found := super().fault(target):
+            return found
+        drive, known = target.machine.drives[0], self.names(target.machine.drives[0].inputs)
+        for name in self.tolerances:
+            if name not in known or name in (*FORWARD, "coulomb_width"):
+                own = ", ".join(x for x in known if x not in (*FORWARD, "coulomb_width"))
+                return f"controller.tolerances.{name}: unknown; there is {own}"
+        limit = next(iter(target.limits.values()))
+        if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
+            return "controller.tolerances: need limits.command, the largest command"
+        return None
+
+
+class LqrSettings(WeightedSettings):
+    """An optimal regulator."""
+
+    kind: Literal["lqr"]
+
+
+class LqiSettings(WeightedSettings):
+    """An optimal regulator with the integral of the error."""
+
+    kind: Literal["lqi"]
+
+    def names(self, told: list[str]) -> list[str]:
+        """With the integral."""
+        return ["integral", *super().names(told)]

@@ -1,0 +1,134 @@
+"""Optimal regulators of a nominal drive by what its sensors tell, for a population at once."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import UserError
+from hfc_design.stability.nominal import Nominal
+
+#: Doublings of the horizon; the slowest closed loop that is found settles within 2^DOUBLINGS.
+DOUBLINGS = 40
+#: Change [1] at which a Riccati equation is solved, and its largest residual.
+SOLVED, RESIDUAL = 1e-14, 1e-6
+#: Share of a signal that no other one tells, so that it counts as a state of its own.
+OWN_SHARE = 1e-6
+#: Weight of the error's rate of a first regulator, in shares of the gain kd of a PID.
+RATE = 0.1
+#: The smallest gain that is told of a regulator, in shares of its kp: a range needs a size.
+SMALLEST = 1e-12
+
+
+class Measured(NamedTuple):
+    """The nominal drive by what its sensors tell: ``y(k+1) = a y + b u``.
+
+    What they do not tell (the bristles of friction) is taken for settled.
+    """
+
+    names: tuple[str, ...]  # of the states: error, error_rate, signals
+    a: Floats
+    b: Floats
+
+    def with_integral(self, sample_time: float) -> "Measured":
+        """The integral of the error in front, of the samples before this one."""
+        size = len(self.b)
+        a = np.block([[np.ones((1, 1)), np.zeros((1, size))], [np.zeros((size, 1)), self.a]])
+        a[0, 1] = sample_time
+        return Measured(("integral", *self.names), a, np.append(0.0, self.b))
+
+
+def measured(model: Nominal, names: Sequence[str] | None, told: str) -> Measured:
+    """The model in these signals, or in all that tell something that no other one does.
+
+    Raises:
+        UserError: one of ``names`` follows from the others; ``told`` says whose they are.
+    """
+    rows: list[Floats] = []
+    kept: list[str] = []
+    for name in ["error", "error_rate", *(model.outputs if names is None else names)]:
+        row = model.outputs[name]
+        before = np.linalg.qr(np.array(rows).T)[0] if rows else np.zeros((len(row), 0))
+        own = row - before @ (before.T @ row)
+        if np.linalg.norm(own) > OWN_SHARE * np.linalg.norm(row):
+            rows.append(row)
+            kept.append(name)
+        elif names and name in names:
+            raise UserError(f"controller.signals: {name!r} of the {told} follows from the others")
+    seen = np.array(rows)
+    rest = np.linalg.svd(seen)[2][len(seen) :]
+    turn = np.concatenate([seen, rest])
+    a, b = turn @ model.a @ np.linalg.inv(turn), turn @ model.b
+    here, there = slice(len(seen)), slice(len(seen), None)
+    settled = np.linalg.solve(
+        np.eye(len(rest)) - a[there, there], np.column_stack([a[there, here], b[there]])
+    )
+    a, b = (
+        a[here, here] + a[here, there] @ settled[:, :-1],
+        b[here] + a[here, there] @ settled[:, -1],
+    )
+    return Measured(tuple(kept), a, b)
+
+
+def regulators(model: Measured, weights: Floats, scale: Floats | None = None) -> Floats:
+    """(n, states) gains ``u = k y`` that minimise sum u^2 + (w y)^2, for n rows of weights.
+
+    A population of discrete Riccati equations at once, by the structure-preserving doubling
+    algorithm (Chu, Fan, Lin and Wang, Int. J. Control 77, 2004); nan where there is no solution.
+    ``scale`` is about as large as the gains are.
+    """
+    size = len(model.b)
+    unit = np.ones(size) if scale is None else scale
+    one = np.eye(size)
+    a = np.broadcast_to(model.a * unit[:, None] / unit, (len(weights), size, size))
+    b = (model.b * unit)[:, None]
+    cost = (weights / unit)[:, :, None] ** 2 * one
+    with np.errstate(all="ignore"):
+        power, control, value = a, np.broadcast_to(b @ b.T, a.shape), cost
+        for _ in range(DOUBLINGS):
+            inner = _solved(one + control @ value, np.concatenate([power, control], axis=2))
+            ahead, turned = inner[..., :size], np.swapaxes(power, 1, 2)
+            more = turned @ value @ ahead
+            control = control + power @ inner[..., size:] @ turned
+            value, power = value + more, power @ ahead
+            if not (abs(more).max((1, 2)) > SOLVED * abs(value).max((1, 2))).any():
+                break
+        gain = (b.T @ value @ a) / (1.0 + b.T @ value @ b)
+        left = cost + np.swapaxes(a, 1, 2) @ value @ (a - b @ gain) - value
+        wrong = ~(abs(left).max((1, 2)) <= RESIDUAL * abs(value).max((1, 2)))
+    return np.where(wrong[:, None], np.nan, -gain[:, 0] * unit)
+
+
+def _solved(matrices: Floats, right: Floats) -> Floats:
+    """Solutions, nan where a matrix is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right), float)
+    except np.linalg.LinAlgError:
+        each = zip(matrices, right, strict=True)
+        return np.array([_or_nan(*pair) for pair in each])
+
+
+def _or_nan(matrix: Floats, right: Floats) -> Floats:
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), float)
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
+
+
+def first_regulators(model: Measured, kp: Floats, kd: Floats) -> dict[str, Floats]:
+    """Gains (n,) of regulators that weight error and its rate as a PD does, and nothing else.
+
+    None is 0: ranges follow from them.
+
+    Raises:
+        UserError: there is none.
+    """
+    weights = np.zeros((len(kp), len(model.b)))
+    weights[:, 0], weights[:, 1] = kp, RATE * kd
+    found = regulators(model, weights)
+    if not np.isfinite(found).all():
+        raise UserError("controller: no optimal regulator of this drive was found")
+    small = SMALLEST * np.abs(found[:, :1])
+    found = np.where(np.abs(found) < small, small, found)
+    return dict(zip(model.names, found.T, strict=True))

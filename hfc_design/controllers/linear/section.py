@@ -1,0 +1,69 @@
+"""What the page shows of a linear controller: its gains with units, the margins of its loop."""
+
+from hfc_design.controllers.controller import units_of
+from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.linear.model import open_loop
+from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign
+from hfc_design.core.records import UserError
+from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.stability import loop_report
+from hfc_design.stability.margins import margins
+
+CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
+
+
+def sections(record: LinearDesign, shown: Shown) -> list[Section]:
+    """The gains; the loop near the speed at which the drive slides."""
+    found = [Section("The controller", "", _gains(record, shown.units), [])]
+    axes, every = shown.machine.axes, record.sample_time_s
+    each = zip(axes, shown.machine.drives, shown.parameters, strict=True)
+    try:
+        loops = {
+            axis if len(axes) > 1 else "": open_loop(record, drive, own)
+            for axis, drive, own in each
+        }
+    except UserError as error:
+        return [*found, Section("The linear loop", f"{error}.", None, [])]
+    told = [loop_report.rows(margins(loop), every) for loop in loops.values()]
+    rows = [[own[0][0], *(text for _, text in own)] for own in zip(*told, strict=True)]
+    listing = Listing(loop_report.ABOUT, ["", *(axis or "value" for axis in loops)], rows)
+    drawing = Drawing(
+        loop_report.loop_figure(loops, every),
+        "Magnitude and phase of the open loop",
+        "The open loop from the command back to the command. It is stable up to the factor and the "
+        "delay of the table.",
+    )
+    return [*found, Section("The linear loop", "", listing, [drawing])]
+
+
+def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:
+    """Name, value and unit of every gain."""
+    units = units_of(units)
+    command, rate, ahead = units["command"], units["error_rate"], record.feed_forward
+
+    def per(name: str) -> str:
+        """Unit of a gain on a signal."""
+        unit = units.get(name, "1")
+        return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
+
+    rows: list[tuple[str, float | None, str]] = [
+        ("kp, on the error", record.kp, per("error")),
+        ("ki, on its integral", record.ki, f"{command}/({units['error']} s)"),
+        ("kd, on its rate", record.kd, per("error_rate")),
+        ("cut-off of the filter before kd", record.derivative_hz or None, "Hz"),
+    ]
+    for name, gain in record.signals.items():
+        rows.append((f"on {name.replace('_', ' ')}", gain, per(name)))
+    rows += [
+        ("feed-forward of the velocity", ahead.velocity, per("reference_rate")),
+        ("feed-forward of the acceleration", ahead.acceleration, per("reference_acceleration")),
+        ("feed-forward of Coulomb friction", ahead.coulomb, command),
+        ("speed at which that is whole", ahead.coulomb_width, rate),
+        ("feed-forward of the expected load", ahead.load * ahead.expected_load, command),
+    ]
+    if isinstance(record, WeightedDesign):
+        for name, weight in record.weights.items():
+            unit = f"{command}/({units['error']} s)" if name == "integral" else per(name)
+            rows.append((f"weight of {name.replace('_', ' ')}", weight, unit))
+    told = [[name, f"{x:.6g}", unit] for name, x, unit in rows if x is not None]
+    return Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)

@@ -1,0 +1,80 @@
+"""Margins of linear loops, as ``hfc stability`` and the page show them."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+
+from hfc_design.core.console import terminal
+from hfc_design.core.numbers import Json
+from hfc_design.stability.margins import Margins, OpenLoop, margins
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # takes longer than all the rest
+
+#: Loops by the names of their axes, "" where there is one; and each one's sample time [s].
+Loops = Mapping[str, OpenLoop]
+NONE = "none"
+ABOUT = "Near the speed at which friction slides; none: no change of that kind makes the loop swing"
+
+
+def numbers(loops: Loops, sample_time: float) -> Json:
+    """Margins and poles of every axis as plain data."""
+    found = {}
+    for axis, loop in loops.items():
+        own = margins(loop)
+        poles = [{"real": pole.real, "imaginary": pole.imag} for pole in own.poles]
+        found[axis or "axis"] = {**own._asdict(), "poles": poles}
+    return {"sample_time": sample_time, "axes": found}
+
+
+def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
+    """Margins in words."""
+    return [
+        ("stable", "yes" if found.stable else "no"),
+        ("gain margin upwards, factor", _told(found.gain_up)),
+        ("gain margin downwards, factor", _told(found.gain_down)),
+        ("phase margin [deg]", _told(found.phase)),
+        ("delay margin [samples]", _told(found.delay)),
+        ("delay margin [ms]", _told(found.delay and 1e3 * sample_time * found.delay)),
+        ("slowest pole, magnitude", f"{abs(found.poles[0]):.6f}"),
+    ]
+
+
+def _told(value: float | None) -> str:
+    return NONE if value is None else f"{value:.4g}"
+
+
+def show(loops: Loops, sample_time: float) -> None:
+    """Print the margins as a table, a column for each axis."""
+    table = Table(caption=ABOUT, caption_justify="left")
+    table.add_column("linear loop, opened at the command", no_wrap=True)
+    for axis in loops:
+        table.add_column(axis or "value", justify="right")
+    each = [rows(margins(loop), sample_time) for loop in loops.values()]
+    for own in zip(*each, strict=True):
+        table.add_row(own[0][0], *(text for _, text in own))
+    terminal().print(table)
+
+
+def loop_figure(loops: Loops, sample_time: float) -> "Figure":
+    """Magnitude and phase of the open loops against the frequency [Hz]."""
+    from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
+
+    figure = framed(4.6, top=0.3)
+    size, phase = figure.subplots(2, sharex=True)
+    angles = np.pi * np.geomspace(1e-4, 1.0, 1500)
+    for (axis, loop), color in zip(loops.items(), (OWN, OTHER, "0.4") * 4, strict=False):
+        response, hertz = loop.transfer(angles), angles / (2.0 * np.pi * sample_time)
+        size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=axis)
+        phase.semilogx(hertz, np.degrees(np.unwrap(np.angle(response))), color=color, lw=1.6)
+    size.axhline(1.0, color="0.3", lw=0.9)
+    phase.axhline(-180.0, color="0.3", lw=0.9)
+    gridded(size, y="magnitude [1]")
+    gridded(phase, "frequency [Hz]", "phase [deg]")
+    if len(loops) > 1:
+        size.legend(fontsize=9, frameon=False)
+    for part in (size, phase):
+        part.yaxis.set_label_coords(-0.125, 0.5)
+    return figure

@@ -1,0 +1,81 @@
+"""Poles and margins of a linear sampled loop, opened at its command. Never imports JAX."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hfc_design.core.numbers import Floats
+
+#: A pole so near to 1 is that of an integrator.
+INTEGRATES = 1e-9
+#: Frequencies that are looked at, in shares of half the sampling frequency.
+FREQUENCIES = np.geomspace(1e-7, 1.0, 4001)
+
+
+class OpenLoop(NamedTuple):
+    """``x(k+1) = a x + b u``, and what the controller answers: ``c x`` instead of u."""
+
+    a: Floats  # (states, states) drive and controller
+    b: Floats  # (states,)
+    c: Floats  # (states,)
+
+    def transfer(self, angle: Floats) -> Floats:
+        """L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
+        z = np.exp(1j * np.asarray(angle))
+        matrices = z[:, None, None] * np.eye(len(self.b)) - self.a
+        answers = np.linalg.solve(
+            matrices, np.broadcast_to(self.b[:, None], (*z.shape, *self.b.shape, 1))
+        )
+        return np.asarray(-(answers[..., 0] @ self.c))
+
+
+class Margins(NamedTuple):
+    """How far a loop is from where it swings by itself; None: nothing of that kind does it."""
+
+    stable: bool
+    poles: list[complex]  # of the closed loop, the slowest first
+    gain_up: float | None  # factor on the loop gain
+    gain_down: float | None  # factor below 1
+    phase: float | None  # lag [deg]
+    delay: float | None  # samples
+
+
+def margins(loop: OpenLoop) -> Margins:
+    """Margins of a loop; of one that is not stable, factors that would make it so count too."""
+    poles = np.linalg.eigvals(loop.a + np.outer(loop.b, loop.c))
+    poles = poles[np.argsort(-np.abs(poles), kind="stable")]
+    angles = np.pi * FREQUENCIES
+    response = loop.transfer(angles)
+
+    def crossings(values: Floats, of: str) -> list[float]:
+        """Angles at which a part of the response changes its sign."""
+        found = []
+        for k, (left, right) in enumerate(pairwise(values)):
+            if np.isfinite([left, right]).all() and left * right < 0.0:
+                found.append(float(brentq(lambda x: _part(loop, x, of), *angles[k : k + 2])))
+        return found
+
+    real = [*crossings(response.imag, "imag"), np.pi]  # at pi it always is
+    if np.abs(np.linalg.eigvals(loop.a) - 1.0).min() > INTEGRATES:
+        real.append(0.0)
+    factors = [-1.0 / x for x in loop.transfer(np.array(real)).real if x < 0.0]
+    unity = crossings(np.log(np.abs(response)), "log")
+    lags = np.angle(loop.transfer(np.array(unity)), deg=True) + 180.0 if unity else np.empty(0)
+    ahead = lags % 360.0  # what a delay may still turn it, one way only
+    off = np.minimum(ahead, 360.0 - ahead)
+    waits = np.radians(ahead) / np.array(unity) if unity else np.empty(0)
+    return Margins(
+        bool(np.abs(poles[0]) < 1.0),
+        poles.tolist(),
+        min((float(x) for x in factors if x > 1.0), default=None),
+        max((float(x) for x in factors if x < 1.0), default=None),
+        float(off.min()) if unity else None,
+        float(waits.min()) if unity else None,
+    )
+
+
+def _part(loop: OpenLoop, angle: float, of: str) -> float:
+    value = loop.transfer(np.array([angle]))[0]
+    return float(value.imag if of == "imag" else np.log(abs(value)))

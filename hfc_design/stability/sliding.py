@@ -1,0 +1,130 @@
+"""Steady motion of a drive: its step differentiated, Newton's method, where friction slides."""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Parameters
+from plants import Drive
+
+#: Speeds that are tried [of the position, per s], the highest first.
+SPEEDS = 10.0 ** np.arange(6.0, -6.25, -0.25)
+#: Newton's steps towards a steady motion, and the change [1] at which it has come.
+TRIES, SETTLED = 20, 1e-9
+#: Singular values below this share of the largest count as 0.
+RANK = 1e-9
+
+
+class Step(NamedTuple):
+    """One integration step from a state, and its derivatives."""
+
+    after: Floats  # (states,)
+    a: Floats  # (states, states)
+    b: Floats  # (states,)
+    load: Floats  # (states,)
+
+
+class Motion(NamedTuple):
+    """A steady motion: the same speed, command and everything else from step to step."""
+
+    speed: float
+    state: Floats  # (states,) at position 0
+    command: float
+    along: Floats  # (states,) what a unit of way moves
+
+
+class Steady(NamedTuple):
+    """What a part of a motion asks for, once everything else has settled."""
+
+    command: float
+    state: Floats  # (states,)
+
+
+class Slides:
+    """A drive whose steps are differentiated; call it where JAX has float64."""
+
+    def __init__(self, drive: Drive, parameters: Parameters):
+        kind = type(drive.initial_state(0.0))
+        fixed, size = drive.coefficients(parameters), len(kind._fields)
+        rows = jax.jacfwd(lambda x: drive.signals(fixed, kind(*x)))(jnp.ones(size))
+        #: (states,) the position that is fed back.
+        self.seen, rate = (np.eye(size)[kind._fields.index(name)] for name in drive.seen)
+        told = {name: np.asarray(row, float) for name, row in rows.items()}
+        self.outputs = {"error": -self.seen, "error_rate": -rate, **told}
+        rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
+        self._moving = np.array([float(name in rates) for name in kind._fields])
+        self._step = partial(_differentiated, drive, parameters)
+
+    def step(self, state: Floats, command: float, dt: float) -> Step:
+        """From a state under a command, without a load."""
+        after, slopes = self._step(state, command, dt)
+        return Step(*map(np.asarray, (after, *slopes)))
+
+    def motion(self, speed: float, dt: float) -> Motion | None:
+        """The steady motion with a speed, in steps of ``dt`` [s]; None where none is found."""
+        state, command, unit = speed * self._moving, 0.0, np.eye(len(self.seen))
+        for _ in range(TRIES):
+            one = self.step(state, command, dt)
+            if not all(np.isfinite(part).all() for part in one):
+                return None
+            along = self._along(one.a)
+            if along is None:
+                return None
+            off = one.after - state - speed * dt * along
+            matrix = np.block([[one.a - unit, one.b[:, None]], [self.seen[None], np.zeros((1, 1))]])
+            try:
+                move = np.linalg.solve(matrix, np.append(-off, -self.seen @ state))
+            except np.linalg.LinAlgError:
+                return None
+            state, command = state + move[:-1], command + float(move[-1])
+            if np.abs(move).max() <= SETTLED * max(np.abs(state).max(), abs(command)):
+                return Motion(speed, state, command, along)
+        return None
+
+    def _along(self, a: Floats) -> Floats | None:
+        """The direction in which all of the drive can be shifted and nothing changes: a d = d."""
+        _, sizes, rows = np.linalg.svd(a - np.eye(len(a)))
+        free = rows[sizes <= RANK * sizes[0]]
+        shift = free.T @ (free @ self.seen)
+        moved = float(self.seen @ shift)
+        return shift / moved if moved > RANK else None
+
+    def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
+        """State at position 0 and command with ``(a - 1) x + b u = change``."""
+        matrix = np.block([[a - np.eye(len(a)), b[:, None]], [self.seen[None], np.zeros((1, 1))]])
+        found = np.linalg.solve(matrix, np.append(change, 0.0))
+        return Steady(float(found[-1]), found[:-1])
+
+    def sliding_speed(self, dt: float) -> float | None:
+        """The lowest speed, of those tried, from which on the command's growing part is larger.
+
+        That is ``v du/dv`` beside ``u - v du/dv`` of the command u of steady motion with the speed
+        v. Without Coulomb friction it is the lowest of all, without viscous friction the highest.
+        """
+        found = None
+        for speed in SPEEDS.tolist():
+            motion = self.motion(speed, dt)
+            if motion is None:
+                continue
+            one = self.step(motion.state, motion.command, dt)
+            growing = speed * self.asks(one.a, one.b, dt * motion.along).command
+            if found is not None and abs(motion.command - growing) > abs(growing):
+                break
+            found = speed
+        return found
+
+
+@partial(jax.jit, static_argnums=0)
+def _differentiated(drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any) -> Any:
+    """The state after a step, and its derivatives by state, command and load."""
+    kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
+
+    def step(x: Any, command: Any, load: Any) -> Any:
+        moved = drive.step(fixed, kind(*x), command, (load, load, load), dt)
+        return jnp.stack([jnp.asarray(part, float) for part in moved])
+
+    about = (x, command, 0.0)
+    return step(*about), jax.jacfwd(step, argnums=(0, 1, 2))(*about)

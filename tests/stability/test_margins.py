@@ -1,0 +1,76 @@
+"""Margins of sampled loops: closed forms by hand, and poles of changed loops by NumPy."""
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete, place_poles
+
+from hfc_design.stability.margins import OpenLoop, margins
+
+
+def integrator(gain):
+    """``x(k+1) = x + u``, ``u = -gain x``."""
+    return OpenLoop(np.eye(1), np.ones(1), np.array([-gain]))
+
+
+@pytest.mark.parametrize("gain", [0.02, 0.5, 1.7])
+def test_an_integrator_by_hand(gain):
+    """The pole is 1 - k, so that 2/k more gain makes it -1; |e^(iw) - 1| = 2 sin(w/2) = k."""
+    found = margins(integrator(gain))
+    crossing = 2.0 * np.arcsin(gain / 2.0)
+    phase = 90.0 - np.degrees(crossing / 2.0)
+    assert found.stable
+    assert found.poles == [pytest.approx(1.0 - gain)]
+    assert found.gain_up == pytest.approx(2.0 / gain)
+    assert found.gain_down is None
+    assert found.phase == pytest.approx(phase)
+    assert found.delay == pytest.approx(np.radians(phase) / crossing)
+
+
+def test_a_loop_that_is_not_stable_says_so():
+    found = margins(integrator(2.5))
+    assert not found.stable
+    assert found.gain_down == pytest.approx(2.0 / 2.5)
+    assert found.phase is None  # sin does not reach 1.25
+
+
+def random_loop(seed, unstable):
+    """A drive of three states, two of them slow, and gains that place stable poles."""
+    random = np.random.default_rng(seed)
+    a = np.array([[0.0, 1.0, 0.0], [2.0 if unstable else 0.0, -1.0, 3.0], [0.0, -1.0, -20.0]])
+    a, b, *_ = cont2discrete((a, np.array([[0.0], [0.0], [20.0]]), np.eye(3), 0), 0.01)
+    poles = np.exp(-0.01 * random.uniform(2.0, 30.0, 3))
+    return OpenLoop(a, b[:, 0], -place_poles(a, b, poles).gain_matrix[0])
+
+
+@pytest.mark.parametrize("unstable", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_at_its_margins_a_loop_swings(seed, unstable):
+    """Just inside them all poles lie in the unit circle, just outside one does not."""
+    loop = random_loop(seed, unstable)
+    found = margins(loop)
+
+    def largest(factor=1.0, delays=0):
+        """Largest magnitude of a pole with another gain and whole samples of delay."""
+        size = len(loop.b)
+        a = np.zeros((size + delays, size + delays))
+        a[:size, :size] = loop.a + (factor * np.outer(loop.b, loop.c) if not delays else 0.0)
+        if delays:  # u is made of the x of so many samples ago, by a chain of commands
+            a[size, :size] = factor * loop.c
+            a[:size, -1] = loop.b
+            a[size + 1 :, size:-1] += np.eye(delays - 1)
+        return np.abs(np.linalg.eigvals(a)).max()
+
+    assert found.stable
+    for margin, outside in ((found.gain_up, 1.001), (found.gain_down, 1.0 / 1.001)):
+        if margin is not None:
+            assert largest(margin / outside) < 1.0 < largest(margin * outside)
+    assert (found.gain_down is None) == (not unstable)
+    whole = int(found.delay)
+    assert largest(delays=whole) < 1.0 if whole else True
+    assert largest(delays=whole + 1) > 1.0
+    assert 0.0 < found.phase < 180.0
+    # The loop turned by a lag of the phase margin goes through -1: 1 + L e^(-i phase) = 0.
+    angles = np.pi * np.linspace(1e-5, 1.0, 200_001)
+    turned = loop.transfer(angles) * np.exp(-1j * np.radians(found.phase))
+    back = loop.transfer(angles) * np.exp(1j * np.radians(found.phase))
+    assert min(np.abs(1.0 + turned).min(), np.abs(1.0 + back).min()) < 1e-3
