@@ -15,6 +15,8 @@ from hfc_design.simulation import memory
 FINER = (4, 16)
 #: A quantity has run away once it stays beyond this many times its median.
 RUNAWAY = 1e3
+#: The cause where every recorded quantity stays in hand.
+FITNESS = "the fitness"
 
 
 class Divergence(NamedTuple):
@@ -24,6 +26,8 @@ class Divergence(NamedTuple):
     cause: str  # a state of the machine, the command, or the fitness
 
     def __str__(self) -> str:
+        if self.cause == FITNESS:
+            return f"{FITNESS} is no number"
         return f"{self.cause} runs away at {self.time_s:.4g} s"
 
 
@@ -52,7 +56,7 @@ def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
     found = [(*_runs_away(values), name) for name, values in motion.items()]
     since, _, cause = min(found, key=lambda item: item[:2])
     if since == len(time):
-        cause = "the fitness"
+        cause = FITNESS
     step = time[1] - time[0] if len(time) > 1 else 0.0
     return Divergence(float(time[0] + since * step), cause)
 

@@ -52,7 +52,8 @@ def largest_command(limits: Limits) -> float | None:
     """The largest command that the converter gives, in whole steps; None without a limit."""
     if limits.command is None or not limits.resolution:
         return limits.command
-    return limits.resolution * floor(limits.command / limits.resolution * (1.0 + 1e-12))
+    steps = limits.command / limits.resolution * (1.0 + 1e-12)
+    return limits.resolution * floor(steps) if steps < 2.0**53 else limits.command
 
 
 def converted(command: Scalar, limit: float | None, step: float) -> Scalar:

@@ -191,6 +191,8 @@ HISTORY = [b"generation,best,median,diverged,structures\n0,1.5,0.5,3,7\n1,2.5,na
 SET = [b"simulation.duration_s=5", b"plant.parameters.spindle_inertia=6.5", b"search.population=64"]
 SET += [b"description='a text'", b"reference={kind='sine', amplitude=1.0, frequency_rad_s=2.0}"]
 SET += [b"windows=[{name='a', from_s=0.0, to_s=1.0}]", b"sensors.velocity='encoder'"]
+SET += [b"sensors={velocity='observer', observer_hz=50.0, readings={current={noise=0.1}}}"]
+SET += [b"limits={command=9.0, resolution=0.5, delay_samples=1}"]
 OTHER = [
     b"controller.integral_gain=8",
     b"plant.parameters.gain=30",

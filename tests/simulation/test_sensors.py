@@ -11,7 +11,7 @@ from sledge import refused
 import hfc_design.api as hfc
 from hfc_design.files.design import Limits, design_json
 from hfc_design.files.machine import measured_apart
-from hfc_design.simulation.sensors import observer_gains
+from hfc_design.simulation.sensors import largest_command, observer_gains
 from plants import C_AXIS, FEED_DRIVE
 
 PERIOD = 1e-3
@@ -132,6 +132,17 @@ def test_commands_are_bound_then_rounded_then_held_back(delay):
 def test_a_limit_that_is_no_whole_step_is_not_exceeded():
     motion = moved(scenario("limits.resolution=0.6", "limits.command=10.0"))
     assert motion.command.max() == pytest.approx(9.6)  # 10 / 0.6 rounds to 17 steps, 10.2
+
+
+def test_largest_command_is_a_whole_number_of_steps():
+    for command, resolution, wanted in (
+        (120.0, 0.06, 120.0),
+        (10.0, 0.6, 9.6),
+        (1e300, 1e-20, 1e300),
+    ):
+        limits = Limits(command=command, resolution=resolution)
+        assert largest_command(limits) == pytest.approx(wanted, rel=1e-15)
+    assert largest_command(Limits(resolution=2.0)) is None
 
 
 def test_each_axis_has_a_converter_of_its_own():
