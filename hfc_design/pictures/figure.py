@@ -6,10 +6,12 @@ purpose: they are to be read on a phone too.
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 import matplotlib
 import numpy as np
@@ -62,6 +64,32 @@ def image(figure: Figure, kind: str) -> bytes:
 def address(figure: Figure) -> str:
     """A figure as the address of an image, so that its names cannot clash with a page's."""
     return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()
+
+
+def small_address(figure: Figure) -> str:
+    """The same in a third of the letters: curves to a hundredth of a point, text as it is."""
+    svg = image(figure, "svg").decode()
+    for pattern, by in _SMALLER:
+        svg = pattern.sub(by, svg)
+    return "data:image/svg+xml," + quote(svg, safe=" /:=;,()!*'-._~")
+
+
+def _rounded(curve: re.Match[str]) -> str:
+    """What a path says, in fewer letters."""
+    numbers = (
+        x if x.isalpha() else f"{float(x):.2f}".rstrip("0").rstrip(".") for x in curve[1].split()
+    )
+    return f' d="{_LETTER.sub(lambda found: found[1], ",".join(numbers))}"'
+
+
+_LETTER = re.compile(r",?([A-Za-z]),?")
+#: What stands in a picture of matplotlib's and nobody sees -> what is left of it.
+_SMALLER: tuple[tuple[re.Pattern[str], Any], ...] = (
+    (re.compile(r"<metadata>.*</metadata>", re.DOTALL), ""),
+    (re.compile(r"'DejaVu Sans', [^;\"]*sans-serif"), "'DejaVu Sans', sans-serif"),
+    (re.compile(r'\sd="([^"]*)"'), _rounded),
+    (re.compile(r"\n\s*"), " "),
+)
 
 
 def framed(
@@ -117,6 +145,21 @@ def round_above(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))
+
+
+#: Units that have names for a thousandth and a millionth, in which small numbers are read.
+SMALLER = {
+    unit: tuple(
+        (factor, f"{prefix}{unit}") for factor, prefix in ((1e6, "µ"), (1e3, "m"), (1.0, ""))
+    )
+    for unit in ("rad", "rad/s", "m", "m/s", "V")
+} | {unit: ((1e3, unit.replace("mm", "µm")), (1.0, unit)) for unit in ("mm", "mm/s")}
+
+
+def readable(unit: str, size: float) -> tuple[float, str]:
+    """Factor and unit that make of a number of a ``size`` one that needs no power of ten."""
+    steps = SMALLER.get(unit, ((1.0, unit),))
+    return next((step for step in steps if abs(size) * step[0] < 1e3), steps[-1])
 
 
 class Listing(NamedTuple):

@@ -58,7 +58,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     of a deflection that the drive has not, or of a load where there is none. A diverged motion
     ends where it runs away.
     """
-    drawn = slice(_drawn(evaluation))
+    drawn = slice(drawn_samples(evaluation))
     curves = [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
     figure = framed(1.45 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
@@ -141,8 +141,8 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
     drawn = base + enlarged * away
     axes.plot(*drawn, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
     for offset, label in ((-division, f"{division / length:g} {found.unit} off"), (division, None)):
-        beside = _beside(outline, enlarged * offset)
-        axes.plot(*beside, color="0.75", lw=0.8, zorder=1, label=label)
+        line = beside(outline, enlarged * offset)
+        axes.plot(*line, color="0.75", lw=0.8, zorder=1, label=label)
     if len(worst):
         axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
     axes.set_aspect("equal", adjustable="datalim")
@@ -150,7 +150,7 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
     axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
 
 
-def _beside(samples: PathSamples, left: float) -> Floats:
+def beside(samples: PathSamples, left: float) -> Floats:
     """(2, steps) the positions moved to the left of the motion [mm], torn at corners."""
     tangent = samples.tangent
     moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
@@ -174,7 +174,7 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
         factor, unit = _error_unit(first, first.axes[k])
         styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
         for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
-            drawn = _drawn(evaluation)
+            drawn = drawn_samples(evaluation)
             starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
             error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
             largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
@@ -194,11 +194,11 @@ def _error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:
     unit = axis.drive.units["error"]
     if unit != "rad":
         return 1.0, unit
-    largest = np.abs(axis.motion.error[: _drawn(evaluation)]).max()
+    largest = np.abs(axis.motion.error[: drawn_samples(evaluation)]).max()
     return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
 
 
-def _drawn(evaluation: Evaluation) -> int:
+def drawn_samples(evaluation: Evaluation) -> int:
     """Number of samples before a diverged motion runs away, at least one; else all."""
     if not evaluation.diverged:
         return len(evaluation.time)
