@@ -146,9 +146,10 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     first = next(iter(known.values()))
     largest = max(float(np.abs(found.error).max()) for found in known.values())
     division = round_above(max(largest / 2, SMALLEST))
-    figure = framed(5.6, top=0.7)
-    draw = _ball_bar if isinstance(first.trajectory, Circle) else _across
-    axes, told = draw(figure, known, division)
+    around = isinstance(first.trajectory, Circle)
+    side = 0.45 if around else 0.9
+    figure = framed(5.4, top=0.75, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
+    axes, told = (_ball_bar if around else _across)(figure, known, division)
     _legend(figure, axes)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"
     return figure, f"A division, from one grey line to the next, is {length}; {told}."
@@ -167,12 +168,8 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
         x, y = found.actual[:, points]
         radius = 1.0 + BAR * found.error[points] / division
         axes.plot(np.unwrap(np.arctan2(y, x)), radius, **_style(k), label=plain(name, 24))
-    ticks = range(-2, 3)
-    axes.set_rticks(
-        [1.0 + BAR * k for k in ticks], [f"{division * k:+g}" if k else "0" for k in ticks]
-    )
+    axes.set_rticks([1.0 + BAR * k for k in (-2, -1, 1, 2)], [""] * 4)
     axes.set_rlim(0.0, 1.0 + 3.2 * BAR)
-    axes.set_rlabel_position(22.5)
     axes.tick_params(labelsize=8)
     axes.grid(color="0.8")
     found = next(iter(known.values()))
