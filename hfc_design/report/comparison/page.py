@@ -15,6 +15,9 @@ from hfc_design.report.comparison.tables import (
 )
 from hfc_design.simulation.comparison import Bout, Comparison
 
+#: So many panels below each other fit on a page.
+PRINTED = 5
+
 
 def page(comparison: Comparison, command: str = "") -> bytes:
     """The page; the same comparison gives the same bytes. ``command`` is what makes it again."""
@@ -81,5 +84,5 @@ def _moved(comparison: Comparison, bout: Bout, shown: list[traces.Panel]) -> dic
         "every": lines(bout, every=True),
         "contour": contours(bout),
         "errors": plots.errors({name: one.motion for name, one in bout.found.items()}),
-        "curves": motions(bout, shown),
+        "curves": [motions(bout, shown[k : k + PRINTED]) for k in range(0, len(shown), PRINTED)],
     }

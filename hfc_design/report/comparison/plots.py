@@ -104,7 +104,7 @@ def _forest(axes: Axes, drawn: Sequence[tuple[int, int, Difference]]) -> None:
 def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     """The panels below each other."""
     first = next(iter(bout.found.values())).motion
-    figure = framed(1.35 * len(shown) + 1.0, top=0.5)
+    figure = framed(1.3 * len(shown) + 0.95, top=0.45)
     grid = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.12})[
         :, 0
     ]
