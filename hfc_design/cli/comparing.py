@@ -61,8 +61,7 @@ def compare(
     from hfc_design.cli.compared_tables import Progress, show
     from hfc_design.files.pairing import load_design, own_scenario
     from hfc_design.files.scenario import load_scenario
-    from hfc_design.report.comparison.tables import numbers
-    from hfc_design.simulation.comparison import compare
+    from hfc_design.simulation.comparing import compare
 
     where = [load_scenario(name, changes) for name in scenarios]
     if designs and not where:
@@ -77,7 +76,7 @@ def compare(
     again += [part for option, values in options.items() for x in values for part in (option, x)]
     written = _written(found, shlex.join(again), {out: "", html: PAGE, csv_file: TABLE})
     if as_json:
-        click.echo(json.dumps(numbers(found)))
+        click.echo(json.dumps(found.numbers()))
         return
     show(found)
     for path in written:
@@ -90,12 +89,12 @@ def _written(found: "Comparison", again: str, wanted: dict[Path | None, str]) ->
     from hfc_design.core.records import writing
     from hfc_design.formats.writing import csv_text
     from hfc_design.report.comparison.page import page
-    from hfc_design.report.comparison.tables import numbers, rows
+    from hfc_design.report.comparison.tables import rows
 
     made: dict[str, Callable[[], str | bytes]] = {
         PAGE: lambda: page(found, again),
         TABLE: lambda: csv_text(rows(found)),
-        NUMBERS: lambda: json.dumps(numbers(found), indent=1) + "\n",
+        NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
     }
     paths = {path: name for path, name in wanted.items() if path is not None and name}
     for folder in (path for path, name in wanted.items() if path is not None and not name):

@@ -2,18 +2,24 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, isnan, nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Floats
 from hfc_design.core.statistics import Interval
 from hfc_design.pictures.figure import readable
-from hfc_design.simulation.comparison import SCORES, Bout, Comparison, Difference, Side
+from hfc_design.simulation.comparison import (
+    HALF,
+    NEARLY_ALL,
+    SCORES,
+    Bout,
+    Comparison,
+    Difference,
+    Side,
+)
 from plants import in_a_name
 
-#: Shares of the machines that do as well as a number: half of them, nearly all.
-HALF, NEARLY_ALL = 0.5, 0.95
 #: What stands where there is no number.
 NONE = "–"
 
@@ -151,50 +157,6 @@ def failures(comparison: Comparison) -> Iterator[str]:
                 also = "" if side.nominal_stable else "the nominal machine and "
                 count = f"{lost} of {len(side.stable)} others" if also else f"{lost} machines"
                 yield f"{name} in {bout.name}: not stable on {also}{count}"
-
-
-def numbers(comparison: Comparison) -> Json:
-    """Everything in the tables as plain data; None where there is no number."""
-    return {
-        "designs": list(comparison.designs),
-        "spread": comparison.spread,
-        "seed": comparison.seed,
-        "machines": comparison.machines,
-        "notes": comparison.notes,
-        "motions": {bout.name: _bout_numbers(bout) for bout in comparison.bouts},
-        "differences": [_plain(one._asdict()) for one in comparison.differences],
-    }
-
-
-def _bout_numbers(bout: Bout) -> Json:
-    found = {}
-    for name, side in bout.sides.items():
-        metrics = {
-            key: {
-                "nominal": side.of_nominal(key),
-                "median": side.quantile(key, HALF),
-                "95_percent": side.quantile(key, NEARLY_ALL),
-            }
-            for key in bout.meanings
-        }
-        found[name] = {
-            "stable_share": float(side.stable.mean()),
-            "stable_interval": list(side.interval),
-            "nominal_stable": bool(side.nominal_stable),
-            "metrics": metrics,
-        }
-    return {"meanings": bout.meanings, "designs": found}
-
-
-def _plain(values: Json) -> Json:
-    """None for what JSON has no number for; intervals as lists."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return [plain(x) for x in value]
-        return None if isinstance(value, float) and not isfinite(value) else value
-
-    return {key: plain(value) for key, value in values.items()}
 
 
 def rows(comparison: Comparison) -> list[list[object]]:
