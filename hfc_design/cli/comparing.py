@@ -59,13 +59,15 @@ def compare(
     design that does not keep a machine stable has lost there. The page has the motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
-    from hfc_design.files.pairing import load_design, own_scenario
+    from hfc_design.files.pairing import own_scenario
     from hfc_design.files.scenario import load_scenario
+    from hfc_design.files.together import labelled
     from hfc_design.simulation.comparing import compare
 
     where = [load_scenario(name, changes) for name in scenarios]
     if designs and not where:
-        where = [own_scenario(load_design(designs[0]), designs[0], changes)]
+        first = next(iter(labelled(designs).values()))
+        where = [own_scenario(first, designs[0], changes)]
     begun = time.monotonic()
     with Progress() as bar:
         found = compare(designs, where, spread, machines, seed, bar.chunk)

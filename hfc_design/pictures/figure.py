@@ -28,6 +28,7 @@ from hfc_design.core.records import UserError
 Rows = list[list[str]]  # of a table
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
+LABEL = 52  # letters; a longer label is cut off, the table has all of it
 LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
@@ -133,6 +134,23 @@ def logarithmic(axes: Axes) -> None:
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def plain(label: str, longest: int = LABEL) -> str:
+    """A label that every font has the letters for."""
+    known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
+    known = "".join(letter if letter.isprintable() else "?" for letter in known)
+    return known if len(known) <= longest else known[: longest - 3] + "..."
+
+
+def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> None:
+    """The legend of ``axes`` above everything; names in it may be any."""
+    handles = axes.get_legend_handles_labels()
+    legend = figure.legend(
+        *handles, fontsize=size, frameon=False, ncols=columns, loc="upper center"
+    )
+    for text in legend.get_texts():
+        text.set_parse_math(False)
 
 
 def drawable(values: Any) -> NDArray[Any]:

@@ -15,11 +15,13 @@ from hfc_design.motion.trajectories import PathSamples
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
+    above,
     drawable,
     finish,
     framed,
     gridded,
     logarithmic,
+    plain,
     round_above,
 )
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
@@ -179,13 +181,12 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
             error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
             largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
             label = f"{name} (diverged)" if evaluation.diverged else name
-            axes.plot(evaluation.time[starts], largest, label=label, **style)
+            axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
         named = f"{first.axes[k].name} " if count > 1 else ""
         finish(axes, f"largest {named}error [{unit}]", "time [s]" if k + 1 == count else "")
         logarithmic(axes)
         axes.margins(x=0)
-    handles = panels[0].get_legend_handles_labels()
-    figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="upper center")
+    above(figure, panels[0])
     return figure
 
 

@@ -13,8 +13,8 @@ from matplotlib.ticker import NullLocator
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import finish, framed, gridded, round_above
-from hfc_design.report.batch_plots import COLOURS, STYLES, plain
+from hfc_design.pictures.figure import above, finish, framed, gridded, plain, round_above
+from hfc_design.report.batch_plots import COLOURS, STYLES
 from hfc_design.report.comparison.traces import REFERENCE, Panel, extremes
 from hfc_design.report.plots import POINTS, SHARE, SMALLEST, beside
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
@@ -70,7 +70,7 @@ def ratios(comparison: Comparison) -> Figure:
     columns[0].set_ylim(rows - 0.3, -0.7)
     for j, other in enumerate(others, 1):
         columns[0].plot([], [], "o-", ms=5, mew=0, lw=2, color=colour(j), label=plain(other, 30))
-    _legend(figure, columns[0], 2)
+    above(figure, columns[0], 8)
     return figure
 
 
@@ -119,7 +119,7 @@ def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
         finish(axes, panel.label)
         axes.margins(x=0)
     grid[-1].set_xlabel("time [s]")
-    _legend(figure, grid[-1])
+    above(figure, grid[-1], 8, 3)
     return figure
 
 
@@ -150,7 +150,7 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     side = 0.45 if around else 0.9
     figure = framed(5.4, top=0.75, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
     axes, told = (_ball_bar if around else _across)(figure, known, division)
-    _legend(figure, axes)
+    above(figure, axes, 8, 3)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"
     return figure, f"A division, from one grey line to the next, is {length}; {told}."
 
@@ -205,10 +205,3 @@ def _kept(error: Floats) -> Indices:
     parts = np.split(np.abs(error), starts[1:])
     ends = [start + part.argmax() for start, part in zip(starts, parts, strict=True)]
     return np.unique(np.concatenate([starts, ends, [len(error) - 1]]))
-
-
-def _legend(figure: Figure, axes: Axes, columns: int = 3) -> None:
-    handles = axes.get_legend_handles_labels()
-    legend = figure.legend(*handles, fontsize=8, frameon=False, ncols=columns, loc="upper center")
-    for text in legend.get_texts():
-        text.set_parse_math(False)
