@@ -59,6 +59,7 @@ def compare(
     design that does not keep a machine stable has lost there. The page has the motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
+    from hfc_design.core.records import harmless
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.scenario import load_scenario
     from hfc_design.files.together import labelled
@@ -76,7 +77,7 @@ def compare(
     options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
     again = ["hfc", "compare", *designs]
     again += [part for option, values in options.items() for x in values for part in (option, x)]
-    written = _written(found, shlex.join(again), {out: "", html: PAGE, csv_file: TABLE})
+    written = _written(found, harmless(shlex.join(again)), {out: "", html: PAGE, csv_file: TABLE})
     if as_json:
         click.echo(json.dumps(found.numbers()))
         return

@@ -1,7 +1,7 @@
 """Designs that are looked at side by side: what each is called, and what is not alike."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from os.path import exists
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design, machine
@@ -36,17 +36,20 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
             raise UserError(f"{_called(one)}: stands there twice; it does what it does")
     found = [load_design(_no_kind(one)) for one in given]
     names = [design.name for design in found]
-    ways: tuple[Callable[[Path], str], ...] = (lambda path: path.resolve().stem, str)
-    for way in ways:
+    for way in (_file, str):
         same = Counter(names)
         names = [
-            way(Path(one)) if same[name] > 1 and not isinstance(one, Design) else name
+            harmless(way(Path(one))) if same[name] > 1 and not isinstance(one, Design) else name
             for one, name in zip(given, names, strict=True)
         ]
     for k, name in enumerate(names):  # designs that are no files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
         names[k] = next(label for label in free if label not in names[:k])
     return dict(zip(names, found, strict=True))
+
+
+def _file(path: Path) -> str:
+    return path.resolve().name.removesuffix(".json")
 
 
 def _called(one: AnyDesign) -> str:

@@ -29,7 +29,10 @@ from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 Places = NDArray[np.intp]  # of samples
 RIVALS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "lw": 1.2, "ls": style}
-    for color, style in (("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":"))
+    for color, style in (
+        *(("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":")),
+        *(("#56B4E9", "-"), ("#000000", "--")),
+    )
 )
 #: Share of the path's size that a division of the contour error takes.
 SHARE = 0.08
@@ -170,7 +173,8 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """
     first = next(iter(evaluations.values()))
     count = 1 if first.contour else len(first.axes)
-    figure = framed(2.65 * count + 1.15, top=0.65)
+    top = max(0.65, 0.25 + 0.2 * -(-len(evaluations) // 2))  # the legend
+    figure = framed(2.65 * count + 0.5 + top, top=top)
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for k, axes in enumerate(panels):
         factor, unit = _error_unit(first, first.axes[k])

@@ -29,6 +29,8 @@ def test_designs_of_one_name_are_called_by_file_folder_or_path(tmp_path, monkeyp
     assert list(labelled(["runs/c", "runs/d"])) == ["c", "d"]
     written(tmp_path / "other/c/design.json", name="b")
     assert list(labelled(["runs/c", "other/c"])) == ["runs/c", "other/c"]
+    nasty = written(tmp_path / "\x1b[2J.v1.json", name="b")
+    assert list(labelled([given[0], nasty])) == ["one", "?[2J.v1"]
     design = load_design("pd-only")
     assert list(labelled([design, load_design("pd-only")])) == ["pd-only", "pd-only (2)"]
     assert list(labelled({"mine": "pd-only", "yours": design})) == ["mine", "yours"]
@@ -42,7 +44,7 @@ def test_the_same_twice_is_refused(tmp_path):
             labelled(twice)
 
 
-@pytest.mark.parametrize("kind", KINDS.built_in)
+@pytest.mark.parametrize("kind", sorted(KINDS.built_in))
 def test_a_kind_is_no_design_yet(kind):
     with pytest.raises(UserError, match=r"is a kind .* --controller .* then compare runs/mine$"):
         labelled(["pd-only", kind])

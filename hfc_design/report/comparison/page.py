@@ -24,10 +24,7 @@ def page(comparison: Comparison, command: str = "") -> bytes:
     names = list(comparison.designs)
     moved = [bout for bout in comparison.bouts if bout.scenario is not None]
     shown = [traces.panels(bout) for bout in moved]
-    data = [
-        {**traces.data(bout, own), "reference": traces.REFERENCE}
-        for bout, own in zip(moved, shown, strict=True)
-    ]
+    data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
     return rendered(
         "comparison.html.j2",
         small_address,

@@ -15,7 +15,7 @@ from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
 from hfc_design.pictures.figure import above, finish, framed, gridded, plain, round_above
 from hfc_design.report.batch_plots import COLOURS, STYLES
-from hfc_design.report.comparison.traces import REFERENCE, Panel, extremes
+from hfc_design.report.comparison.traces import Panel, extremes
 from hfc_design.report.plots import POINTS, SHARE, SMALLEST, beside
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
@@ -49,7 +49,7 @@ def ratios(comparison: Comparison) -> Figure:
     }
     drawn = {title: keys for title, keys in each.items() if any(keys)}
     rows = len(bouts) * (len(others) + 1) - 1
-    top = 0.35 + 0.17 * ceil(len(others) / 2)
+    top = 0.15 + _top(len(others), 2)
     figure = framed(0.55 + top + 0.2 * rows, top=top, left=1.75)
     space = {"wspace": 0.1}
     columns = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw=space)[0]
@@ -103,19 +103,17 @@ def _forest(axes: Axes, drawn: Sequence[tuple[int, int, Difference]]) -> None:
 
 def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     """The panels below each other."""
-    first = next(iter(bout.found.values())).motion
-    figure = framed(1.3 * len(shown) + 0.95, top=0.45)
-    grid = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.12})[
-        :, 0
-    ]
+    time = next(iter(bout.found.values())).motion.time
+    top = _top(len(bout.found) + 1, 3)
+    figure = framed(1.3 * len(shown) + 0.5 + top, top=top)
+    space = {"hspace": 0.12}
+    grid = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw=space)[:, 0]
     for axes, panel in zip(grid, shown, strict=True):
         for k, (name, values) in enumerate(panel.curves.items()):
-            drawn, size = extremes(values, SLICES)
-            time = first.time[0] + np.arange(len(drawn)) * _step(first.time) * (
-                size / 2 if size > 1 else 1
-            )
-            style = {"color": "black", "ls": "--", "lw": 0.9} if name == REFERENCE else _style(k)
-            axes.plot(time, drawn, label=plain(name, 24), **style)
+            axes.plot(*_drawn(time, values), label=plain(name, 24), **_style(k))
+        if panel.reference is not None:
+            drawn = _drawn(time, panel.reference)
+            axes.plot(*drawn, color="black", ls="--", lw=0.9, label="reference")
         finish(axes, panel.label)
         axes.margins(x=0)
     grid[-1].set_xlabel("time [s]")
@@ -123,12 +121,21 @@ def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     return figure
 
 
+def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Two points of each slice of time, at its beginning and in its middle."""
+    kept, size = extremes(values, SLICES)
+    if size == 1:
+        return time, kept
+    return time[0] + 0.5 * size * (time[1] - time[0]) * np.arange(len(kept)), kept
+
+
+def _top(names: int, columns: int) -> float:
+    """Room for a legend of so many names [in]."""
+    return 0.25 + 0.17 * ceil(names / columns)
+
+
 def _style(k: int) -> dict[str, Any]:
     return {"color": colour(k), "lw": 1.0, "ls": STYLES[(k // len(COLOURS)) % len(STYLES)]}
-
-
-def _step(time: Floats) -> float:
-    return float(time[1] - time[0]) if len(time) > 1 else 1.0
 
 
 def contours(bout: Bout) -> tuple[Figure, str] | None:
@@ -148,7 +155,8 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     division = round_above(max(largest / 2, SMALLEST))
     around = isinstance(first.trajectory, Circle)
     side = 0.45 if around else 0.9
-    figure = framed(5.4, top=0.75, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
+    top = 0.4 + _top(len(known), 3)
+    figure = framed(4.65 + top, top=top, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
     axes, told = (_ball_bar if around else _across)(figure, known, division)
     above(figure, axes, 8, 3)
     length = f"{division:g} {first.unit} ({1e3 * division * first.millimetres:.3g} µm)"

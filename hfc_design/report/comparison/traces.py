@@ -14,7 +14,6 @@ from hfc_design.simulation.evaluation import Evaluation
 
 #: A curve has the lowest and the highest value of each of at most so many slices of time.
 SLICES = 600
-REFERENCE = "reference"
 Curves = dict[str, Floats]  # (samples,) each
 
 
@@ -22,7 +21,8 @@ class Panel(NamedTuple):
     """Curves of one quantity over the samples of a motion."""
 
     label: str  # with the unit
-    curves: Curves  # by design, and of a position the reference; nan where one has run away
+    curves: Curves  # by design; nan where one has run away
+    reference: Floats | None = None  # (samples,) of a position
 
 
 def panels(bout: Bout) -> list[Panel]:
@@ -44,28 +44,31 @@ def panels(bout: Bout) -> list[Panel]:
             (axis.drive.command_name, "command", {x: one.motion.command for x, one in own.items()}),
             ("velocity", "error_rate", {name: one.velocity for name, one in own.items()}),
         ]
-        places = {name: one.reference - one.motion.error for name, one in own.items()}
-        drawn.append(("position", "error", {**places, REFERENCE: axis.reference}))
+        head = f"{axis.name} " if several else ""
         for name, unit, curves in drawn:
-            label = f"{axis.name} {name}" if several else name
-            found.append(_panel(label, units[unit], each, curves))
+            found.append(_panel(head + name, units[unit], each, curves))
+        places = {name: one.reference - one.motion.error for name, one in own.items()}
+        found.append(_panel(f"{head}position", units["error"], each, places, axis.reference))
     return found
 
 
-def _panel(label: str, unit: str, each: Mapping[str, Evaluation], curves: Curves) -> Panel:
+def _panel(
+    label: str,
+    unit: str,
+    each: Mapping[str, Evaluation],
+    curves: Curves,
+    reference: Floats | None = None,
+) -> Panel:
     """The curves in a unit that suits the largest of them that did not diverge."""
     cut = {}
     for name, values in curves.items():
-        end = drawn_samples(each[name]) if name in each else len(values)
+        end = drawn_samples(each[name])
         cut[name] = np.where(np.arange(len(values)) < end, drawable(values), np.nan)
-    kept = [np.nanmax(np.abs(x)) for name, x in cut.items() if name not in each or held(each[name])]
-    factor, named = readable(unit, max(kept, default=1.0))
-    return Panel(f"{label} [{named}]", {name: factor * values for name, values in cut.items()})
-
-
-def held(evaluation: Evaluation) -> bool:
-    """Whether a motion has an end."""
-    return not evaluation.diverged
+    kept = [values for name, values in cut.items() if not each[name].diverged]
+    known = kept if reference is None else [*kept, drawable(reference)]
+    factor, named = readable(unit, max((float(np.abs(x).max()) for x in known), default=1.0))
+    scaled = {name: factor * values for name, values in cut.items()}
+    return Panel(f"{label} [{named}]", scaled, None if reference is None else factor * reference)
 
 
 def extremes(values: Floats, slices: int = SLICES) -> tuple[Floats, int]:
@@ -92,10 +95,9 @@ def data(bout: Bout, shown: list[Panel]) -> Json:
     drawn = [
         {
             "label": panel.label,
-            "curves": [
-                {"name": name, "data": _packed(extremes(values)[0])}
-                for name, values in panel.curves.items()
-            ],
+            "names": list(panel.curves),
+            "curves": [_packed(values) for values in panel.curves.values()],
+            "reference": None if panel.reference is None else _packed(panel.reference),
         }
         for panel in shown
     ]
@@ -105,4 +107,5 @@ def data(bout: Bout, shown: list[Panel]) -> Json:
 
 def _packed(values: Floats) -> str:
     with np.errstate(over="ignore"):
-        return base64.b64encode(values.astype("<f4").tobytes()).decode()
+        shown = extremes(values)[0].astype("<f4")
+    return base64.b64encode(shown.tobytes()).decode()

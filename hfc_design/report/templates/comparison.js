@@ -16,16 +16,17 @@ function panel(place, data, k, last, key, width) {
   const ink = dark.matches ? "#b0b0b0" : "#444", line = dark.matches ? "#3a3d42" : "#e2e2e2";
   const colours = palettes[dark.matches ? "dark" : "light"];
   const own = data.panels[k];
-  const curves = own.curves.map((curve) => floats(curve.data));
-  const time = curves[0].map((_, place) => place * data.step);
-  const series = own.curves.map((curve, number) => ({
-    label: curve.name,
-    stroke: curve.name === data.reference ? ink : colours[number % colours.length],
-    dash: curve.name === data.reference ? [6, 4] : undefined,
-    width: 1.25,
-    points: { show: false },
-    value: (_, value) => digits(value),
+  const told = { width: 1.25, points: { show: false }, value: (_, value) => digits(value) };
+  const curves = own.curves.map(floats);
+  const series = own.names.map((label, number) => ({
+    ...told, label, stroke: colours[number % colours.length],
+    dash: [undefined, [8, 4], [2, 3]][Math.floor(number / colours.length) % 3],
   }));
+  if (own.reference !== null) {
+    curves.push(floats(own.reference));
+    series.push({ ...told, label: "reference", stroke: ink, dash: [6, 4] });
+  }
+  const time = curves[0].map((_, place) => place * data.step);
   const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
   return new uPlot({
     width,

@@ -59,7 +59,7 @@ def test_names_are_only_text(written):
     assert "49" not in re.findall(r"\{\{ (.*?) \}\}", written)
     assert "&lt;img src=x&gt;" in written
     data = json.loads(found.of("script")[0][1])
-    assert any("<img src=x>" in curve["name"] for curve in data[0]["panels"][0]["curves"])
+    assert any("<img src=x>" in name for name in data[0]["panels"][0]["names"])
     assert len(found.ids) == len(set(found.ids))
     for _, own in found.elements:
         if "aria-labelledby" in own:
