@@ -10,6 +10,8 @@ from hfc_design.simulation.comparison import Bout, Comparison
 
 #: Heads of what a terminal has room for of a difference.
 HEAD = ("median ratio", "better on", "p\n(Holm)", "both\nstable")
+#: Room for names of metrics and machines, and for a design.
+NAMES, NARROWEST = 34, 14
 #: A line is printed so often where there is no bar [s].
 EVERY = 5.0
 
@@ -34,6 +36,7 @@ def show(found: Comparison) -> None:
     console = terminal()
     for bout in found.bouts:
         _show_lines(found, bout)
+    console.print("* the best of a row; a machine that is not stable ranks behind all others\n")
     first = next(iter(found.designs))
     for bout in found.bouts:
         keys = bout.compared()
@@ -53,22 +56,21 @@ def show(found: Comparison) -> None:
 
 
 def _show_lines(found: Comparison, bout: Bout) -> None:
-    machines = f"{found.machines} machines within ±{100 * found.spread:g} %"
-    table = plain_table(title=f"{bout.name}, {machines}", title_style="")
-    table.add_column("metric", no_wrap=True)
-    table.add_column("machine")
-    for name in found.designs:
-        table.add_column(name, justify="right", overflow="fold")
-    for line in lines(bout):
-        cells = [
-            Text(f"{cell} *" if k in line.best else f"{cell}  ", "bold" if k in line.best else "")
-            for k, cell in enumerate(line.cells)
-        ]
-        table.add_row(line.metric, line.of, *cells)
-    console = terminal()
-    console.print(table)
-    console.print(
-        "* the best of a row; a machine that is not stable ranks behind all others\n"
-        if bout is found.bouts[0]
-        else ""
-    )
+    console, machines = terminal(), f"{found.machines} machines within ±{100 * found.spread:g} %"
+    at_once = max((console.width - NAMES) // NARROWEST, 1)
+    for start in range(0, len(found.designs), at_once):
+        table = plain_table(title=f"{bout.name}, {machines}", title_style="")
+        table.add_column("metric", no_wrap=True)
+        table.add_column("machine", no_wrap=True)
+        for name in [*found.designs][start : start + at_once]:
+            table.add_column(name, justify="right", overflow="fold", min_width=NARROWEST - 1)
+        for line in lines(bout):
+            cells = [
+                Text(
+                    f"{cell} *" if k in line.best else f"{cell}  ", "bold" if k in line.best else ""
+                )
+                for k, cell in enumerate(line.cells)
+            ]
+            table.add_row(line.metric, line.of, *cells[start : start + at_once])
+        console.print(table)
+        console.print()

@@ -91,7 +91,7 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
     """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
     if own := _dotted(design.limits.model_dump(exclude_none=True)):
-        yield "keeps its own limits: " + ", ".join(f"{key} = {x}" for key, x in own.items())
+        yield "own limits kept: " + ", ".join(f"{key} = {x}" for key, x in own.items())
     each = zip(machine(design, scenario).each(), shared.plant.each(), strict=True)
     for before, here in each:
         axis = f"{here.name}." if len(shared.plant.each()) > 1 else ""
@@ -99,7 +99,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
             {axis + key: x for key, x in one.parameters._asdict().items()} for one in (before, here)
         )
         if changed := _changed(*pair):
-            yield f"was made for another machine: {changed}"
+            yield f"made for another machine: {changed}"
     told: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited
         if isinstance(told, str):
@@ -109,7 +109,7 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
             made = type(part).model_validate(told.get(key) or {})
             pair = (_dotted(x.model_dump(mode="json")) for x in (made, part))
             if changed := _changed(*pair):
-                yield f"was made with other {key}: {changed}"
+                yield f"made with other {key}: {changed}"
 
 
 def _dotted(table: Mapping[str, Any], prefix: str = "") -> Json:

@@ -44,12 +44,14 @@ def compare(
     if not 1 <= machines <= MAX_SAMPLES:
         raise UserError(f"--machines {machines}: has to lie between 1 and {MAX_SAMPLES}")
     where: list[Scenario] = []
-    notes: dict[str, None] = {}
+    notes: dict[str, list[str]] = {}  # of which designs each is
     for scenario in _scenarios(designs, named, scenarios):
         shared = on_one_machine(named, scenario)
         where += shared.each_motion()
         for name, design in named.items():
-            notes |= {f"{name} {note}": None for note in differences(design, scenario, shared)}
+            for note in differences(design, scenario, shared):
+                members = notes.setdefault(note, [])
+                members += [name] * (name not in members)
     names = [motion.name for motion in where]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise UserError(f"scenario {twice}: two of them have this name")
@@ -68,7 +70,8 @@ def compare(
         told = {**motion.judge().titles, **meanings(motion)}
         bouts.append(Bout(motion.name, motion, sides, found, told))
     bouts += _together(bouts)
-    return Comparison(named, spread, seed, machines, bouts, _differences(bouts), [*notes])
+    said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
+    return Comparison(named, spread, seed, machines, bouts, _differences(bouts), said)
 
 
 def _scenarios(

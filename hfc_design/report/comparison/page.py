@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hfc_design.pictures.figure import Rows, small_address
+from hfc_design.pictures.figure import small_address
 from hfc_design.report import inside, plots, rendered
 from hfc_design.report.comparison import traces
 from hfc_design.report.comparison.plots import contours, motions, ratios
@@ -55,22 +55,21 @@ def page(comparison: Comparison, command: str = "") -> bytes:
 
 def _told(comparison: Comparison, bout: Bout) -> dict[str, Any]:
     """Tables of a motion, or of all together."""
-    main, *others = bout.compared()
+    main = bout.compared()[0]
+    first = next(iter(comparison.designs))
+    found = [x for x in comparison.differences if x.motion == bout.name]
+    shown = [x for x in found if (x.metric, x.first) == (main, first)]
     return {
         "name": bout.name,
         "lines": lines(bout),
         "metric": called(bout, main),
-        "differences": _rows(comparison, bout, main),
+        "differences": [[x.first, x.second, *difference_row(x)] for x in shown],
         "others": [
-            [first, second, called(bout, key), *row]
-            for key in others
-            for first, second, *row in _rows(comparison, bout, key)
+            [x.first, x.second, called(bout, x.metric), *difference_row(x)]
+            for x in found
+            if x not in shown
         ],
     }
-
-
-def _rows(comparison: Comparison, bout: Bout, key: str) -> Rows:
-    return [[x.first, x.second, *difference_row(x)] for x in comparison.of(bout.name, key)]
 
 
 def _moved(comparison: Comparison, bout: Bout, shown: list[traces.Panel]) -> dict[str, Any]:

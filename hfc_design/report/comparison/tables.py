@@ -149,14 +149,19 @@ def p_text(p: float) -> str:
 
 
 def failures(comparison: Comparison) -> Iterator[str]:
-    """Which designs are not stable on every machine, the nominal one first."""
+    """Which designs are not stable on every machine, a line a motion."""
     for bout in comparison.bouts:
+        told = []
         for name, side in bout.sides.items():
-            lost = int((~side.stable).sum())
-            if bout.scenario and (lost or not side.nominal_stable):
-                also = "" if side.nominal_stable else "the nominal machine and "
-                count = f"{lost} of {len(side.stable)} others" if also else f"{lost} machines"
-                yield f"{name} in {bout.name}: not stable on {also}{count}"
+            lost, also = (
+                int((~side.stable).sum()),
+                "" if side.nominal_stable else " and the nominal",
+            )
+            if lost or also:
+                told.append(f"{name} on {lost}{also}")
+        if told and bout.scenario:
+            count = comparison.machines
+            yield f"not stable in {bout.name}: {', '.join(told)} of {count} machines"
 
 
 def rows(comparison: Comparison) -> list[list[object]]:

@@ -81,8 +81,7 @@ def test_failures_are_said(spindles):
     }
     found = Comparison({}, 0.2, 0, 3, [one._replace(name="m", sides=lost)], [], [])
     assert list(failures(found)) == [
-        "a in m: not stable on 2 machines",
-        "b in m: not stable on the nominal machine and 3 of 3 others",
+        "not stable in m: a on 2, b on 3 and the nominal of 3 machines"
     ]
 
 
