@@ -1,6 +1,7 @@
 """A comparison for a person at a terminal, and how far it has got."""
 
 import time
+from math import ceil
 
 from rich.text import Text
 
@@ -57,8 +58,9 @@ def show(found: Comparison) -> None:
 
 def _show_lines(found: Comparison, bout: Bout) -> None:
     console, machines = terminal(), f"{found.machines} machines within ±{100 * found.spread:g} %"
-    at_once = max((console.width - NAMES) // NARROWEST, 1)
-    for start in range(0, len(found.designs), at_once):
+    count, most = len(found.designs), max((console.width - NAMES) // NARROWEST, 1)
+    at_once = ceil(count / ceil(count / most))
+    for start in range(0, count, at_once):
         table = plain_table(title=f"{bout.name}, {machines}", title_style="")
         table.add_column("metric", no_wrap=True)
         table.add_column("machine", no_wrap=True)
@@ -66,9 +68,7 @@ def _show_lines(found: Comparison, bout: Bout) -> None:
             table.add_column(name, justify="right", overflow="fold", min_width=NARROWEST - 1)
         for line in lines(bout):
             cells = [
-                Text(
-                    f"{cell} *" if k in line.best else f"{cell}  ", "bold" if k in line.best else ""
-                )
+                Text(f"{cell} *", "bold") if k in line.best else f"{cell}  "
                 for k, cell in enumerate(line.cells)
             ]
             table.add_row(line.metric, line.of, *cells[start : start + at_once])

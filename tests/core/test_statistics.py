@@ -69,6 +69,17 @@ def test_signed_ranks_by_enumeration():
     assert paired(values).ratio == pytest.approx(np.exp(0.5))
 
 
+@pytest.mark.parametrize("values", [[0.0, 0.0, 1.0, 2.0, 2.0], [np.inf, np.inf, -1.0, 0.0], [3.0]])
+def test_signed_ranks_with_ties_and_zeros_by_enumeration(values):
+    values = np.array(values)
+    ranks = scipy.stats.rankdata(np.abs(values))
+    seen, moved = ranks[values > 0].sum(), ranks[values != 0]
+    signs = product([True, False], repeat=len(moved))
+    sums = np.array([moved[np.array(own)].sum() for own in signs])
+    p = 2 * min(np.mean(sums >= seen), np.mean(sums <= seen))
+    assert paired(values).p == pytest.approx(min(p, 1.0))
+
+
 def test_who_fails_loses_by_more_than_any_other():
     values = np.log([0.5, 0.8, 0.9, 1.2, 0.7, 0.6])
     lost = paired(np.append(values, np.inf))

@@ -41,13 +41,9 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
     """
     sides = list(bout.sides.values())
     shares = [float(side.stable.mean()) for side in sides]
+    percent = [short(100 * share) for share in shares]
     found = [
-        Line(
-            "stable machines [%]",
-            "all",
-            [short(100 * share) for share in shares],
-            _best(shares, -1),
-        ),
+        Line("stable machines [%]", "all", percent, _best(shares, -1)),
         Line("", "interval", [_percent(side.interval) for side in sides], []),
     ]
     keys = bout.compared()
@@ -153,12 +149,9 @@ def failures(comparison: Comparison) -> Iterator[str]:
     for bout in comparison.bouts:
         told = []
         for name, side in bout.sides.items():
-            lost, also = (
-                int((~side.stable).sum()),
-                "" if side.nominal_stable else " and the nominal",
-            )
-            if lost or also:
-                told.append(f"{name} on {lost}{also}")
+            lost = int((~side.stable).sum())
+            if lost or not side.nominal_stable:
+                told.append(f"{name} on {lost}{'' if side.nominal_stable else ' and the nominal'}")
         if told and bout.scenario:
             count = comparison.machines
             yield f"not stable in {bout.name}: {', '.join(told)} of {count} machines"
