@@ -147,8 +147,17 @@ def _motions(
         each = islice(evaluations(scenario, loop, some, samples, gains), count - start)
         for k, found in enumerate(each, start):
             stable = is_stable(loop, found)
-            yield found._replace(time=np.empty(0), axes=(), contour=None) if k else found, stable
+            yield (
+                found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found),
+                stable,
+            )
         progress(min(start + size, count), count)
+
+
+def _own(evaluation: Evaluation) -> Evaluation:
+    """With a motion of its own: as it comes, it is a part of that of all that step together."""
+    axes = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes)
+    return evaluation._replace(axes=tuple(axes))
 
 
 def is_stable(loop: Loop, evaluation: Evaluation) -> bool:
