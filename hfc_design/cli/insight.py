@@ -145,7 +145,7 @@ def stability(
                 raise UserError(f"--{option}: design {own.name} is judged on its own drive")
             _show_margins(loops, own.controller.sample_time_s, plot, as_json)
             return
-        lacks = "neither flc, aflc, soflc nor pid+ff, lqr, lqi"
+        lacks = "no flc, aflc or soflc, and none of pid+ff, lqr and lqi"
         points = needed(own.kind.table_gains, own, lacks)(own.controller)
         axes = [(axis.drive, axis.parameters) for axis in plant]
         told = f"design {own.name} is for the plant {own.plant.name}"

@@ -14,7 +14,7 @@ from hfc_design.core.console import ProgressBar, plain_table, terminal
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation, score_rows
+from hfc_design.simulation.evaluation import Evaluation, notes, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.search.loop import Search
@@ -80,6 +80,8 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     for name, *values in score_rows(scenario.judge(), [*rows.values()], ".5g", "-"):
         table.add_row(name.replace(" / ", "\n/ "), *values)
     terminal().print(table)
+    for note in notes(scenario, rows):
+        print(note)
 
 
 def score_spread(

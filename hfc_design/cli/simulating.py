@@ -140,6 +140,8 @@ def score(
     evaluation = evaluate(found, where)
     if as_json:
         names = {"design": found.name, "scenario": where.name, "diverged": evaluation.diverged}
+        lost = evaluation.divergence and evaluation.divergence._asdict()
+        names |= {"substeps": evaluation.substeps, "divergence": lost}
         click.echo(json.dumps(names | evaluation.score(where.judge())))
     else:
         click.echo(f"scenario {where.name}")
@@ -155,9 +157,11 @@ def score(
 @with_plugins(CHOICES)
 def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
-    from hfc_design.simulation.evaluation import evaluate, trajectory_csv
+    from hfc_design.simulation.evaluation import evaluate, notes, trajectory_csv
 
     evaluation = evaluate(found, where)
+    for note in notes(where, {found.name: evaluation}):
+        click.echo(note, err=True)
     if plot is not None:
         from hfc_design.pictures.figure import save
         from hfc_design.report.plots import motion

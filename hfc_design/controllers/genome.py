@@ -32,11 +32,19 @@ class Space(NamedTuple):
     high: Floats  # (parameters,)
 
 
+class Stage(NamedTuple):
+    """Coordinates in which a distribution of individuals moves for a part of a search."""
+
+    start: Floats  # (size,) where it begins
+    step: float  # first standard deviation of each
+    members: Callable[[Floats, Integers], Members]  # points (n, size), structures (n,) -> they
+
+
 class Genome(Protocol):
     """Individuals of one kind of controller: how they begin, vary and become a controller.
 
     The base of every kind's genome. One whose individuals are points too says so by a method
-    ``space() -> Space``.
+    ``space() -> Space``; one through which a distribution can be led has ``stages``.
     """
 
     settings: Own  # the ``ControllerSettings`` of the kind
@@ -45,6 +53,13 @@ class Genome(Protocol):
 
     def __init__(self, settings: Own, target: Target):
         self.settings, self.target = settings, target
+
+    #: Share of a search for each of its stages, and whether structures compete in it.
+    stages: tuple[tuple[float, bool], ...] = ()
+
+    def stage(self, number: int, about: Members | None) -> Stage:
+        """Coordinates about the individual that the stage before ended with; None: the first."""
+        raise NotImplementedError
 
     def empty(self) -> Members:
         """One individual of each structure that nobody has tried."""

@@ -1,7 +1,7 @@
 """What a kind of controller is: one record of everything that the rest of the package asks it.
 
-A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known. What a kind
-lacks is None here, and one sentence to the user. Never imports JAX.
+A kind is a folder beside this file; ``KIND`` in its ``__init__`` makes it known, ``KINDS`` several.
+What a kind lacks is None here, and one sentence to the user. Never imports JAX.
 """
 
 import importlib

@@ -19,9 +19,10 @@ class RobustSettings(Record):
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"
     keep: Keep = "mean"
     quantile: Share = 0.1  # that ``keep = "quantile"`` keeps
-    first: Count = 16  # machines for every candidate, the nominal one among them
-    machines: Count = 16  # for those that survive these
-    elite: Count = 64  # for the best of them
+    margin: Annotated[float, Field(ge=1, le=2)] = 1.2  # of the search's spread beyond these
+    first: Count = 24  # machines for every candidate, the nominal one among them
+    machines: Count = 24  # for those that survive these
+    elite: Count = 24  # for the best of them
     final: Count = 256  # for the choice in the end
     unseen: Count = 1000  # other ones, that the result is judged on
 

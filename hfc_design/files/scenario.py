@@ -34,7 +34,7 @@ from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory, speed_fault
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
-from hfc_design.objectives.measures import Units
+from hfc_design.objectives.measures import Units, path_fault
 from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
@@ -81,7 +81,7 @@ class Scenario(Record):
     def _consistent(self) -> "Scenario":
         names = [motion.name for motion in self.motions]
         for k, motion in enumerate(self.each_motion()):
-            if self.motions and names.count(names[k]) > 1:
+            if names[k : k + 1] and names[k] in names[:k]:
                 raise ValueError(f"motions.{k}.name = {names[k]!r}: stands there twice")
             try:
                 motion._can_be_simulated()
@@ -96,6 +96,9 @@ class Scenario(Record):
         for motion in self.each_motion():
             if fault := objective.fault(len(self.plant.machine.axes), motion.follows_path):
                 raise ValueError(f"fitness.kind = {self.fitness.kind!r}: {fault}")
+            bounds = [bound.measure for bound in constraints_on(self.constraints, self.units)]
+            if fault := path_fault(bounds, motion.follows_path):
+                raise ValueError(f"constraints.{fault}")
         if fault := self.controller.fault(self.target):
             raise ValueError(fault)
         if fault := STRATEGIES.get(preset).fault(self.search, self.controller):

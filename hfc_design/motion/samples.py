@@ -12,6 +12,8 @@ from pydantic import Field
 from hfc_design.core.numbers import Floats, Series, State
 from hfc_design.core.records import Positive, Record
 
+MAX_SUBSTEPS = 1000
+
 
 class AxisSamples(NamedTuple):
     """What happens to one axis, one column a control sample."""
@@ -54,7 +56,7 @@ class Simulation(Record):
 
     duration_s: Positive = 10.0
     sample_time_s: Positive = 0.001
-    substeps: int = Field(1, ge=1, le=1000)
+    substeps: int = Field(1, ge=1, le=MAX_SUBSTEPS)
 
     @property
     def steps(self) -> int:

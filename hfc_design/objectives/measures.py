@@ -182,7 +182,7 @@ def measure(name: str, band: Any = None) -> Measure:
         return band_time(band)
     if name not in MEASURES:
         known = ", ".join([*MEASURES, "band_time"])
-        raise ValueError(f"{name!r}: is no measure; there is {known}")
+        raise ValueError(f"{name}: is no measure; there is {known}")
     return MEASURES[name]
 
 
@@ -202,4 +202,4 @@ def in_units(key: str, quantity: float | str, unit: str, units: Units) -> float:
 def path_fault(measures: Sequence[Measure], path: bool) -> str | None:
     """A line if one of ``measures`` is of a path, and the machine follows none."""
     found = [one.name for one in measures if one.path and not path]
-    return f"{found[0]} is of a machine that follows a path" if found else None
+    return f"{found[0]}: is of a machine that follows a path" if found else None

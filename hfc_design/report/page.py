@@ -137,11 +137,13 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
 def _summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
     """What the run achieved, in a sentence."""
     if own.diverged:
-        return f"The controller diverges on {scenario.name}."
+        return f"The controller diverges on {scenario.name}{_why(own)}."
     achieved = f"a fitness of {score(own.fitness)}"
     if own.contour is not None:
         achieved = f"a contour error of {_rms(own):.3g} {own.contour.unit} rms"
     line = f"The controller reaches {achieved} on {scenario.name}"
+    if own.substeps > scenario.simulation.substeps:
+        line += f" (simulated with {own.substeps} substeps, it diverges with fewer)"
     known = BASELINES.get(scenario.plant.name, {})
     names = {key: known[key].name for key in known if key in rivals}
     parts = [_compared(own, rivals[key], name) for key, name in names.items() if name]
@@ -153,7 +155,7 @@ def _summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
 
 def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
-        return f"{name} diverges there"
+        return f"{name} diverges there{_why(rival)}"
     if own.contour is None:
         if min(own.fitness, rival.fitness) <= 0.0:
             return f"that of {name} is {score(rival.fitness)}"
@@ -164,6 +166,10 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if not 0 < factor < np.inf:
         return f"that of {name} is {its}"
     return f"that of {name} is {factor:.3g} times as large ({its})"
+
+
+def _why(lost: Evaluation) -> str:
+    return f": {lost.divergence}" if lost.divergence else ""
 
 
 def _rms(found: Evaluation) -> float:

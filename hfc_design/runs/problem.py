@@ -8,14 +8,14 @@ import numpy as np
 from hfc_design import __version__
 from hfc_design.controllers.genome import Genome, Population, taken
 from hfc_design.controllers.kind import kinds
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.plugins import References, own_code, sources
 from hfc_design.core.records import RunError, checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario, renamed
-from hfc_design.search.loop import Search
+from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Task
 from hfc_design.simulation import memory
@@ -29,8 +29,8 @@ from hfc_design.simulation.population import Machines
 FINALISTS = 16
 #: What to try where a search found nothing that stays finite.
 HINTS = (
-    "try a larger simulation.substeps, smaller gains or ranges, a shorter simulation.duration_s, "
-    "another run.seed or start, or a larger search.population"
+    "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
+    "simulation.duration_s, another run.seed or start"
 )
 
 
@@ -49,28 +49,37 @@ class Problem:
         self._dtype = np.dtype(scenario.run.precision)
         self._ensemble, self._robust = scenario.ensemble, scenario.robust
         if self._robust:
-            self._machines = drawn_for(scenario, self._robust.elite - 1, scenario.run.seed)
+            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed)
+        self._fresh = STRATEGIES.get(scenario.search.preset).forgets
 
-    def rank(self, population: Population) -> Floats:
-        """Merit of every individual; -inf where it failed."""
+    def rank(self, population: Population, generation: int = 0) -> Floats:
+        """Merit of every individual; -inf where it failed, negative where it is not allowed.
+
+        Of many machines everybody meets a few, the best of them more. Where scores of different
+        generations are never compared, each generation has others of the same machines.
+        """
         robust = self._robust
         if robust is None:
-            return self._ranked(population, 1)
-        rank = self._ranked(population, robust.first)
-        for machines in (robust.machines, robust.elite):
-            if machines == robust.first:
+            return self._ranked(population, np.zeros(1, int))
+        rank = self._ranked(population, self._some(robust.first, generation))
+        for count in (robust.machines, robust.elite):
+            if count == robust.first:
                 continue
-            # As many as cost no more than the first round; the others cannot pass them.
-            count = max(len(rank) * robust.first // machines, 1)
-            best = np.argsort(-rank, kind="stable")[:count]
-            found = self._ranked(taken(population, best), machines)
+            # So many that it costs no more than the first round; the others cannot pass them.
+            best = np.argsort(-rank, kind="stable")[: max(len(rank) * robust.first // count, 1)]
+            found = self._ranked(taken(population, best), self._some(count, generation))
             rank = np.minimum(rank, found.min())
             rank[best] = found
         return rank
 
-    def _ranked(self, population: Population, machines: int) -> Floats:
-        some = self._machines.take(np.arange(machines))
+    def _some(self, count: int, generation: int) -> Integers:
+        """The nominal machine and some others: always the first ones, or others each time."""
+        start = generation * (count - 1) if self._fresh else 0
+        return np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
+
+    def _ranked(self, population: Population, machines: Integers) -> Floats:
         gains = self.genome.gains(population)
+        some = self._machines.take(machines)
         judged = simulate.scores(self._loop, some, self._samples, gains, self._dtype)
         if self._ensemble is None:
             return np.asarray(judged.rank[:, 0, 0])
@@ -97,7 +106,8 @@ def drawn_for(scenario: Scenario, count: int, seed: int) -> Machines:
     robust = scenario.robust
     assert robust is not None
     even = robust.sample == "latin-hypercube"
-    parts = (scenario.plant, robust.spread, count, seed, robust.tolerances, even)
+    wider = {name: robust.margin * spread for name, spread in robust.tolerances.items()}
+    parts = (scenario.plant, robust.margin * robust.spread, count, seed, wider, even)
     return drawn(*parts)[0]
 
 
@@ -132,12 +142,24 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
     """
     designs = [design_of(individual, scenario) for individual in _finalists(search)]
     if not designs:
-        raise RunError(f"no design: every individual diverged; {HINTS}")
+        raise RunError(f"no design: every individual diverged{_why(search, scenario)}; {HINTS}")
     found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
     design, evaluation = max(found, key=lambda item: item[1].merit)
     if evaluation.diverged:
-        raise RunError(f"no design: the best {len(designs)} diverge in float64; {HINTS}")
+        why = f" ({evaluation.divergence})" if evaluation.divergence else ""
+        raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
     return with_score(design, evaluation, scenario), evaluation
+
+
+def _why(search: Search, scenario: Scenario) -> str:
+    """Why one of a population diverges that has all diverged; "" if nobody knows."""
+    population = getattr(search.state, "population", None)
+    if population is None:
+        return ""
+    lost = evaluate(design_of(taken(population, np.array([0])), scenario), scenario)
+    if lost.divergence is None:
+        return f" (one does not with simulation.substeps = {lost.substeps})"
+    return f" ({lost.divergence})"
 
 
 def _finalists(search: Search) -> list[Population]:
@@ -203,5 +225,7 @@ def _plant(settings: PlantSettings) -> dict[str, object]:
 
 def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
     """The design with its fitness, merit and metrics on a scenario."""
-    score = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
+    score: Json = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
+    if evaluation.substeps > scenario.simulation.substeps:
+        score["substeps"] = evaluation.substeps  # it diverges with fewer
     return design.model_copy(update={"score": score})

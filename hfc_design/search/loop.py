@@ -56,8 +56,8 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
         return found
 
 
-#: What a population is ranked by, no finite number where an individual failed.
-Evaluate = Callable[[Population], Floats]
+#: What the population of a generation is ranked by, no finite number where an individual failed.
+Evaluate = Callable[[Population, int], Floats]
 
 
 class Archive(NamedTuple):
@@ -108,7 +108,7 @@ def generations(
             state, asked = searcher.start(rng)
         else:
             state, asked = searcher.ask(search.state, generation, rng)
-        score = evaluate(asked.population)
+        score = evaluate(asked.population, generation)
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)
         archive = _archived(search.archive, asked.population, score)

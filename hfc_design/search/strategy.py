@@ -72,3 +72,5 @@ class Strategy(NamedTuple):
     #: Whether a state from a file, whose arrays and numbers are of their types, can be one that
     #: ``tell`` gave with these settings.
     sound: Callable[[Any, Any], bool] = lambda settings, state: True
+    #: Whether scores are compared within a generation only; then each may have its own machines.
+    forgets: bool = False

@@ -12,14 +12,17 @@ from typing import Any, Literal, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.controllers.controller import Controller
+from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
-from hfc_design.files.scenario import AnyScenario, load_scenario
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.population import Machines
 
 
@@ -66,7 +69,6 @@ def evaluate_many(
     shape = (len(every), len(where), len(others))
     found = Judgements(np.empty(shape), np.empty(shape), np.empty(shape, bool))
     for j, scenario in enumerate(where):
-        samples = scenario.samples()
         # The same program on the same machines: they can step together.
         alike = defaultdict(list)
         for k, design in enumerate(every):
@@ -80,12 +82,32 @@ def evaluate_many(
             each = (gains for _, gains in members)
             together = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1), *each)
             true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *plants)
-            loop = closed_loop(with_converter(scenario, every[places[0]]), controller)
-            judged = population.scores(loop, Machines(told, true), [samples], together, np.float64)
+            paired = with_converter(scenario, every[places[0]])
+            judged = _judged(paired, controller, Machines(told, true), together)
             fitness = np.where(judged.failed, -np.inf, judged.values[..., 0])
             found.failed[places, j] = judged.failed[..., 0]
             found.merit[places, j] = judged.rank[..., 0]
             found.fitness[places, j] = fitness[..., 0]
+    return found
+
+
+def _judged(scenario: Scenario, controller: Controller, machines: Machines, gains: Gains) -> Judged:
+    """Of every individual on every machine; of those that fail anywhere in finer steps."""
+
+    def judged(where: Scenario, gains: Gains) -> Judged:
+        loop = closed_loop(where, controller)
+        return population.scores(loop, machines, [where.samples()], gains, np.float64)
+
+    found = Judged(*map(np.array, judged(scenario, gains)))
+    for where in finer(scenario):
+        lost = np.flatnonzero(found.failed.any(axis=(1, 2)))
+        if not len(lost):
+            break
+        again = judged(where, jax.tree.map(lambda leaf, lost=lost: leaf[..., lost], gains))
+        mended = found.failed[lost] & ~again.failed
+        found.merit[lost] = np.where(mended, again.merit, found.merit[lost])
+        found.values[lost] = np.where(mended[..., None], again.values, found.values[lost])
+        found.failed[lost] &= ~mended
     return found
 
 

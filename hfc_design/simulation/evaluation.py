@@ -1,7 +1,7 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
-from collections.abc import Iterator, Sequence
-from itertools import starmap
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, starmap
 from typing import NamedTuple
 
 import jax
@@ -19,6 +19,7 @@ from hfc_design.objectives import metrics
 from hfc_design.objectives.judge import Judge
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
+from hfc_design.simulation.divergence import Divergence, divergence_of, finer
 from hfc_design.simulation.population import Machines
 from plants import Drive, Machine, in_a_name
 
@@ -75,6 +76,8 @@ class Evaluation(NamedTuple):
     time: Floats  # (steps,) [s]
     axes: tuple[AxisMotion, ...]
     contour: Contour | None  # of an X-Y machine on a path
+    substeps: int = 1  # with which it was simulated; more than the scenario's where that diverged
+    divergence: Divergence | None = None  # when and why it diverged
 
     def score(self, judge: Judge) -> dict[str, float | str | None]:
         """Fitness, merit and metrics as a file has them: None where there is no number."""
@@ -85,7 +88,9 @@ class Evaluation(NamedTuple):
 def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     """Simulate ``design`` on ``scenario``.
 
-    The plant is the design's, with the parameters that the scenario sets laid over it.
+    The plant is the design's, with the parameters that the scenario sets laid over it. A motion
+    that diverges is simulated again in finer steps, so that it is the loop that is judged and not
+    the step.
 
     Raises:
         UserError: the two are made for different plants or sample times, or it needs more memory
@@ -96,8 +101,12 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
-    loop = closed_loop(scenario, controller)
-    return next(evaluations(scenario, loop, machines, scenario.samples(), gains))
+    for where in chain([scenario], finer(scenario)):
+        loop = closed_loop(where, controller)
+        found = next(evaluations(where, loop, machines, where.samples(), gains))
+        if not found.diverged:
+            break
+    return found
 
 
 def evaluations(
@@ -123,7 +132,20 @@ def evaluations(
         )
         scores = (float(judged.values[k, 0]), float(judged.merit[k]))
         fitness, merit = (-np.inf, -np.inf) if diverged else scores
-        yield Evaluation(fitness, merit, diverged, own, found, time, axes, path)
+        lost = divergence_of(time, _quantities(axes)) if diverged else None
+        whole = Evaluation(fitness, merit, diverged, own, found, time, axes, path)
+        yield whole._replace(substeps=loop.substeps, divergence=lost)
+
+
+def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
+    """Every state of the machine and then the commands, (steps,) each, by name."""
+    several = len(axes) > 1
+    heads = [f"{axis.name}: " if several else "" for axis in axes]
+    pairs = [*zip(heads, axes, strict=True)]
+    states = {
+        head + key: x for head, axis in pairs for key, x in axis.motion.state._asdict().items()
+    }
+    return states | {f"{head}the command": axis.motion.command for head, axis in pairs}
 
 
 def _metrics(
@@ -171,6 +193,20 @@ def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) 
         values = (item.metrics[key] for item in found)
         rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
     return rows
+
+
+def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
+    """What has to be told beside the numbers of some designs, a line each."""
+    found, own = [], scenario.simulation.substeps
+    for name, one in rows.items():
+        if one.divergence:
+            tried = f", with {one.substeps} substeps too" if one.substeps > own else ""
+            found.append(f"{name} diverges: {one.divergence}{tried}")
+        elif one.substeps > own:
+            found.append(
+                f"{name} is simulated with {one.substeps} substeps, it diverges with {own}"
+            )
+    return found
 
 
 def _headed(name: str, found: dict[str, str]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from hfc_design.files.pairing import controller_of, load_design, machine, with_c
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.simulation import memory
 from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.evaluation import Evaluation, evaluations
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
@@ -28,8 +29,6 @@ FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
-#: Steps are shorter by this factor where a motion has diverged.
-FINER = 8
 #: The share of the motion, at its end, that shows whether a loop is stable.
 LATE = 0.25
 #: A drive that stands at a limit for a larger share of that time no longer controls.
@@ -91,8 +90,8 @@ def robustness(
 ) -> Robustness:
     """Simulate ``design`` on the nominal machine and ``samples`` others.
 
-    A motion that diverges is simulated again with steps of an eighth, so that it is the loop that
-    is judged and not the step. ``progress(done, total)`` hears of every chunk of machines.
+    A motion that diverges is simulated again in finer steps, as ``evaluate`` does.
+    ``progress(done, total)`` hears of every chunk of machines.
 
     Raises:
         UserError: spread or samples are not allowed, or design and scenario do not fit.
@@ -105,17 +104,16 @@ def robustness(
     machines, refused = drawn(machine(design, scenario), spread, samples, seed)
     _check_steps(scenario, machines)
     found = list(_motions(design, scenario, machines, progress, min(CHUNK, machines.size)))
-    again = np.flatnonzero([one.diverged for one, _ in found])
-    if len(again):
-        # A motion may diverge because the step is too long for it: ask again with shorter ones.
-        substeps = {"substeps": FINER * scenario.simulation.substeps}
-        simulation = scenario.simulation.model_copy(update=substeps)
-        finer = scenario.model_copy(update={"simulation": simulation})
+    refined = sum(one.diverged for one, _ in found)
+    for where in finer(scenario):
+        again = np.flatnonzero([one.diverged for one, _ in found])
+        if not len(again):
+            break
 
-        def more(done: int, _: int) -> None:
-            progress(len(found) + done, len(found) + len(again))
+        def more(done: int, total: int) -> None:
+            progress(len(found) + done, len(found) + total)
 
-        motions = _motions(design, finer, machines.take(again), more, FEW)
+        motions = _motions(design, where, machines.take(again), more, FEW)
         for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
@@ -126,7 +124,7 @@ def robustness(
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
     parts = (np.array(stable[1:]), stable[0], nominal, values, evaluations[0])
-    return Robustness(spread, seed, machines, refused, len(again), *parts)
+    return Robustness(spread, seed, machines, refused, refined, *parts)
 
 
 def _motions(

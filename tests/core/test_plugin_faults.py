@@ -38,9 +38,9 @@ def test_what_is_missing_is_said(own):
     line = refused("design", "own.toml")
     for part in ("fitness.kind = 'smooth'", "'lin-lee'", "'contour'", "--fitness module:OBJECT"):
         assert part in line
-    (own / "own.toml").write_text("controller = { kind = 'lqr' }\n")
+    (own / "own.toml").write_text("controller = { kind = 'mpc' }\n")
     line = refused("design", "own.toml")
-    for part in ("controller.kind = 'lqr'", "'pid'", "'aflc'", "--controller module:OBJECT"):
+    for part in ("controller.kind = 'mpc'", "'pid'", "'aflc'", "--controller module:OBJECT"):
         assert part in line
 
 

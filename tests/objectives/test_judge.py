@@ -20,7 +20,7 @@ SMALL = {
     "simulation.duration_s": 0.3,
     "search.population": 16,
     "search.generations": 6,
-    "controller": {"kind": "pd", "ranges": {"kd": [30.0, 1e5]}},
+    "controller": {"kind": "pd", "ranges": {"kd": [30.0, 1e8]}},
 }
 #: Below zero: minus the largest error in mrad; and one that is never a number.
 CALM = api.Objective(

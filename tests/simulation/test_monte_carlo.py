@@ -14,7 +14,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
-from hfc_design.simulation import monte_carlo
+from hfc_design.simulation import machines, monte_carlo
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
 from hfc_design.simulation.monte_carlo import drawn, is_stable, robustness
@@ -143,7 +143,7 @@ def test_machines_that_cannot_exist_are_drawn_again_and_counted(monkeypatch):
     possible = (ls * lr > lm**2) & (ts >= tc)
     assert refused == 50 + refused - possible.sum() > 0
     np.testing.assert_array_equal(p.mutual_inductance[1:], lm[possible])
-    monkeypatch.setattr(monte_carlo, "MAX_DRAWS", 0)
+    monkeypatch.setattr(machines, "MAX_DRAWS", 0)
     with pytest.raises(UserError, match=r"--spread 0.4: of \d+ draws only \d+ gave a possible"):
         drawn(settings, 0.4, 50, 0)
 
@@ -159,22 +159,6 @@ def test_nearly_no_spread_gives_the_nominal_metrics(name):
         assert found.values[key] == pytest.approx(np.full(3, nominal), rel=1e-8, nan_ok=True)
     assert found.stable.all()
     assert found.nominal_stable
-
-
-def test_a_step_that_is_too_long_does_not_make_a_loop_unstable():
-    # Some of these spindles overshoot faster than steps of 1 ms can follow; not all are unstable.
-    design, coarse = case("pd-only", seconds=1.0)
-    found = robustness(design, coarse, 0.2, 40)
-    diverged = [k for k in range(1, 41) if alone(design, coarse, found.machines, k).diverged]
-    assert found.refined == len(diverged) > 0
-    _, fine = case("pd-only", "simulation.substeps=8", seconds=1.0)
-    for k in diverged:
-        wanted = alone(design, fine, found.machines, k).metrics["rms_error_rad"]
-        rms = found.values["rms_error_rad"][k - 1]
-        assert rms == pytest.approx(np.nan if wanted is None else wanted, rel=1e-9, nan_ok=True)
-    judged = found.stable[np.array(diverged) - 1]
-    assert judged.any()
-    assert not judged.all()
 
 
 def test_stable_share_is_that_of_the_poles():
@@ -301,7 +285,7 @@ def test_the_command_tells_the_same_as_json_table_and_picture(tmp_path):
 
 def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
     design = load_design("pd-only")
-    pd = design.controller.pd.model_copy(update={"kd": 1e7})
+    pd = design.controller.pd.model_copy(update={"kd": 1e9})
     wild = design.model_copy(update={"controller": design.controller.model_copy(update={"pd": pd})})
     (tmp_path / "wild.json").write_text(wild.model_dump_json())
     done = hfc("score", tmp_path / "wild.json", *SHORT, "--plot", tmp_path / "wild.svg")

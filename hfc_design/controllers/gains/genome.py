@@ -5,9 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.gains import GainsSettings, Range
-from hfc_design.controllers.genome import Genome, some
+from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target, kinds
 from hfc_design.core.numbers import Floats, Gains, Integers, Json
+
+#: First standard deviation of a distribution, in shares of the ranges.
+STEP = 0.08
 
 
 class GainVectors(NamedTuple):
@@ -47,6 +50,16 @@ class GainsGenome(Genome):
         """Other gains by a millionth of their ranges."""
         off = 1e-6 * rng.standard_normal(population.places.shape)
         return _allowed(population, population.places + off)
+
+    stages = ((1.0, False),)
+
+    def stage(self, number: int, about: GainVectors | None) -> Stage:
+        """The places in the ranges, about the genome's first individual."""
+
+        def members(points: Floats, tree: Integers) -> GainVectors:
+            return GainVectors(tree, np.clip(points, 0.0, 1.0))
+
+        return Stage(taken(self.empty(), slice(1)).places[0], STEP, members)
 
     def gains(self, population: GainVectors) -> Gains:
         """The kind's record of gains, each (n,)."""

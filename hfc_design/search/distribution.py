@@ -1,0 +1,113 @@
+"""A normal distribution that moves to where samples were good: CMA-ES.
+
+Hansen and Ostermeier, Evolutionary Computation 9(2), 2001, with the constants of Hansen, The CMA
+Evolution Strategy: A Tutorial, arXiv:1604.00772, 2016; of many numbers only the variances are
+adapted (Ros and Hansen, PPSN X, 2008). What is ranked may be noisy: the mean is the result.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+
+#: Numbers of which the whole covariance is adapted, at most.
+WHOLE = 40
+#: Smallest variance of a direction, in shares of the largest, and the largest step.
+SMALLEST, LARGEST_STEP = 1e-16, 1e6
+
+
+class Distribution(NamedTuple):
+    """Where points are drawn, in steps of their own."""
+
+    mean: Floats  # (size,)
+    step: Floats  # (1,) factor on all
+    covariance: Floats  # (size, size), or (size, 1): variances
+    path: Floats  # (size,) of the mean
+    steady_path: Floats  # (size,) of the mean, as if the covariance were one
+    age: Floats  # (1,) generations
+
+
+class Constants(NamedTuple):
+    """Rates of learning, of a number of samples and a size."""
+
+    weights: Floats  # (kept,) of the best samples
+    mass: float  # effective number of samples
+    step_rate: float
+    damping: float
+    path_rate: float
+    rank_one: float
+    rank_mu: float
+    length: float  # expected length of a normal vector
+
+
+def begun(mean: Floats, step: float) -> Distribution:
+    """Before anything was learnt; a ``mean`` of (size,)."""
+    size = len(mean)
+    covariance = np.eye(size) if size <= WHOLE else np.ones((size, 1))
+    one = np.ones(1)
+    return Distribution(mean, step * one, covariance, np.zeros(size), np.zeros(size), 0.0 * one)
+
+
+def constants(samples: int, size: int) -> Constants:
+    """The defaults of the tutorial, table 1, with positive weights alone."""
+    kept = samples // 2
+    weights = np.log(kept + 0.5) - np.log(np.arange(1, kept + 1))
+    weights = weights / weights.sum()
+    mass = 1.0 / float((weights**2).sum())
+    step_rate = (mass + 2.0) / (size + mass + 5.0)
+    damping = 1.0 + 2.0 * max(0.0, np.sqrt((mass - 1.0) / (size + 1.0)) - 1.0) + step_rate
+    path_rate = (4.0 + mass / size) / (size + 4.0 + 2.0 * mass / size)
+    rank_one = 2.0 / ((size + 1.3) ** 2 + mass)
+    rank_mu = min(1.0 - rank_one, 2.0 * (mass - 2.0 + 1.0 / mass) / ((size + 2.0) ** 2 + mass))
+    if size > WHOLE:  # there is less to learn, so it is learnt faster (Ros and Hansen, eq. 6)
+        faster = (size + 2.0) / 3.0
+        rank_one = min(1.0, faster * rank_one)
+        rank_mu = min(1.0 - rank_one, faster * rank_mu)
+    length = np.sqrt(size) * (1.0 - 1.0 / (4.0 * size) + 1.0 / (21.0 * size**2))
+    rates = (step_rate, damping, path_rate, rank_one, rank_mu, length)
+    return Constants(weights, mass, *map(float, rates))
+
+
+def drawn(distribution: Distribution, samples: int, rng: np.random.Generator) -> Floats:
+    """(samples, size) points."""
+    normal = rng.standard_normal((samples, len(distribution.mean)))
+    turn, root = _axes(distribution.covariance)
+    return distribution.mean + distribution.step * ((normal * root) @ turn.T)
+
+
+def learnt(distribution: Distribution, points: Floats, score: Floats) -> Distribution:
+    """The distribution after ``points`` (samples, size) have been scored, the larger the better."""
+    mean, step, covariance, path, steady, age = distribution
+    size = len(mean)
+    c = constants(len(points), size)
+    best = points[np.argsort(-score, kind="stable")[: len(c.weights)]]
+    moves = (best - mean) / step
+    move = c.weights @ moves
+    turn, root = _axes(covariance)
+    whitened = turn @ ((turn.T @ move) / root)
+    steady = (1.0 - c.step_rate) * steady
+    steady = steady + np.sqrt(c.step_rate * (2.0 - c.step_rate) * c.mass) * whitened
+    length = np.linalg.norm(steady)
+    settled = np.sqrt(1.0 - (1.0 - c.step_rate) ** (2.0 * (age + 1.0)))
+    moving = length / settled < (1.4 + 2.0 / (size + 1.0)) * c.length  # else the step was too small
+    path = (1.0 - c.path_rate) * path
+    path = path + moving * np.sqrt(c.path_rate * (2.0 - c.path_rate) * c.mass) * move
+    stalled = (1.0 - moving) * c.path_rate * (2.0 - c.path_rate)
+    old = 1.0 - c.rank_one - c.rank_mu + c.rank_one * stalled
+    if covariance.shape[1] == 1:
+        more = (c.rank_one * path**2 + c.rank_mu * (c.weights @ moves**2))[:, None]
+    else:
+        more = c.rank_one * np.outer(path, path) + c.rank_mu * (moves.T * c.weights) @ moves
+    grown = step * np.exp(c.step_rate / c.damping * (length / c.length - 1.0))
+    parts = (np.minimum(grown, LARGEST_STEP), old * covariance + more, path, steady, age + 1.0)
+    return Distribution(mean + step * move, *parts)
+
+
+def _axes(covariance: Floats) -> tuple[Floats, Floats]:
+    """Directions (size, size) and standard deviations (size,) along them."""
+    if covariance.shape[1] == 1:
+        variances, turn = covariance[:, 0], np.eye(len(covariance))
+    else:
+        variances, turn = np.linalg.eigh(covariance)
+    return turn, np.sqrt(np.maximum(variances, SMALLEST * variances.max()))

@@ -1,0 +1,176 @@
+"""A distribution that follows what is good, in the stages that the genome has: CMA-ES.
+
+Scores are compared within a generation only, so that each may be judged on other machines; the
+result is the mean of the distribution and not the luckiest individual.
+"""
+
+from itertools import accumulate
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from hfc_design.controllers.genome import Population, Stage, replaced, taken
+from hfc_design.controllers.hierarchical.record import Bounds
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import NotNegative, Positive
+from hfc_design.search.distribution import Distribution, begun, drawn, learnt
+from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
+
+BOUNDS = Bounds()
+
+
+class CmaSettings(StrategySettings):
+    """CMA-ES, stage by stage; where structures matter, several compete and half of them remain."""
+
+    preset: Literal["cma"] = "cma"
+    population: int = Field(16, ge=6, le=10_000)
+    generations: int = Field(450, ge=1, le=10_000_000)
+    step: Positive = 1.0  # factor on the first standard deviations
+    trees: int = Field(4, ge=1, le=1000)  # structures that compete
+    stick_penalty: NotNegative = 0.0
+    kp_range: Range = BOUNDS.kp_range
+    kd_range: Range = BOUNDS.kd_range
+    scale_range: float = Field(BOUNDS.scale_range, ge=1)
+    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
+    root_limit: Positive = BOUNDS.root_limit
+
+
+class CmaState(NamedTuple):
+    """One island for each structure that still competes."""
+
+    population: Population  # (islands,) the means
+    score: Floats  # (islands,) of the means when they were last judged
+    about: Population  # (1,) what the stage before ended with, in the first anything
+    stage: int
+    islands: Distribution  # each leaf with an axis of islands in front
+
+
+class Asked(NamedTuple):
+    """Samples of one island, and its mean as the last."""
+
+    population: Population
+    points: Floats  # (n, size)
+    island: int
+
+
+class Place(NamedTuple):
+    """Where in the search a generation is."""
+
+    stage: int
+    within: int  # generations of the stage that are done
+    room: int  # islands that still compete
+
+
+class Cma(NamedTuple):
+    """Ask and tell, one island a generation in turn."""
+
+    settings: CmaSettings
+    task: Task
+
+    def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
+        """The first stage, about the genome's first individual."""
+        anything = taken(self.task.genome.empty(), slice(1))
+        return self._asked(self._begun(self._place(0), anything, rng), 0, rng)
+
+    def ask(
+        self, state: CmaState, generation: int, rng: np.random.Generator
+    ) -> tuple[CmaState, Asked]:
+        """Samples of the next island: of another stage, or of fewer, where it is time."""
+        place = self._place(generation)
+        if place.stage != state.stage:
+            best = int(np.argmax(state.score))
+            state = self._begun(place, taken(state.population, np.array([best])), rng)
+        elif place.room < len(state.score):
+            kept = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
+            islands = Distribution(*(leaf[kept] for leaf in state.islands))
+            state = state._replace(
+                population=taken(state.population, kept), score=state.score[kept], islands=islands
+            )
+        return self._asked(state, place.within % len(state.score), rng)
+
+    def tell(self, state: CmaState, asked: Asked, score: Floats) -> CmaState:
+        """The island after its samples have been scored."""
+        k, stage = asked.island, self._stage(state)
+        before = Distribution(*(leaf[k] for leaf in state.islands))
+        after = learnt(before, asked.points[:-1], score[:-1])
+        islands = Distribution(
+            *(_put(leaf, k, x) for leaf, x in zip(state.islands, after, strict=True))
+        )
+        mean = stage.members(after.mean[None], state.population.tree[k : k + 1])
+        population = replaced(state.population, np.array([k]), mean)
+        return state._replace(
+            population=population, score=_put(state.score, k, score[-1]), islands=islands
+        )
+
+    def _place(self, generation: int) -> Place:
+        stages = self.task.genome.stages
+        ends = [*accumulate(share for share, _ in stages)]
+        total = self.settings.generations
+        last = [round(total * end / ends[-1]) for end in ends]
+        number = next(k for k, end in enumerate(last) if generation < end)
+        first, competing = (last[number - 1] if number else 0), stages[number][1]
+        islands = min(self.settings.trees, self.task.genome.structures) if competing else 1
+        heats = _heats(islands)
+        length = max(last[number] - first, 1)
+        return Place(number, generation - first, heats[(generation - first) * len(heats) // length])
+
+    def _begun(self, place: Place, about: Population, rng: np.random.Generator) -> CmaState:
+        genome = self.task.genome
+        stage = genome.stage(place.stage, about if place.stage else None)
+        one = begun(stage.start, stage.step * self.settings.step)
+        each = Distribution(*(np.repeat(leaf[None], place.room, axis=0) for leaf in one))
+        others = np.setdiff1d(np.arange(genome.structures), about.tree)
+        tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
+        population = stage.members(np.repeat(stage.start[None], place.room, axis=0), tree)
+        return CmaState(population, np.full(place.room, -np.inf), about, place.stage, each)
+
+    def _stage(self, state: CmaState) -> Stage:
+        return self.task.genome.stage(state.stage, state.about if state.stage else None)
+
+    def _asked(
+        self, state: CmaState, island: int, rng: np.random.Generator
+    ) -> tuple[CmaState, Asked]:
+        own = Distribution(*(leaf[island] for leaf in state.islands))
+        points = drawn(own, self.settings.population - 1, rng)
+        points = np.concatenate([points, own.mean[None]])
+        tree = np.repeat(state.population.tree[island : island + 1], len(points))
+        return state, Asked(self._stage(state).members(points, tree), points, island)
+
+
+def _heats(islands: int) -> list[int]:
+    """Islands in each heat: all, then half of them, down to one."""
+    sizes = [islands]
+    while sizes[-1] > 1:
+        sizes.append(-(-sizes[-1] // 2))
+    return sizes
+
+
+def _put(leaf: Any, place: int, value: Any) -> Any:
+    leaf = leaf.copy()
+    leaf[place] = value
+    return leaf
+
+
+def _sound(settings: CmaSettings, state: CmaState) -> bool:
+    islands, size = state.islands.mean.shape
+    shapes = [leaf.shape[:1] == (islands,) for leaf in state.islands]
+    return (
+        all(shapes)
+        and len(state.score) == islands > 0
+        and len(state.about.tree) == 1
+        and state.islands.covariance.shape[1] == size
+        and all(bool(np.isfinite(leaf).all()) for leaf in state.islands)
+        and bool((state.islands.step > 0.0).all())
+    )
+
+
+STRATEGY = Strategy(
+    "cma",
+    CmaSettings,
+    CmaState,
+    Cma,
+    "a distribution that follows what is good (CMA-ES), its stages those of the controller",
+    sound=_sound,
+    forgets=True,
+)

@@ -1,0 +1,68 @@
+"""Motions that diverge: the finer steps that may mend them, and when and why they do."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import MAX_SUBSTEPS
+from hfc_design.simulation import memory
+
+#: What diverges is simulated again with so many times the substeps, one after the other.
+FINER = (4, 16)
+#: A quantity has run away once it stays beyond this many times its median.
+RUNAWAY = 1e3
+
+
+class Divergence(NamedTuple):
+    """What ran away first, and when."""
+
+    time_s: float
+    cause: str  # a state of the machine, the command, or the fitness
+
+    def __str__(self) -> str:
+        return f"{self.cause} runs away at {self.time_s:.4g} s"
+
+
+def finer(scenario: Scenario) -> Iterator[Scenario]:
+    """The scenario in finer steps, as far as they are allowed and memory holds them."""
+    for factor in FINER:
+        substeps = factor * scenario.simulation.substeps
+        simulation = scenario.simulation.model_copy(update={"substeps": substeps})
+        found = scenario.model_copy(update={"simulation": simulation})
+        try:
+            memory.check(scenario.name, memory.of_motion(found))
+        except UserError:
+            return
+        if substeps > MAX_SUBSTEPS:
+            return
+        yield found
+
+
+def divergence_of(time: Floats, motion: dict[str, Floats]) -> Divergence:
+    """What ran away first in a motion that diverged.
+
+    ``motion`` has each quantity at each sample, (steps,); of those that run away at the same
+    sample the one is named that had grown most. Where all of them stay in hand it is the fitness
+    that is no number, or the very last step.
+    """
+    found = [(*_runs_away(values), name) for name, values in motion.items()]
+    since, _, cause = min(found, key=lambda item: item[:2])
+    if since == len(time):
+        cause = "the fitness"
+    step = time[1] - time[0] if len(time) > 1 else 0.0
+    return Divergence(float(time[0] + since * step), cause)
+
+
+@np.errstate(all="ignore")
+def _runs_away(values: Floats) -> tuple[int, float]:
+    """The first sample that is beyond any bound, as all after it are, and minus its growth."""
+    size = np.abs(values)
+    finite = np.isfinite(size)
+    usual = float(np.median(size[finite])) if finite.any() else 0.0
+    kept = finite & (size <= (RUNAWAY * usual or np.inf))
+    since = len(kept) - int(np.argmax(kept[::-1])) if kept.any() else 0
+    return since, -float(size[since - 1] / usual) if since and usual else 0.0

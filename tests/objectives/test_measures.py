@@ -1,0 +1,102 @@
+"""Measures that add up while a loop runs, against NumPy on its recorded motion."""
+
+import numpy as np
+import pytest
+
+from hfc_design.files.pairing import controller_of, load_design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.objectives.measures import MEASURES, band_time, measure
+from hfc_design.simulation import population
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluation import evaluate
+
+#: A move to 20 mrad and a hold; it is to be settled after 1.5 s.
+MOVE = {
+    "name": "move",
+    "reference": {"kind": "trapezoidal", "distance": 0.02, "velocity": 0.02, "acceleration": 0.2},
+    "simulation": {"duration_s": 2.0},
+    "fitness": {"settled_after_s": 0.5},
+    "limits": {"command": 9.0},
+    "load": {"constant": -5.0},
+}
+BAND = 1e-3
+
+
+def measured(design, scenario, measures):
+    """Of the only machine, in float64."""
+    found = load_scenario(scenario)
+    controller, gains = controller_of(load_design(design), found)
+    loop = closed_loop(found, controller)
+    loop = loop._replace(judge=loop.judge._replace(measured=tuple(measures)))
+    machines = population.one_machine(found.plant.values())
+    judged = population.scores(loop, machines, [found.samples()], gains, np.float64)
+    return judged.values[0, 0, 0, -len(measures) :]
+
+
+def by_hand(design, scenario):
+    """The same of the recorded motion."""
+    evaluation = evaluate(design, scenario)
+    (axis,) = evaluation.axes
+    error, command = axis.motion.error, axis.motion.command
+    time, rate = evaluation.time, axis.happens.reference_rate
+    settled = time >= load_scenario(scenario).fitness.settled_after_s
+    late = np.arange(len(time)) >= 0.75 * len(time)
+    fast = settled & (abs(rate) >= 0.5 * abs(rate).max()) & (abs(rate) > 0.0)
+    stands = abs(axis.velocity) < 0.1 * abs(rate)
+    off = np.flatnonzero(abs(error) > BAND)
+    position = axis.reference - error
+    return {
+        "rms_error": np.sqrt(np.mean(error**2)),
+        "max_error": abs(error).max(),
+        "settled_rms_error": np.sqrt(np.mean(error[settled] ** 2)),
+        "settled_max_error": abs(error[settled]).max(),
+        "iae": abs(error).sum() * 1e-3,
+        "overshoot": max((position - axis.reference[-1]).max(), 0.0),
+        "velocity_ripple": np.sqrt(np.mean(axis.motion.error_rate[settled] ** 2)),
+        "chatter": np.sqrt(np.mean(np.diff(command, prepend=0.0) ** 2)),
+        "peak_command": abs(command).max(),
+        "rms_command": np.sqrt(np.mean(command**2)),
+        "stick_slip": stands[fast].mean() if fast.any() else 0.0,
+        "limit_share": (abs(command[late]) >= 9.0).mean(),
+        "late_error": abs(error[late]).max(),
+        "band_time": (off[-1] + 1) * 1e-3 if len(off) else 0.0,
+    }
+
+
+@pytest.mark.parametrize("design", ["lin-lee-1999-table-1", "pd-only"])
+def test_measures_of_one_axis(design):
+    expected = by_hand(design, MOVE)
+    own = [measure(name, BAND) for name in expected]
+    found = measured(design, MOVE, own)
+    assert dict(zip(expected, found, strict=True)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert expected["limit_share"] > 0.1  # there is something to see
+    assert expected["overshoot"] > 0.01
+    left_out = {"rms_contour_error", "max_contour_error"}
+    assert {*MEASURES, "band_time"} == {*expected, *left_out}
+
+
+def test_contour_error_and_vectors_of_two_axes():
+    """A circle: the errors of the page's metrics, which are read off the recorded motion."""
+    circle = load_scenario("feed-drive-circle", {"simulation.duration_s": 8.0})
+    names = ("rms_contour_error", "max_contour_error", "rms_error", "peak_command")
+    rms, most, vector, peak = measured("jee-koren-2004-pid", circle, [measure(x) for x in names])
+    evaluation = evaluate("jee-koren-2004-pid", circle)
+    x, y = (axis.motion for axis in evaluation.axes)
+    assert vector == pytest.approx(np.sqrt(np.mean(x.error**2 + y.error**2)))
+    assert peak == max(abs(x.command).max(), abs(y.command).max())
+    off = evaluation.contour.error
+    # The measure linearises about where the machine should be, the page finds the nearest point.
+    assert rms == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-3)
+    assert most == pytest.approx(abs(off).max(), rel=1e-3)
+
+
+def test_nothing_counts_where_nothing_slides():
+    still = MOVE | {"reference": {"kind": "step", "height": 0.001}}
+    assert measured("pd-only", still, [MEASURES["stick_slip"]]) == 0.0
+
+
+def test_a_band_is_a_program_once():
+    assert measure("band_time", 1e-3) is measure("band_time", 1e-3)
+    assert band_time(1e-3).meaning == "from then on the error stays within 0.001"
+    with pytest.raises(ValueError, match="speed: is no measure; there is rms_error, "):
+        measure("speed")

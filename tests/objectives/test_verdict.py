@@ -1,0 +1,88 @@
+"""One number of many motions and machines, against numbers by hand."""
+
+import numpy as np
+import pytest
+
+from hfc_design import api
+from hfc_design.objectives.constraints import Constraint
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.verdict import Ensemble
+
+STUCK, LATE = Constraint(MEASURES["stick_slip"], 0.0), Constraint(MEASURES["late_error"], 0.01)
+
+
+def judged(merit, failed=None, **values):
+    """Of merits [design][machine][motion]; values of measures likewise."""
+    merit = np.array(merit, float)
+    failed = np.zeros(merit.shape, bool) if failed is None else np.array(failed)
+    columns = [merit, *(np.broadcast_to(np.array(x, float), merit.shape) for x in values.values())]
+    return Judged(merit, np.stack(columns, axis=-1), failed)
+
+
+def test_motions_are_averaged_as_one_long_one():
+    """LL eq. 5 of two motions after one another: 1 / (sum + sum), here twice the mean of costs."""
+    found = Ensemble((1.0, 1.0)).verdict(judged([[[2.0, 6.0]]]))
+    assert found.rank == pytest.approx([1.0 / (0.5 * (1 / 2.0 + 1 / 6.0))])
+    weighed = Ensemble((3.0, 1.0)).verdict(judged([[[2.0, 6.0]]]))
+    assert weighed.rank == pytest.approx([1.0 / (0.75 / 2.0 + 0.25 / 6.0)])
+
+
+@pytest.mark.parametrize(
+    ("keep", "rank"),
+    [("worst", 1.0), ("quantile", 2.0), ("mean", 4.0 / (1 + 1 / 2 + 1 / 4 + 1 / 4))],
+)
+def test_machines(keep, rank):
+    merit = [[[4.0], [1.0], [4.0], [2.0]]]
+    found = Ensemble((1.0,), keep=keep, quantile=0.4).verdict(judged(merit))
+    assert found.rank == pytest.approx([rank])
+    assert found.merit.tolist() == [[4.0, 1.0, 4.0, 2.0]]
+    assert found.sound.tolist() == [[True] * 4]
+
+
+def test_no_merit_buys_a_constraint_off():
+    """Two machines, one motion; by how much it is broken decides, at most once a constraint."""
+    ensemble = Ensemble((1.0,), (STUCK, LATE))
+    stick = [[[0.0], [0.0]], [[0.1], [0.0]], [[0.0], [0.0]], [[0.0], [0.0]]]
+    late = [[[0.01], [0.002]], [[0.0], [0.0]], [[0.012], [0.0]], [[9.9], [0.0]]]
+    merit = [[[1e-3]] * 2, [[1e6]] * 2, [[1e6]] * 2, [[1e6]] * 2]
+    found = ensemble.verdict(judged(merit, stick=stick, late=late))
+    assert found.rank == pytest.approx([1e-3, -0.1 / 2, -0.2 / 2, -1.0 / 2])
+    assert found.sound.tolist() == [[True, True], [False, True], [False, True], [False, True]]
+
+
+def test_what_fails_breaks_everything_and_only_what_always_fails_is_lost():
+    ensemble = Ensemble((1.0,), (STUCK, LATE))
+    failed = [[[True], [False]], [[True], [True]]]
+    merit = [[[np.nan], [5.0]], [[np.inf], [np.nan]]]
+    found = ensemble.verdict(judged(merit, failed, stick=np.nan, late=0.0))
+    assert found.merit.tolist() == [[0.0, 5.0], [0.0, 0.0]]
+    # A share of sticking that is no number counts as one that is broken.
+    assert found.rank == pytest.approx([-(3.0 + 1.0) / 2, -np.inf])
+
+
+def test_constraints_of_a_scenario_are_in_the_units_of_its_machine():
+    limits = {"late_error": "2 mrad", "chatter": 3, "band_time": "0.5 s", "band": "50 urad"}
+    scenario = api.load_scenario({"constraints": limits})
+    most = {one.measure.name: one.most for one in scenario.ensemble.constraints}
+    assert most == pytest.approx({"late_error": 2e-3, "chatter": 3.0, "band_time": 0.5})
+    feed = {"plant": {"name": "feed-drive"}, "simulation": {"sample_time_s": 0.01}}
+    feed |= {"controller": {"kind": "pid"}, "constraints": {"late_error": "20 um"}}
+    (late,) = api.load_scenario(feed).ensemble.constraints
+    millimetres = api.load_scenario(feed).plant.each()[0].length
+    assert late.most == pytest.approx(0.02 / millimetres)
+
+
+@pytest.mark.parametrize(
+    ("constraints", "message"),
+    [
+        ({"stick": 0}, "constraints.stick: is no measure; there is rms_error, "),
+        ({"late_error": "2 V"}, "constraints.late_error = '2 V': has to be a quantity in rad"),
+        ({"chatter": -1}, "constraints.chatter = -1.0: has to be zero or more"),
+        ({"max_contour_error": 1}, "constraints.max_contour_error: is of a machine that follows a"),
+    ],
+)
+def test_constraints_that_cannot_be(constraints, message):
+    with pytest.raises(api.UserError) as refusal:
+        api.load_scenario({"constraints": constraints})
+    assert message in str(refusal.value)

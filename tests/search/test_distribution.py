@@ -1,0 +1,60 @@
+"""CMA-ES against what is known of it: its constants, its speed on quadratic functions."""
+
+import numpy as np
+import pytest
+
+from hfc_design.search.distribution import begun, constants, drawn, learnt
+
+
+def minimised(function, size, samples, generations, seed=0, start=1.0, step=0.5):
+    distribution, rng = begun(np.full(size, start), step), np.random.default_rng(seed)
+    for _ in range(generations):
+        points = drawn(distribution, samples, rng)
+        distribution = learnt(distribution, points, -function(points))
+    return distribution
+
+
+def test_constants_of_the_tutorial():
+    """Hansen 2016, table 1 with n = 10 and 10 samples, by hand."""
+    found = constants(10, 10)
+    raw = np.log(5.5) - np.log(np.arange(1, 6))
+    weights = raw / raw.sum()
+    mass = 1.0 / np.sum(weights**2)
+    assert found.weights == pytest.approx(weights)
+    assert found.mass == pytest.approx(mass)
+    assert found.step_rate == pytest.approx((mass + 2) / (10 + mass + 5))
+    assert found.damping == pytest.approx(1.0 + found.step_rate)
+    assert found.path_rate == pytest.approx((4 + mass / 10) / (10 + 4 + 2 * mass / 10))
+    assert found.rank_one == pytest.approx(2 / (11.3**2 + mass))
+    assert found.rank_mu == pytest.approx(2 * (mass - 2 + 1 / mass) / (12**2 + mass))
+    assert found.length == pytest.approx(3.0847, abs=1e-4)  # mean of chi with 10 degrees
+
+
+@pytest.mark.parametrize(
+    ("size", "spread", "generations"),
+    [(10, 1e6, 500), (60, 1e3, 600)],  # the whole, variances
+)
+def test_it_learns_how_long_the_axes_of_an_ellipsoid_are(size, spread, generations):
+    axes = spread ** (np.arange(size) / (size - 1))
+    found = minimised(lambda x: x**2 @ axes, size, 16, generations)
+    assert found.mean**2 @ axes < 1e-6
+    variances = found.covariance.diagonal() if size == 10 else found.covariance[:, 0]
+    slope = np.polyfit(np.log(axes), np.log(variances), 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.1)  # as the inverse Hessian
+
+
+def test_it_turns_with_the_function():
+    """Rosenbrock's valley is bent: without correlations it takes ten times as long."""
+
+    def rosenbrock(x):
+        return np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1)
+
+    found = minimised(rosenbrock, 6, 12, 500, start=0.0)
+    assert found.mean == pytest.approx(np.ones(6), abs=1e-3)
+
+
+def test_only_the_order_of_scores_counts():
+    kinds = (lambda x: np.sum(x**2, 1), lambda x: 5.0 + np.sum(x**2, 1) ** 3)
+    one, other = (minimised(function, 5, 8, 40) for function in kinds)
+    for a, b in zip(one, other, strict=True):
+        assert a.tolist() == b.tolist()
