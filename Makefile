@@ -13,13 +13,15 @@ TOOLS := .venv-tools
 UV := $(TOOLS)/bin/uv
 VERSION ?= 3.14
 OTHER := .venv-$(notdir $(VERSION))
+UPLOT := 1.6.32
+UPLOT_SHA512 := 2883159c6ebccefbb95d751b0b82d010f9e1c0ec41b8bc96d401eda66e882935c89a46cb824332fa369b8cb8122cc6ac36e186cd09bf7a9ded3a4c93c6989023
 INSTALL := $(UV) pip install -q --require-hashes --python
 
 # One list for every system and every Python that the project runs on, without addresses.
 LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 	--python-version 3.11 --fork-strategy fewest --generate-hashes --no-annotate
 
-.PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock clean
+.PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock uplot clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -91,6 +93,13 @@ lock: $(TOOLS)/installed
 		-o requirements/lowest.txt
 	for name in tools fuzzylite st; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
+
+# The files of a release of uPlot as npm has them, which pages of hfc compare hold. Needs npm.
+uplot:
+	folder=$$(mktemp -d) && cd "$$folder" && npm pack --silent uplot@$(UPLOT) && \
+		echo "$(UPLOT_SHA512)  uplot-$(UPLOT).tgz" | sha512sum -c - && tar xzf uplot-$(UPLOT).tgz && \
+		cd package && cp LICENSE dist/uPlot.iife.min.js dist/uPlot.min.css \
+		$(CURDIR)/hfc_design/report/uplot && rm -r "$$folder"
 
 # An environment is complete when this file is there: first every package, checked against its
 # hash, then this project with the pinned build backend.

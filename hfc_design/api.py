@@ -38,6 +38,8 @@ from hfc_design.runs.run import CONFIG, Result, new_run, opened_run, run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
+from hfc_design.simulation.comparing import compare
+from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
@@ -145,6 +147,19 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     return Path(path)
 
 
+def comparison_page(comparison: Comparison, path: str | Path) -> Path:
+    """Write the page of a comparison, one file with everything inside it.
+
+    Raises:
+        RunError: ``path`` cannot be written.
+    """
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.report.comparison.page import page
+
+    write_whole(Path(path), page(comparison))
+    return Path(path)
+
+
 # Parts of one's own, and what they are made of.
 __all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drawing", "Drive", "Explain"]
 __all__ += ["Fitness", "Genome", "Kind", "Law", "Listing", "Machine", "Moment", "Objective"]
@@ -153,6 +168,7 @@ __all__ += ["Target", "Task", "Template", "View", "Xp", "clipped", "coupled", "g
 __all__ += ["held", "only_positive", "register", "rk4", "settings_of", "side_by_side"]
 __all__ += ["strategies", "taken", "total"]
 # What is loaded, searched, evaluated and written.
-__all__ += ["Controller", "Design", "Evaluation", "Judgements", "Result", "Robustness", "RunError"]
-__all__ += ["Scenario", "Search", "UserError", "design", "evaluate", "evaluate_many", "export"]
-__all__ += ["load_design", "load_scenario", "plot", "robustness", "trajectory_csv", "with_gains"]
+__all__ += ["Comparison", "Controller", "Design", "Evaluation", "Judgements", "Result"]
+__all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "compare"]
+__all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "load_design"]
+__all__ += ["load_scenario", "plot", "robustness", "trajectory_csv", "with_gains"]

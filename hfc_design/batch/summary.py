@@ -16,6 +16,7 @@ from hfc_design.batch import folder
 from hfc_design.batch.plan import LABEL, SCENARIO, Published, matches
 from hfc_design.batch.runs import SEED, Run, batches_below
 from hfc_design.core.numbers import Floats
+from hfc_design.core.statistics import holm
 
 #: A difference counts as shown where the corrected p is not above this.
 ALPHA = 0.05
@@ -160,15 +161,6 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
         found = mannwhitneyu(x, y, axis=1, method="exact" if exact else "asymptotic")
         a12[places], p[places] = found.statistic / (own * other), found.pvalue
     return [Comparison(*pair, *v) for pair, *v in zip(pairs, a12, p, holm(p), strict=True)]
-
-
-def holm(p: Floats) -> Floats:
-    """Holm's step-down correction of (n,) p-values for having been n (Holm 1979)."""
-    order = np.argsort(p, kind="stable")
-    steps = np.maximum.accumulate(p[order] * (len(p) - np.arange(len(p))))
-    found = np.empty(len(p))
-    found[order] = np.minimum(steps, 1.0)
-    return found
 
 
 def smallest_p(own: int, other: int) -> float:

@@ -6,12 +6,16 @@ import threading
 import click
 
 from hfc_design import __version__
+from hfc_design.cli.comparing import compare
 from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.insight import explain, list_, stability
 from hfc_design.cli.simulating import batch, design, report, score, simulate
 
 #: In the order in which a user meets them.
-COMMANDS = (list_, design, score, simulate, export, import_, explain, stability, report, batch)
+COMMANDS = (
+    *(list_, design, score, compare, simulate, export, import_),
+    *(explain, stability, report, batch),
+)
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 

@@ -44,6 +44,8 @@ def meanings(drive: Drive) -> dict[str, str]:
         "stick_events": "how often the axis stuck, once settled [1]",
         f"peak_{called}_{in_a_name(command)}": f"largest {called} [{command}]",
         f"control_effort_{squared}": f"integral of the squared {called} [{command}2 s]",
+        f"rms_{called}_change_{in_a_name(command)}": f"root mean square of the change of the "
+        f"{called} from sample to sample [{command}]",
     }
 
 
@@ -93,6 +95,7 @@ def metrics(
         np.count_nonzero(stuck & ~np.concatenate([[False], stuck[:-1]])),
         np.abs(motion.command).max(),
         np.sum(motion.command**2) * sample_time,
+        np.sqrt(np.mean(np.diff(motion.command) ** 2)) if len(time) > 1 else None,
     )
     values = (None if value is None else float(value) for value in found)
     return dict(zip(meanings(drive), values, strict=True))

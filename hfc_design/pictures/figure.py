@@ -6,10 +6,12 @@ purpose: they are to be read on a phone too.
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 import matplotlib
 import numpy as np
@@ -26,6 +28,7 @@ from hfc_design.core.records import UserError
 Rows = list[list[str]]  # of a table
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
+LABEL = 52  # letters; a longer label is cut off, the table has all of it
 LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
@@ -62,6 +65,32 @@ def image(figure: Figure, kind: str) -> bytes:
 def address(figure: Figure) -> str:
     """A figure as the address of an image, so that its names cannot clash with a page's."""
     return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()
+
+
+def small_address(figure: Figure) -> str:
+    """The same in a third of the letters: curves to a hundredth of a point, text as it is."""
+    svg = image(figure, "svg").decode()
+    for pattern, by in _SMALLER:
+        svg = pattern.sub(by, svg)
+    return "data:image/svg+xml," + quote(svg, safe=" /:=;,()!*'-._~")
+
+
+def _rounded(curve: re.Match[str]) -> str:
+    """What a path says, in fewer letters."""
+    numbers = (
+        x if x.isalpha() else f"{float(x):.2f}".rstrip("0").rstrip(".") for x in curve[1].split()
+    )
+    return f' d="{_LETTER.sub(lambda found: found[1], ",".join(numbers))}"'
+
+
+_LETTER = re.compile(r",?([A-Za-z]),?")
+#: What stands in a picture of matplotlib's and nobody sees -> what is left of it.
+_SMALLER: tuple[tuple[re.Pattern[str], Any], ...] = (
+    (re.compile(r"<metadata>.*</metadata>", re.DOTALL), ""),
+    (re.compile(r"'DejaVu Sans', [^;\"]*sans-serif"), "'DejaVu Sans', sans-serif"),
+    (re.compile(r'\sd="([^"]*)"'), _rounded),
+    (re.compile(r"\n\s*"), " "),
+)
 
 
 def framed(
@@ -107,6 +136,23 @@ def logarithmic(axes: Axes) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
+def plain(label: str, longest: int = LABEL) -> str:
+    """A label that every font has the letters for."""
+    known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
+    known = "".join(letter if letter.isprintable() else "?" for letter in known)
+    return known if len(known) <= longest else known[: longest - 3] + "..."
+
+
+def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> None:
+    """The legend of ``axes`` above everything; names in it may be any."""
+    handles = axes.get_legend_handles_labels()
+    legend = figure.legend(
+        *handles, fontsize=size, frameon=False, ncols=columns, loc="upper center"
+    )
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+
+
 def drawable(values: Any) -> NDArray[Any]:
     """The numbers as a picture shows them: none beyond ``LARGEST``, 0 below its inverse."""
     seen = np.where(np.abs(values) < 1.0 / LARGEST, 0, values)
@@ -117,6 +163,21 @@ def round_above(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))
+
+
+#: Units that have names for a thousandth and a millionth, in which small numbers are read.
+SMALLER = {
+    unit: tuple(
+        (factor, f"{prefix}{unit}") for factor, prefix in ((1e6, "µ"), (1e3, "m"), (1.0, ""))
+    )
+    for unit in ("rad", "rad/s", "m", "m/s", "V")
+} | {unit: ((1e3, unit.replace("mm", "µm")), (1.0, unit)) for unit in ("mm", "mm/s")}
+
+
+def readable(unit: str, size: float) -> tuple[float, str]:
+    """Factor and unit that make of a number of a ``size`` one that needs no power of ten."""
+    steps = SMALLER.get(unit, ((1.0, unit),))
+    return next((step for step in steps if abs(size) * step[0] < 1e3), steps[-1])
 
 
 class Listing(NamedTuple):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import (
+    LABEL,
     OTHER,
     OWN,
     WIDTH,
@@ -19,6 +20,7 @@ from hfc_design.pictures.figure import (
     framed,
     gridded,
     logarithmic,
+    plain,
 )
 from hfc_design.report.plots import thinned
 from hfc_design.search.loop import History
@@ -29,8 +31,6 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 STYLES = ("-", "--", "-.", ":")
 #: A band is drawn with at most this many points.
 POINTS = 150
-#: A label is cut off here; the table has all of it.
-LABEL = 52
 #: Width of a picture with long labels [in].
 WIDE = 8.4
 COLUMNS, PANEL = 2, 1.45  # panels of distributions side by side; height of each [in]
@@ -202,13 +202,6 @@ def distributions(found: Robustness, title: str) -> Figure:
         handles = panels.flat[0].get_legend_handles_labels()
         figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
     return figure
-
-
-def plain(label: str, longest: int = LABEL) -> str:
-    """A label that every font has the letters for."""
-    known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
-    known = "".join(letter if letter.isprintable() else "?" for letter in known)
-    return known if len(known) <= longest else known[: longest - 3] + "..."
 
 
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:

@@ -15,11 +15,13 @@ from hfc_design.motion.trajectories import PathSamples
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
+    above,
     drawable,
     finish,
     framed,
     gridded,
     logarithmic,
+    plain,
     round_above,
 )
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
@@ -27,7 +29,10 @@ from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 Places = NDArray[np.intp]  # of samples
 RIVALS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "lw": 1.2, "ls": style}
-    for color, style in (("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":"))
+    for color, style in (
+        *(("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":")),
+        *(("#56B4E9", "-"), ("#000000", "--")),
+    )
 )
 #: Share of the path's size that a division of the contour error takes.
 SHARE = 0.08
@@ -58,7 +63,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     of a deflection that the drive has not, or of a load where there is none. A diverged motion
     ends where it runs away.
     """
-    drawn = slice(_drawn(evaluation))
+    drawn = slice(drawn_samples(evaluation))
     curves = [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
     figure = framed(1.45 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
@@ -141,8 +146,8 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
     drawn = base + enlarged * away
     axes.plot(*drawn, color=OWN, lw=1.2, label=f"error, {enlarged:.0f} times enlarged")
     for offset, label in ((-division, f"{division / length:g} {found.unit} off"), (division, None)):
-        beside = _beside(outline, enlarged * offset)
-        axes.plot(*beside, color="0.75", lw=0.8, zorder=1, label=label)
+        line = beside(outline, enlarged * offset)
+        axes.plot(*line, color="0.75", lw=0.8, zorder=1, label=label)
     if len(worst):
         axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
     axes.set_aspect("equal", adjustable="datalim")
@@ -150,7 +155,7 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
     axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
 
 
-def _beside(samples: PathSamples, left: float) -> Floats:
+def beside(samples: PathSamples, left: float) -> Floats:
     """(2, steps) the positions moved to the left of the motion [mm], torn at corners."""
     tangent = samples.tangent
     moved = samples.position + left * np.stack([-tangent[1], tangent[0]])
@@ -168,24 +173,24 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """
     first = next(iter(evaluations.values()))
     count = 1 if first.contour else len(first.axes)
-    figure = framed(2.65 * count + 1.15, top=0.65)
+    top = max(0.65, 0.25 + 0.2 * -(-len(evaluations) // 2))  # the legend
+    figure = framed(2.65 * count + 0.5 + top, top=top)
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for k, axes in enumerate(panels):
         factor, unit = _error_unit(first, first.axes[k])
         styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
         for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
-            drawn = _drawn(evaluation)
+            drawn = drawn_samples(evaluation)
             starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
             error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
             largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
             label = f"{name} (diverged)" if evaluation.diverged else name
-            axes.plot(evaluation.time[starts], largest, label=label, **style)
+            axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
         named = f"{first.axes[k].name} " if count > 1 else ""
         finish(axes, f"largest {named}error [{unit}]", "time [s]" if k + 1 == count else "")
         logarithmic(axes)
         axes.margins(x=0)
-    handles = panels[0].get_legend_handles_labels()
-    figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="upper center")
+    above(figure, panels[0])
     return figure
 
 
@@ -194,11 +199,11 @@ def _error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:
     unit = axis.drive.units["error"]
     if unit != "rad":
         return 1.0, unit
-    largest = np.abs(axis.motion.error[: _drawn(evaluation)]).max()
+    largest = np.abs(axis.motion.error[: drawn_samples(evaluation)]).max()
     return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
 
 
-def _drawn(evaluation: Evaluation) -> int:
+def drawn_samples(evaluation: Evaluation) -> int:
     """Number of samples before a diverged motion runs away, at least one; else all."""
     if not evaluation.diverged:
         return len(evaluation.time)

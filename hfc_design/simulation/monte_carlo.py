@@ -23,6 +23,9 @@ Progress = Callable[[int, int], None]
 
 #: Machines that are simulated together, at most; more of them are no faster.
 CHUNK = 64
+#: The same where some are simulated again: always so many, so that one compiled program does for
+#: every number of them and every design of a kind.
+FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
@@ -45,6 +48,7 @@ class Robustness(NamedTuple):
     nominal_stable: bool
     nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
+    motion: Evaluation  # of the nominal machine
 
     def spread_of(self, key: str) -> Floats:
         """A metric of all the stable samples that have it, in the order of the samples."""
@@ -99,7 +103,7 @@ def robustness(
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed)
     _check_steps(scenario, machines)
-    found = list(_motions(design, scenario, machines, progress))
+    found = list(_motions(design, scenario, machines, progress, min(CHUNK, machines.size)))
     refined = sum(one.diverged for one, _ in found)
     for where in finer(scenario):
         again = np.flatnonzero([one.diverged for one, _ in found])
@@ -109,7 +113,7 @@ def robustness(
         def more(done: int, total: int) -> None:
             progress(len(found) + done, len(found) + total)
 
-        motions = _motions(design, where, machines.take(again), more)
+        motions = _motions(design, where, machines.take(again), more, FEW)
         for k, one in zip(again, motions, strict=True):
             found[k] = one
     evaluations, stable = zip(*found, strict=True)
@@ -119,26 +123,39 @@ def robustness(
     columns = {key: np.array([score[key] for score in scores], float) for key in keys}
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
-    parts = (np.array(stable[1:]), stable[0], nominal, values)
+    parts = (np.array(stable[1:]), stable[0], nominal, values, evaluations[0])
     return Robustness(spread, seed, machines, refused, refined, *parts)
 
 
 def _motions(
-    design: Design, scenario: Scenario, machines: Machines, progress: Progress
+    design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, bool]]:
-    """Of every machine in turn its evaluation, without the motion, and whether it is stable."""
+    """Of every machine in turn its evaluation, without the motion, and whether it is stable.
+
+    At most ``at_once`` step together. The first one has its motion still.
+    """
     controller, gains = controller_of(design, scenario)
     loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size
     room = KEPT // (scenario.simulation.steps * len(loop.machine.axes))
-    size = max(min(CHUNK, room, count), 1)
+    size = max(min(at_once, room), 1)
     gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
-        for found in islice(evaluations(scenario, loop, some, samples, gains), count - start):
+        each = islice(evaluations(scenario, loop, some, samples, gains), count - start)
+        for k, found in enumerate(each, start):
             stable = is_stable(loop, found)
-            yield found._replace(time=np.empty(0), axes=(), contour=None), stable
+            yield (
+                found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found),
+                stable,
+            )
         progress(min(start + size, count), count)
+
+
+def _own(evaluation: Evaluation) -> Evaluation:
+    """With a motion of its own: as it comes, it is a part of that of all that step together."""
+    axes = (x._replace(motion=jax.tree.map(np.copy, x.motion)) for x in evaluation.axes)
+    return evaluation._replace(axes=tuple(axes))
 
 
 def is_stable(loop: Loop, evaluation: Evaluation) -> bool:

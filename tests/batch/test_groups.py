@@ -8,7 +8,7 @@ import scipy.stats
 from run_folders import PRESETS, batch_folder, hfc, run_folder
 
 from hfc_design.batch.runs import runs_below
-from hfc_design.batch.summary import compared, grouped, holm, runs_needed, smallest_p
+from hfc_design.batch.summary import compared, grouped, runs_needed, smallest_p
 
 
 def test_groups_by_hand(tmp_path):
@@ -49,13 +49,6 @@ def test_comparisons_against_enumeration_and_scipy(tmp_path):
     corrected = sorted(item.holm for item in found)
     assert corrected[0] == 3 * p[0]
     assert corrected[1] == max(3 * p[0], 2 * p[1])
-
-
-def test_holm_by_hand():
-    # 0.01 * 4; 0.02 * 3; 0.03 * 2 is less than that, so the same; 0.9 * 1
-    assert holm(np.array([0.03, 0.01, 0.9, 0.02])) == pytest.approx([0.06, 0.04, 0.9, 0.06])
-    assert holm(np.array([0.8, 0.7])) == pytest.approx([1.0, 1.0])
-    assert len(holm(np.empty(0))) == 0
 
 
 def test_how_few_runs_are_too_few():

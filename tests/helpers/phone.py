@@ -14,7 +14,8 @@ PHONE = """<!DOCTYPE html>
 <pre id="sizes"></pre>
 <script>addEventListener("load", () => {{
   const frame = document.querySelector("iframe").contentWindow;
-  const figures = [...frame.document.querySelectorAll("figure, img, svg")].map((element) => {{
+  const all = [...frame.document.querySelectorAll("figure, img, svg")];
+  const figures = all.filter((one) => one.getClientRects().length).map((element) => {{
     const box = element.getBoundingClientRect();
     return [element.localName, box.left, box.right, box.height];
   }});
@@ -25,7 +26,7 @@ PHONE = """<!DOCTYPE html>
 
 
 def figures_that_fit(report, folder):
-    """Number of figures of a page; none of it may be wider than the phone."""
+    """Number of figures that a page shows; none of it may be wider than the phone."""
     chromium = shutil.which("chromium")
     if chromium is None:
         pytest.skip("no chromium on the PATH")

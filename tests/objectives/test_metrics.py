@@ -46,6 +46,7 @@ def test_names_carry_the_units_of_the_plant():
         "stick_events",
         "peak_voltage_V",
         "control_effort_V2s",
+        "rms_voltage_change_V",
     ]
     assert list(measured([0.0, 1.0], plant=FEED_DRIVE)) == [
         "rms_error_BLU",
@@ -58,6 +59,7 @@ def test_names_carry_the_units_of_the_plant():
         "stick_events",
         "peak_command_unit",
         "control_effort_unit2s",
+        "rms_command_change_unit",
     ]
 
 
@@ -127,6 +129,7 @@ def test_voltage():
     found = measured([1, 1, 1], command=[3, -4, 0])
     assert found["peak_voltage_V"] == 4.0
     assert found["control_effort_V2s"] == pytest.approx(2.5)  # 25 V2 for 0.1 s each
+    assert found["rms_voltage_change_V"] == pytest.approx(((49 + 16) / 2) ** 0.5)
 
 
 def test_run_shorter_than_settled_after_is_looked_at_as_a_whole():
@@ -149,6 +152,7 @@ def test_single_sample():
     assert found["rms_error_rad"] == 0.5
     assert found["settling_time_s"] is None
     assert found["control_effort_V2s"] == 0.0
+    assert found["rms_voltage_change_V"] is None
 
 
 def scored(fitness, moments, stick_penalty=0.0):

@@ -317,3 +317,13 @@ def test_what_is_refused(arguments, words):
     assert done.stderr.count("\n") == 1
     for word in words:
         assert word in done.stderr
+
+
+def test_the_nominal_motion_is_kept_and_no_other():
+    design, scenario = case("pd-only", seconds=0.2)
+    found = robustness(design, scenario, 0.2, 5)
+    wanted = evaluate(design, scenario)
+    (kept,), (own,) = found.motion.axes, wanted.axes
+    np.testing.assert_allclose(kept.motion.error, own.motion.error, rtol=1e-9, atol=1e-15)
+    for leaf in (kept.motion.error, kept.motion.command, *kept.motion.state):
+        assert leaf.base is None or leaf.base.size == leaf.size  # nothing of the others stays

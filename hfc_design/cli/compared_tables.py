@@ -1,0 +1,76 @@
+"""A comparison for a person at a terminal, and how far it has got."""
+
+import time
+from math import ceil
+
+from rich.text import Text
+
+from hfc_design.core.console import ProgressBar, plain_table, terminal
+from hfc_design.report.comparison.tables import called, difference_row, failures, lines
+from hfc_design.simulation.comparison import Bout, Comparison
+
+#: Heads of what a terminal has room for of a difference.
+HEAD = ("median ratio", "better on", "p\n(Holm)", "both\nstable")
+#: Room for names of metrics and machines, and for a design.
+NAMES, NARROWEST = 34, 14
+#: A line is printed so often where there is no bar [s].
+EVERY = 5.0
+
+
+class Progress(ProgressBar):
+    """Machines that have been simulated."""
+
+    def __init__(self) -> None:
+        super().__init__("compiling", 1, "machines")
+        self._said = time.monotonic()
+
+    def chunk(self, what: str, done: int, total: int) -> None:
+        """Show that so many are done."""
+        self.show(description=what, completed=done, total=total)
+        if time.monotonic() - self._said > EVERY:
+            self.say(f"{done}/{total} machines  {what}")
+            self._said = time.monotonic()
+
+
+def show(found: Comparison) -> None:
+    """Tables of every motion, then how the first design differs from the others."""
+    console = terminal()
+    for bout in found.bouts:
+        _show_lines(found, bout)
+    console.print("* the best of a row; a machine that is not stable ranks behind all others\n")
+    first = next(iter(found.designs))
+    for bout in found.bouts:
+        keys = bout.compared()
+        for key in (keys[0], *(key for key in keys if "_change" in key)):
+            told = f"{bout.name}, {called(bout, key)}: {first} over"
+            table = plain_table(title=told, title_style="")
+            table.add_column("", overflow="fold")
+            for name in HEAD:
+                table.add_column(name, justify="right", no_wrap=True)
+            for one in found.of(bout.name, key):
+                if one.first == first:
+                    table.add_row(one.second, *difference_row(one)[: len(HEAD)])
+            console.print(table)
+            console.print()
+    for text in (*failures(found), *found.notes):
+        console.print(text, style="", soft_wrap=True)
+
+
+def _show_lines(found: Comparison, bout: Bout) -> None:
+    console, machines = terminal(), f"{found.machines} machines within ±{100 * found.spread:g} %"
+    count, most = len(found.designs), max((console.width - NAMES) // NARROWEST, 1)
+    at_once = ceil(count / ceil(count / most))
+    for start in range(0, count, at_once):
+        table = plain_table(title=f"{bout.name}, {machines}", title_style="")
+        table.add_column("metric", no_wrap=True)
+        table.add_column("machine", no_wrap=True)
+        for name in [*found.designs][start : start + at_once]:
+            table.add_column(name, justify="right", overflow="fold", min_width=NARROWEST - 1)
+        for line in lines(bout):
+            cells = [
+                Text(f"{cell} *", "bold") if k in line.best else f"{cell}  "
+                for k, cell in enumerate(line.cells)
+            ]
+            table.add_row(line.metric, line.of, *cells[start : start + at_once])
+        console.print(table)
+        console.print()

@@ -1,0 +1,110 @@
+"""``hfc compare``: designs side by side, as tables, as a page, as data."""
+
+import json
+import shlex
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hfc_design.cli.options import Texts, as_json, force, knowing_plugins, memory, output, setting
+
+if TYPE_CHECKING:
+    from hfc_design.simulation.comparison import Comparison
+
+SCENARIO_HELP = "Scenario to compare in; several times [default: the first design's own]."
+#: What ``--out`` writes into its folder.
+PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
+
+
+@click.command()
+@click.argument("designs", nargs=-1)
+@click.option("--scenario", "scenarios", multiple=True, help=SCENARIO_HELP)
+@setting
+@click.option("--spread", type=float, default=0.2, help="Of the machines' parameters [0.2].")
+@click.option(
+    "--machines", type=click.IntRange(min=1), default=200, help="Beside the nominal one [200]."
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, help="Of the draw of the machines [0]."
+)
+@output("--out", help="Folder for page, CSV and JSON.")
+@output("--html", help="Write the page alone.")
+@output("--csv", "csv_file", help="A row for each design, motion and machine.")
+@force
+@memory
+@as_json
+@knowing_plugins
+def compare(
+    designs: Texts,
+    scenarios: Texts,
+    changes: Texts,
+    spread: float,
+    machines: int,
+    seed: int,
+    out: Path | None,
+    html: Path | None,
+    csv_file: Path | None,
+    as_json: bool,
+) -> None:
+    """Put DESIGNS side by side: built-in names, design files, run folders.
+
+    All run in the same scenarios, on the nominal machine and on the same others, each physical
+    parameter within --spread of its value. Tables with the best of each row marked, then how the
+    first design differs from every other machine by machine: median ratio and its interval, on
+    how many it is better, and p of Wilcoxon's signed ranks, by Holm for all that is compared. A
+    design that does not keep a machine stable has lost there. The page has the motions as well.
+    """
+    from hfc_design.cli.compared_tables import Progress, show
+    from hfc_design.core.records import harmless
+    from hfc_design.files.pairing import own_scenario
+    from hfc_design.files.scenario import load_scenario
+    from hfc_design.files.together import labelled
+    from hfc_design.simulation.comparing import compare
+
+    where = [load_scenario(name, changes) for name in scenarios]
+    if designs and not where:
+        first = next(iter(labelled(designs).values()))
+        where = [own_scenario(first, designs[0], changes)]
+    begun = time.monotonic()
+    with Progress() as bar:
+        found = compare(designs, where, spread, machines, seed, bar.chunk)
+    print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
+    options = {"--scenario": scenarios, "--set": changes, "--spread": (f"{spread:g}",)}
+    options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
+    again = ["hfc", "compare", *designs]
+    again += [part for option, values in options.items() for x in values for part in (option, x)]
+    written = _written(found, harmless(shlex.join(again)), {out: "", html: PAGE, csv_file: TABLE})
+    if as_json:
+        click.echo(json.dumps(found.numbers()))
+        return
+    show(found)
+    for path in written:
+        click.echo(path)
+
+
+def _written(found: "Comparison", again: str, wanted: dict[Path | None, str]) -> list[Path]:
+    """Write what is wanted of it, "" for a folder of everything; where that is."""
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.records import writing
+    from hfc_design.formats.writing import csv_text
+    from hfc_design.report.comparison.page import page
+    from hfc_design.report.comparison.tables import rows
+
+    made: dict[str, Callable[[], str | bytes]] = {
+        PAGE: lambda: page(found, again),
+        TABLE: lambda: csv_text(rows(found)),
+        NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
+    }
+    paths = {path: name for path, name in wanted.items() if path is not None and name}
+    for folder in (path for path, name in wanted.items() if path is not None and not name):
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        paths |= {folder / name: name for name in made}
+    for path, name in paths.items():
+        content = made[name]()
+        write_whole(path, content.encode() if isinstance(content, str) else content)
+    return list(paths)

@@ -1,0 +1,130 @@
+"""Designs that are looked at side by side: what each is called, and what is not alike."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from os.path import exists
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError, harmless
+from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import load_design, machine
+from hfc_design.files.scenario import Scenario, load_scenario
+
+#: Several designs, or designs by the names that they are to have.
+AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
+
+
+def labelled(designs: AnyDesigns) -> dict[str, Design]:
+    """Designs by names that set them apart.
+
+    Each by its own name; where several have the same, by that of its file or run folder, then by
+    its whole path.
+
+    Raises:
+        UserError: there is no such design, one stands there twice, or is only a kind.
+    """
+    if isinstance(designs, Mapping):
+        return {name: load_design(_no_kind(design)) for name, design in designs.items()}
+    given = [designs] if isinstance(designs, str | Path | Design) else [*designs]
+    for k, one in enumerate(given):
+        if any(_same(one, other) for other in given[:k]):
+            raise UserError(f"{_called(one)}: stands there twice; it does what it does")
+    found = [load_design(_no_kind(one)) for one in given]
+    names = [design.name for design in found]
+    for way in (_file, str):
+        same = Counter(names)
+        names = [
+            harmless(way(Path(one))) if same[name] > 1 and not isinstance(one, Design) else name
+            for one, name in zip(given, names, strict=True)
+        ]
+    for k, name in enumerate(names):  # designs that are no files
+        free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
+        names[k] = next(label for label in free if label not in names[:k])
+    return dict(zip(names, found, strict=True))
+
+
+def _file(path: Path) -> str:
+    return path.resolve().name.removesuffix(".json")
+
+
+def _called(one: AnyDesign) -> str:
+    return one.name if isinstance(one, Design) else str(one)
+
+
+def _same(one: AnyDesign, other: AnyDesign) -> bool:
+    """Whether two are the same thing, under whatever name of its file."""
+    if isinstance(one, Design) or isinstance(other, Design):
+        return one is other
+    a, b = Path(one), Path(other)
+    return str(one) == str(other) or (exists(a) and exists(b) and a.samefile(b))
+
+
+def _no_kind(one: AnyDesign) -> AnyDesign:
+    if isinstance(one, str) and one in KINDS.names() and not exists(one):
+        raise UserError(
+            f"{one}: is a kind of controller, of which a design has to be made first, as by hfc "
+            f"design SCENARIO --controller {one} --out runs/mine; then compare runs/mine"
+        )
+    return one
+
+
+def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenario:
+    """The scenario with the whole machine of the first design, and what it sets laid over that.
+
+    Raises:
+        UserError: a design is for another plant or sample time.
+    """
+    plant = machine(next(iter(designs.values())), scenario)
+    for design in designs.values():
+        machine(design, scenario)
+    axes = {axis.name: axis.parameters._asdict() for axis in plant.each()}
+    alone = len(axes) == 1 and not plant.axes
+    own: Json = {"parameters": next(iter(axes.values()))} if alone else {"axes": axes}
+    return scenario.model_copy(update={"plant": PlantSettings(name=plant.name, **own)})
+
+
+def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
+    """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
+    if own := _dotted(design.limits.model_dump(exclude_none=True)):
+        yield "own limits kept: " + ", ".join(f"{key} = {x}" for key, x in own.items())
+    each = zip(machine(design, scenario).each(), shared.plant.each(), strict=True)
+    for before, here in each:
+        axis = f"{here.name}." if len(shared.plant.each()) > 1 else ""
+        pair = (
+            {axis + key: x for key, x in one.parameters._asdict().items()} for one in (before, here)
+        )
+        if changed := _changed(*pair):
+            yield f"made for another machine: {changed}"
+    told: Any = design.provenance.get("scenario")
+    with suppress(UserError, ValueError):  # of an earlier version, or edited
+        if isinstance(told, str):
+            told = load_scenario(told).model_dump(mode="json")
+        for key in ("limits", "sensors") if isinstance(told, dict) else ():
+            part = getattr(shared, key)
+            made = type(part).model_validate(told.get(key) or {})
+            pair = (_dotted(x.model_dump(mode="json")) for x in (made, part))
+            if changed := _changed(*pair):
+                yield f"made with other {key}: {changed}"
+
+
+def _dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
+    """A table of tables as one of dotted keys."""
+    found: Json = {}
+    for key, value in table.items():
+        inside = isinstance(value, Mapping)
+        found |= _dotted(value, f"{prefix}{key}.") if inside else {prefix + key: value}
+    return found
+
+
+def _changed(made: Json, here: Json) -> str:
+    """What is not alike in two tables."""
+    keys = (key for key in {**made, **here} if made.get(key) != here.get(key))
+    words = (
+        (key, *("none" if x.get(key) is None else x[key] for x in (made, here))) for key in keys
+    )
+    return "; ".join(f"{key} {then}, here {now}" for key, then, now in words)

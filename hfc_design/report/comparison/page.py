@@ -1,0 +1,84 @@
+"""The page of a comparison: one file that needs nothing else, with curves to zoom into."""
+
+from typing import Any
+
+from hfc_design.pictures.figure import small_address
+from hfc_design.report import inside, plots, rendered
+from hfc_design.report.comparison import traces
+from hfc_design.report.comparison.plots import contours, motions, ratios
+from hfc_design.report.comparison.tables import (
+    DIFFERENCE_HEAD,
+    called,
+    difference_row,
+    failures,
+    lines,
+)
+from hfc_design.simulation.comparison import Bout, Comparison
+
+#: So many panels below each other fit on a page.
+PRINTED = 5
+
+
+def page(comparison: Comparison, command: str = "") -> bytes:
+    """The page; the same comparison gives the same bytes. ``command`` is what makes it again."""
+    names = list(comparison.designs)
+    moved = [bout for bout in comparison.bouts if bout.scenario is not None]
+    shown = [traces.panels(bout) for bout in moved]
+    data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
+    return rendered(
+        "comparison.html.j2",
+        small_address,
+        names=names,
+        machines=comparison.machines,
+        percent=f"{100 * comparison.spread:g}",
+        seed=comparison.seed,
+        failures=list(failures(comparison)),
+        together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
+        motions=[_moved(comparison, *each) for each in zip(moved, shown, strict=True)],
+        ratios=ratios(comparison),
+        head=DIFFERENCE_HEAD,
+        count=len(comparison.differences),
+        slices=traces.SLICES,
+        notes=comparison.notes,
+        designs=[
+            [name, design.controller.kind, str(design.provenance.get("source", "a search"))]
+            for name, design in comparison.designs.items()
+        ],
+        command=command,
+        data=data,
+        style=inside("templates/style.css", "templates/comparison.css", "uplot/uPlot.min.css"),
+        library=inside("uplot/uPlot.iife.min.js"),
+        script=inside("templates/comparison.js"),
+        licence=inside("uplot/LICENSE"),
+    )
+
+
+def _told(comparison: Comparison, bout: Bout) -> dict[str, Any]:
+    """Tables of a motion, or of all together."""
+    main = bout.compared()[0]
+    first = next(iter(comparison.designs))
+    found = [x for x in comparison.differences if x.motion == bout.name]
+    shown = [x for x in found if (x.metric, x.first) == (main, first)]
+    return {
+        "name": bout.name,
+        "lines": lines(bout),
+        "metric": called(bout, main),
+        "differences": [[x.first, x.second, *difference_row(x)] for x in shown],
+        "others": [
+            [x.first, x.second, called(bout, x.metric), *difference_row(x)]
+            for x in found
+            if x not in shown
+        ],
+    }
+
+
+def _moved(comparison: Comparison, bout: Bout, shown: list[traces.Panel]) -> dict[str, Any]:
+    """What the page shows of a motion."""
+    assert bout.scenario is not None
+    return _told(comparison, bout) | {
+        "description": bout.scenario.description,
+        "every": lines(bout, every=True),
+        "contour": contours(bout),
+        "errors": plots.errors({name: one.motion for name, one in bout.found.items()}),
+        "curves": [motions(bout, shown[k : k + PRINTED]) for k in range(0, len(shown), PRINTED)],
+    }

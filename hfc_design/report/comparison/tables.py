@@ -1,0 +1,195 @@
+"""What a comparison says in words and numbers, for the terminal and for the page alike."""
+
+from collections.abc import Callable, Iterator, Sequence
+from math import isfinite, isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.core.statistics import Interval
+from hfc_design.pictures.figure import readable
+from hfc_design.simulation.comparison import (
+    HALF,
+    NEARLY_ALL,
+    SCORES,
+    Bout,
+    Comparison,
+    Difference,
+    Side,
+)
+from plants import in_a_name
+
+#: What stands where there is no number.
+NONE = "–"
+
+
+class Line(NamedTuple):
+    """A row of a table: a cell for each design."""
+
+    metric: str  # "" where it is that of the row above
+    of: str  # which machine
+    cells: list[str]
+    best: list[int]  # the designs that are the best here; none where all are alike
+
+
+def lines(bout: Bout, every: bool = False) -> list[Line]:
+    """How stable the designs are and what they do, the most important first.
+
+    Of each metric that is compared the median machine, of the first one the nominal machine and
+    that which 95 % are no worse than as well; ``every`` metric has all three.
+    """
+    sides = list(bout.sides.values())
+    shares = [float(side.stable.mean()) for side in sides]
+    percent = [short(100 * share) for share in shares]
+    found = [
+        Line("stable machines [%]", "all", percent, _best(shares, -1)),
+        Line("", "interval", [_percent(side.interval) for side in sides], []),
+    ]
+    keys = bout.compared()
+    if every:
+        keys += [key for key in bout.meanings if key not in keys]
+    for key in keys:
+        of = {
+            "nominal": [side.of_nominal(key) for side in sides],
+            "median": [side.quantile(key, HALF) for side in sides],
+            "95 %": [side.quantile(key, NEARLY_ALL) for side in sides],
+        }
+        if all(value is None for values in of.values() for value in values):
+            continue  # nobody has settled, say
+        name, factor = named(bout, key, of["nominal"] + of["median"])
+        for what in of if every or key == keys[0] else ("median",):
+            each = zip(of[what], sides, strict=True)
+            cells = [_cell(value, factor, side, what) for value, side in each]
+            found.append(Line(name, what, cells, _best(of[what], -1 if key in SCORES else 1)))
+            name = ""
+    return found
+
+
+def named(bout: Bout, key: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """What a metric is called, with a unit for numbers of this size, and the factor to that."""
+    if key in SCORES:
+        return called(bout, key), 1.0
+    sizes = [abs(x) for x in values if x and isfinite(x)]
+    factor, unit = readable(_unit(bout, key), min(sizes, default=1.0))
+    return f"{called(bout, key)} [{unit}]", factor
+
+
+def called(bout: Bout, key: str) -> str:
+    """The same without a unit."""
+    if key in SCORES:
+        return bout.meanings[key]
+    return key.removesuffix(f"_{in_a_name(_unit(bout, key))}").replace("_", " ")
+
+
+def _unit(bout: Bout, key: str) -> str:
+    """Where the meaning of every metric ends."""
+    return bout.meanings[key].rpartition("[")[2].rstrip("]")
+
+
+def short(value: float) -> str:
+    """Three digits, or all that stand before the point."""
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e7 else f"{value:.3g}"
+
+
+def between(low: float, high: float, write: Callable[[float], str] = short) -> str:
+    """An interval."""
+    return f"{write(low)}–{write(high)}"
+
+
+def _percent(share: Interval) -> str:
+    low, high = share
+    return between(100 * low, 100 * high)
+
+
+def _cell(value: float | None, factor: float, side: Side, what: str) -> str:
+    if value is not None:
+        return short(factor * value)
+    share = {"median": HALF, "95 %": NEARLY_ALL}.get(what)
+    stable = side.nominal_stable if share is None else side.stable.mean() >= share
+    return NONE if stable else "unstable"
+
+
+def _best(values: Sequence[float | None], sign: int) -> list[int]:
+    known = [sign * x for x in values if x is not None]
+    if not known or (len(known) == len(values) and max(known) == min(known)):
+        return []
+    return [k for k, x in enumerate(values) if x is not None and sign * x == min(known)]
+
+
+#: Heads of the columns of ``difference_row`` behind the two designs.
+DIFFERENCE_HEAD = ["median ratio", "better on", "p (Holm)", "both stable", "only one", "neither"]
+
+
+def difference_row(one: Difference) -> list[str]:
+    """A difference as a row of a table behind the names of the two designs."""
+    low, high = (100.0 * x for x in one.better_interval)
+    ratio = ratio_text(one.ratio)
+    if one.ratio_interval:
+        ratio += f" ({between(*one.ratio_interval, ratio_text)})"
+    share = f"{one.better} of {one.machines} ({low:.0f}–{high:.0f} %)"
+    only = f"{one.only_first}, {one.only_second}"
+    return [ratio, share, p_text(one.p_holm), str(one.both), only, str(one.neither)]
+
+
+def ratio_text(value: float) -> str:
+    """A ratio: 0 where only the first, infinite where only the second is stable."""
+    if isnan(value):
+        return NONE
+    return f"{value:.3g}" if isfinite(value) else "∞"
+
+
+def p_text(p: float) -> str:
+    """How a probability is read."""
+    return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
+
+
+def failures(comparison: Comparison) -> Iterator[str]:
+    """Which designs are not stable on every machine, a line a motion."""
+    for bout in comparison.bouts:
+        told = []
+        for name, side in bout.sides.items():
+            lost = int((~side.stable).sum())
+            if lost or not side.nominal_stable:
+                told.append(f"{name} on {lost}{'' if side.nominal_stable else ' and the nominal'}")
+        if told and bout.scenario:
+            count = comparison.machines
+            yield f"not stable in {bout.name}: {', '.join(told)} of {count} machines"
+
+
+def rows(comparison: Comparison) -> list[list[object]]:
+    """Every design on every machine in every motion, with a head; machine 0 is the nominal one."""
+    bouts = [bout for bout in comparison.bouts if bout.scenario]
+    keys = list(dict.fromkeys(key for bout in bouts for key in bout.meanings))
+    drawn = {bout.name: _parameters(bout) for bout in bouts}
+    names = list(dict.fromkeys(key for columns in drawn.values() for key in columns))
+    found: list[list[object]] = [["design", "motion", "machine", "stable", *keys, *names]]
+    for bout in bouts:
+        own = [drawn[bout.name].get(key) for key in names]
+        for name, side in bout.sides.items():
+            stable = [side.nominal_stable, *side.stable]
+            columns = [
+                np.append(side.nominal[key], side.values[key]) if key in side.values else None
+                for key in keys
+            ]
+            for k, truth in enumerate(stable):
+                numbers = (_number(column, k) for column in (*columns, *own))
+                found.append([name, bout.name, k, int(truth), *numbers])
+    return found
+
+
+def _parameters(bout: Bout) -> dict[str, Floats]:
+    """Every parameter of the machines, (1 + machines,) each, the nominal machine first."""
+    first = next(iter(bout.found.values()))
+    each = zip(first.motion.axes, first.machines.true, strict=True)
+    several = len(first.machines.true) > 1
+    return {
+        f"{axis.name}_{key}" if several else key: column
+        for axis, record in each
+        for key, column in record._asdict().items()
+    }
+
+
+def _number(column: Floats | None, k: int) -> float | None:
+    value = nan if column is None else float(column[k])
+    return value if isfinite(value) else None

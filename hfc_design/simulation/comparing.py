@@ -1,0 +1,149 @@
+"""Designs are put side by side: everybody in every motion on every machine, then pair by pair."""
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from hfc_design.core.records import UserError
+from hfc_design.core.statistics import holm, paired, share_interval
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import own_scenario
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine
+from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side
+from hfc_design.simulation.evaluation import meanings
+from hfc_design.simulation.monte_carlo import MAX_SAMPLES, Robustness, robustness
+
+#: What stands for all motions together.
+EVERY = "every motion"
+Progress = Callable[[str, int, int], None]
+
+
+def compare(
+    designs: AnyDesigns,
+    scenarios: AnyScenario | Sequence[AnyScenario] = (),
+    spread: float = 0.2,
+    machines: int = 200,
+    seed: int = 0,
+    progress: Progress = lambda what, done, total: None,
+) -> Comparison:
+    """Simulate every design in every motion, on the nominal machine and on ``machines`` others.
+
+    The machine is that of the first design with what each scenario sets laid over it, and each
+    one that ``monte_carlo.drawn`` draws meets all designs. Without ``scenarios`` it is the one that
+    the first design was made for. ``progress(what, done, total)`` hears of every chunk of machines.
+
+    Raises:
+        UserError: there are not two designs, one stands there twice, or cannot run in a scenario.
+    """
+    named = labelled(designs)
+    if len(named) < 2:
+        raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
+    if not 1 <= machines <= MAX_SAMPLES:
+        raise UserError(f"--machines {machines}: has to lie between 1 and {MAX_SAMPLES}")
+    where: list[Scenario] = []
+    notes: dict[str, list[str]] = {}  # of which designs each is
+    for scenario in _scenarios(designs, named, scenarios):
+        shared = on_one_machine(named, scenario)
+        where += shared.each_motion()
+        for name, design in named.items():
+            for note in differences(design, scenario, shared):
+                members = notes.setdefault(note, [])
+                members += [name] * (name not in members)
+    names = [motion.name for motion in where]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise UserError(f"scenario {twice}: two of them have this name")
+    bouts: list[Bout] = []
+    done, total = 0, len(named) * len(where) * (machines + 1)
+    for motion in where:
+        found: dict[str, Robustness] = {}
+        for name, design in named.items():
+
+            def more(chunk: int, _: int, what: str = f"{name} in {motion.name}") -> None:
+                progress(what, done + min(chunk, machines), total)  # noqa: B023 - called at once
+
+            found[name] = robustness(design, motion, spread, machines, seed, more)
+            done += machines + 1
+        sides = {name: _side(x) for name, x in found.items()}
+        told = {**motion.judge().titles, **meanings(motion)}
+        bouts.append(Bout(motion.name, motion, sides, found, told))
+    bouts += _together(bouts)
+    said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
+    return Comparison(named, spread, seed, machines, bouts, _differences(bouts), said)
+
+
+def _scenarios(
+    designs: AnyDesigns, named: dict[str, Design], scenarios: AnyScenario | Sequence[AnyScenario]
+) -> list[Scenario]:
+    several = isinstance(scenarios, Sequence) and not isinstance(scenarios, str)
+    given: Any = scenarios if several else [scenarios]
+    if len(given):
+        return [load_scenario(one) for one in given]
+    source: Any = next(iter(designs.values() if hasattr(designs, "values") else designs))
+    design = next(iter(named.values()))
+    return [own_scenario(design, design.name if source is design else str(source))]
+
+
+def _side(found: Robustness) -> Side:
+    return Side(found.stable, found.nominal_stable, found.nominal, found.values)
+
+
+def _together(bouts: Sequence[Bout]) -> list[Bout]:
+    """All motions as one: stable in every one, errors as of one motion after the other.
+
+    Nothing if there is but one, or if their machines or metrics are not the same.
+    """
+    told = [next(iter(bout.found.values())).machines.told for bout in bouts]
+    key = bouts[0].compared()[0]
+    if len(bouts) < 2 or any(key not in bout.meanings for bout in bouts) or len({*told}) > 1:
+        return []
+    steps = [bout.scenario.simulation.steps for bout in bouts if bout.scenario]
+    sides = {}
+    for name in bouts[0].sides:
+        each = [bout.sides[name] for bout in bouts]
+        nominal = float(_rms([side.nominal[key] for side in each], steps))
+        values = _rms([side.values[key] for side in each], steps)
+        stable = np.logical_and.reduce([side.stable for side in each])
+        all_nominal = all(side.nominal_stable for side in each)
+        sides[name] = Side(stable, all_nominal, {key: nominal}, {key: values})
+    return [Bout(EVERY, None, sides, {}, {key: bouts[0].meanings[key]})]
+
+
+def _rms(each: Any, steps: Sequence[int]) -> Any:
+    """Root mean square over all samples of motions of so many ``steps``, of that of each."""
+    with np.errstate(over="ignore"):
+        return np.sqrt(np.average(np.square(each), axis=0, weights=steps))
+
+
+def _differences(bouts: Sequence[Bout]) -> list[Difference]:
+    """Every two designs by every metric in every motion."""
+    found = [
+        _difference(bout, key, first, second)
+        for bout in bouts
+        for key in bout.compared()
+        for first, second in combinations(bout.sides, 2)
+    ]
+    corrected = holm(np.array([one.p for one in found]))
+    return [one._replace(p_holm=float(p)) for one, p in zip(found, corrected, strict=True)]
+
+
+def _difference(bout: Bout, key: str, first: str, second: str) -> Difference:
+    one, other = bout.sides[first], bout.sides[second]
+    a, b = one.costs(key), other.costs(key)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Two without a number, that never settle say, are equal.
+        both = np.where(a == b, 0.0, np.log(a) - np.log(b))
+    alone = np.where(one.stable, -np.inf, np.inf)
+    logarithms = np.where(one.stable & other.stable, both, alone)[one.stable | other.stable]
+    stable = (
+        int((one.stable & other.stable).sum()),
+        int((one.stable & ~other.stable).sum()),
+        int((~one.stable & other.stable).sum()),
+        int((~one.stable & ~other.stable).sum()),
+    )
+    better, worse = int((logarithms < 0).sum()), int((logarithms > 0).sum())
+    share, tested = share_interval(better, len(a)), paired(logarithms)
+    pair = (bout.name, key, first, second)
+    return Difference(*pair, *stable, better, worse, share, *tested, p_holm=tested.p)

@@ -1,0 +1,106 @@
+"""``hfc compare`` as a user meets it."""
+
+import csv
+import json
+import shutil
+
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+from hfc_design.files.design import BUILTIN
+
+SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
+TWO = ["lin-lee-1999-table-1", "pd-only"]
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
+    found = hfc("compare", *TWO, *SHORT, "--spread", "0.1", "--seed", "4")
+    assert found.exit_code == 0, found.output
+    assert "c-axis-ramp, 6 machines within ±10 %" in found.stdout
+    lines = found.stdout.splitlines()
+    stable = next(line for line in lines if line.startswith("stable machines [%]"))
+    assert stable.split() == ["stable", "machines", "[%]", "all", "100", "100"]
+    peak = next(line for line in lines if line.startswith("peak voltage [V]"))
+    *_, volts, mark = peak.split()
+    assert 743.01 * 0.02 < float(volts) < 15.5  # kd times the rate at the start, and a little more
+    assert mark == "*"
+    assert "c-axis-ramp, rms error: lin-lee-1999-table-1 over" in found.stdout
+    assert "simulated in" in found.stderr
+
+
+def test_a_folder_of_page_table_and_numbers(tmp_path):
+    out = tmp_path / "beside"
+    scenarios = ["--scenario", "c-axis-ramp", "--scenario", "c-axis-step"]
+    found = hfc("compare", *TWO, *scenarios, *SHORT, "--out", out, "--json")
+    assert found.exit_code == 0, found.output
+    numbers = json.loads(found.stdout)
+    assert list(numbers["motions"]) == ["c-axis-ramp", "c-axis-step", "every motion"]
+    assert json.loads((out / "comparison.json").read_text()) == numbers
+    with (out / "comparison.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * 2 * 7
+    mine = [row for row in rows if (row["design"], row["motion"]) == (TWO[0], "c-axis-step")]
+    errors = sorted(float(row["rms_error_rad"]) for row in mine[1:])
+    told = numbers["motions"]["c-axis-step"]["designs"][TWO[0]]
+    assert told["metrics"]["rms_error_rad"]["median"] == errors[2]
+    assert told["metrics"]["rms_error_rad"]["nominal"] == float(mine[0]["rms_error_rad"])
+    page = (out / "report.html").read_text()
+    again = "hfc compare lin-lee-1999-table-1 pd-only --scenario c-axis-ramp --scenario c-axis-step"
+    assert again in page
+    again = hfc("compare", *TWO, *SHORT, "--out", out)
+    assert (again.exit_code, "exists already" in again.stderr) == (2, True)
+
+
+def test_single_files_and_own_scenario_of_the_first(tmp_path):
+    html, table = tmp_path / "page.html", tmp_path / "x.csv"
+    arguments = ["lin-lee-1999-table-2", "pd-only", *SHORT, "--html", html, "--csv", table]
+    found = hfc("compare", *arguments)
+    assert found.exit_code == 0, found.output
+    assert found.stdout.splitlines()[-2:] == [str(html), str(table)]
+    assert "c-axis-ramp-cutting" in html.read_text()
+    assert table.read_text().count("\n") == 1 + 2 * 7
+
+
+def test_run_folders_and_files_of_one_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two"):
+        folder = tmp_path / "runs" / name
+        folder.mkdir(parents=True)
+        shutil.copy(BUILTIN / "pd-only.json", folder / "design.json")
+    found = hfc("compare", "runs/one", "runs/two", *SHORT, "--json")
+    assert found.exit_code == 0, found.output
+    numbers = json.loads(found.stdout)
+    assert numbers["designs"] == ["one", "two"]
+    assert all(one["p"] == 1.0 and one["ratio"] == 1.0 for one in numbers["differences"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "needs two designs at least"),
+        (["pd-only"], "needs two designs at least"),
+        (["pd-only", "pd-only"], "pd-only: stands there twice"),
+        (["pd-only", "none"], "none: no such design"),
+        (["pd-only", "pid"], "pid: is a kind of controller"),
+        (["pid", "pd-only"], "pid: is a kind of controller"),
+        (["pd-only", "jee-koren-2004-pid"], "is for the plant feed-drive"),
+        ([*TWO, "--scenario", "feed-drive-circle"], "is for the plant c-axis"),
+        ([*TWO, "--scenario", "none"], "none: no such scenario"),
+        ([*TWO, "--spread", "1.5"], "--spread 1.5: has to lie between 0 and 1"),
+        ([*TWO, "--machines", "0"], "--machines"),
+        ([*TWO, "--out", "x", "--html", "x"], "--out names it too"),
+        ([*TWO, "--set", "sensors.x=1"], "sensors.x"),
+    ],
+)
+def test_mistakes_are_a_line(arguments, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = hfc("compare", *arguments)
+    assert found.exit_code == 2
+    assert told in found.stderr
+    assert "Traceback" not in found.output
+    assert list(tmp_path.iterdir()) == []

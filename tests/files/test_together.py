@@ -1,0 +1,102 @@
+"""What designs are called side by side, which machine they share, and what is said to differ."""
+
+import json
+
+import pytest
+
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json
+from hfc_design.files.pairing import load_design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.files.together import differences, labelled, on_one_machine
+
+
+def written(path, like="pd-only", changes=None, **parts):
+    """A built-in design with other values as a file."""
+    data = json.loads(design_json(load_design(like, changes)))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(data | parts))
+    return str(path)
+
+
+def test_designs_of_one_name_are_called_by_file_folder_or_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = [written(tmp_path / f"{name}.json", name="b") for name in ("one", "two")]
+    assert list(labelled([*given, "pd-only"])) == ["one", "two", "pd-only"]
+    for folder in ("runs/c", "runs/d"):
+        written(tmp_path / folder / "design.json", name="b")
+    assert list(labelled(["runs/c", "runs/d"])) == ["c", "d"]
+    written(tmp_path / "other/c/design.json", name="b")
+    assert list(labelled(["runs/c", "other/c"])) == ["runs/c", "other/c"]
+    nasty = written(tmp_path / "\x1b[2J.v1.json", name="b")
+    assert list(labelled([given[0], nasty])) == ["one", "?[2J.v1"]
+    design = load_design("pd-only")
+    assert list(labelled([design, load_design("pd-only")])) == ["pd-only", "pd-only (2)"]
+    assert list(labelled({"mine": "pd-only", "yours": design})) == ["mine", "yours"]
+
+
+def test_the_same_twice_is_refused(tmp_path):
+    file = written(tmp_path / "one.json")
+    (tmp_path / "link.json").symlink_to(file)
+    for twice in (["pd-only", "pd-only"], [file, tmp_path / "link.json"], [load_design(file)] * 2):
+        with pytest.raises(UserError, match="stands there twice"):
+            labelled(twice)
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS.built_in))
+def test_a_kind_is_no_design_yet(kind):
+    with pytest.raises(UserError, match=r"is a kind .* --controller .* then compare runs/mine$"):
+        labelled(["pd-only", kind])
+
+
+def test_the_machine_is_that_of_the_first_design(tmp_path):
+    heavy = load_design(
+        written(tmp_path / "h.json", changes={"plant.parameters.spindle_inertia": 9.0})
+    )
+    plain = load_design("pd-only")
+    scenario = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 300.0})
+    shared = on_one_machine({"a": heavy, "b": plain}, scenario)
+    (parameters,) = shared.plant.values()
+    assert (parameters.spindle_inertia, parameters.stiffness) == (9.0, 300.0)
+    assert list(differences(heavy, scenario, shared)) == []
+    (told,) = differences(plain, scenario, shared)
+    assert told == "made for another machine: spindle_inertia 5.102, here 9.0"
+
+
+def test_axes_of_a_machine_are_told_apart(tmp_path):
+    change = {"plant.parameters.gain": 30.0}
+    first = load_design("jee-koren-2004-pid")
+    other = load_design(written(tmp_path / "o.json", "jee-koren-2004-pid", change))
+    scenario = load_scenario("feed-drive-circle", {"plant.parameters": {}})
+    shared = on_one_machine({"a": first, "b": other}, scenario)
+    (x, y), (before_x, _) = (
+        shared.plant.values(),
+        on_one_machine({"a": other}, scenario).plant.values(),
+    )
+    assert x.gain == y.gain == first.plant.parameters.get("gain", 28.3)
+    assert before_x.gain == 30.0
+    found = list(differences(other, scenario, shared))
+    assert found == [f"made for another machine: {a}.gain 30.0, here 28.3" for a in "xy"]
+
+
+def test_own_limits_are_kept_and_other_sensors_said(tmp_path):
+    scenario = {"sensors": {"encoder_resolution": 1e-6}, "limits": {"command": 120.0}}
+    own = {"limits": {"command": 90.0}, "provenance": {"scenario": scenario}}
+    design = load_design(written(tmp_path / "d.json", **own))
+    here = load_scenario("c-axis-ramp", {"limits.command": 100.0})
+    found = list(differences(design, here, on_one_machine({"d": design}, here)))
+    assert found == [
+        "own limits kept: command = 90.0",
+        "made with other limits: command 120.0, here 100.0",
+        "made with other sensors: encoder_resolution 1e-06, here 0.0",
+    ]
+
+
+def test_another_plant_or_sample_time_is_refused(tmp_path):
+    scenario = load_scenario("c-axis-ramp")
+    with pytest.raises(UserError, match=r"is for the plant feed-drive, scenario c-axis-ramp has"):
+        on_one_machine(labelled(["pd-only", "jee-koren-2004-pid"]), scenario)
+    slow = written(tmp_path / "slow.json", changes={"controller.sample_time_s": 0.002})
+    with pytest.raises(UserError, match=r"runs every 0\.002 s"):
+        on_one_machine(labelled(["pd-only", slow]), scenario)

@@ -1,0 +1,105 @@
+"""What a comparison says: best values, units, words where there is no number, rows of a CSV."""
+
+import numpy as np
+import pytest
+
+from hfc_design.pictures.figure import readable
+from hfc_design.report.comparison.tables import difference_row, failures, lines, rows
+from hfc_design.simulation.comparing import _differences
+from hfc_design.simulation.comparison import Bout, Comparison, Side
+
+ERROR = "rms_error_rad"
+TOLD = {ERROR: "root mean square of the tracking error [rad]"}
+
+
+def side(values, stable=None, nominal_stable=True):
+    values = np.array(values, float)
+    stable = np.ones(len(values), bool) if stable is None else np.array(stable, bool)
+    return Side(stable, nominal_stable, {ERROR: float(values[0])}, {ERROR: values})
+
+
+def bout(**sides):
+    return Bout("m", None, sides, {}, TOLD)
+
+
+@pytest.mark.parametrize(
+    ("unit", "size", "told"),
+    [
+        ("rad", 2e-5, (1e6, "µrad")),
+        ("rad", 2e-3, (1e3, "mrad")),
+        ("rad", 2.0, (1.0, "rad")),
+        ("rad/s", 2e-3, (1e3, "mrad/s")),
+        ("mm", 0.02, (1e3, "µm")),
+        ("BLU", 1e-9, (1.0, "BLU")),
+        ("rad", 0.0, (1e6, "µrad")),
+    ],
+)
+def test_numbers_need_no_power_of_ten(unit, size, told):
+    assert readable(unit, size) == told
+
+
+def test_lines_by_hand():
+    a = side([2e-4, 1e-4, 3e-4], [True, True, False])
+    b = side([5e-4, 5e-4, 4e-4])
+    c = side([1e-4, 1e-4, 1e-4], [False] * 3, nominal_stable=False)
+    all_, interval, *others = lines(bout(a=a, b=b, c=c))
+    assert all_.cells == ["66.7", "100", "0"]
+    assert all_.best == [1]
+    assert interval.cells[1] == "29.2–100"  # 0.025 ** (1 / 3)
+    assert [line.metric for line in others] == ["rms error [µrad]", "", ""]
+    assert [(line.of, line.cells, line.best) for line in others] == [
+        ("nominal", ["200", "500", "unstable"], [0]),
+        ("median", ["200", "500", "unstable"], [0]),  # of 100 200 and a failure
+        ("95 %", ["unstable", "500", "unstable"], [1]),
+    ]
+
+
+def test_equal_ones_are_not_marked():
+    assert all(line.best == [] for line in lines(bout(a=side([1.0]), b=side([1.0]))))
+    (*_, median, _) = lines(bout(a=side([1.0]), b=side([1.0]), c=side([2.0])))
+    assert median.best == [0, 1]
+
+
+def test_a_difference_as_a_row():
+    a, b = side([1.0] * 40), side([4.0] * 40, [True] * 30 + [False] * 10)
+    (found,) = _differences([bout(a=a, b=b)])
+    assert difference_row(found) == [
+        *("0.25 (0.25–0.25)", "40 of 40 (91–100 %)", "< 0.0001", "30", "10, 0", "0")
+    ]
+    (other,) = _differences([bout(a=b, b=side([1.0] * 40))])
+    assert difference_row(other)[0] == "4 (4–∞)" or other.ratio_interval[1] == 4.0
+    (none,) = _differences([bout(a=side([1.0] * 6, [False] * 6), b=side([1.0] * 6))])
+    assert difference_row(none)[0] == "∞ (∞–∞)"
+
+
+def test_failures_are_said(spindles):
+    one = spindles.bouts[0]
+    lost = {
+        "a": side([1.0] * 3, [True, False, False]),
+        "b": side([1.0] * 3, [False] * 3, nominal_stable=False),
+        "c": side([1.0] * 3),
+    }
+    found = Comparison({}, 0.2, 0, 3, [one._replace(name="m", sides=lost)], [], [])
+    (told,) = failures(found)
+    assert told == "not stable in m: a on 2, b on 3 and the nominal of 3 machines"
+
+
+def test_rows_of_every_machine(spindles):
+    head, *found = rows(spindles)
+    assert len(found) == 2 * 2 * 9
+    table = [dict(zip(head, row, strict=True)) for row in found]
+    first = spindles.bouts[0].found["lin-lee-1999-table-1"]
+    for row, k in ((table[0], 0), (table[5], 5)):
+        assert (row["design"], row["motion"]) == ("lin-lee-1999-table-1", "c-axis-ramp")
+        assert row["machine"] == k
+        assert row["spindle_inertia"] == first.machines.true[0].spindle_inertia[k]
+    assert table[0][ERROR] == first.nominal[ERROR]
+    assert table[5][ERROR] == first.values[ERROR][4]
+    assert table[5]["stable"] == int(first.stable[4])
+
+
+def test_parameters_of_axes_have_their_names(tables):
+    head, first, *_ = rows(tables)
+    row = dict(zip(head, first, strict=True))
+    assert row["x_gain"] == row["y_gain"] == 40.0
+    assert row["y_positive_start"] == 7.23
