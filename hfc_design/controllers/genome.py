@@ -59,7 +59,7 @@ class Genome(Protocol):
 
     def stage(self, number: int, about: Members | None) -> Stage:
         """Coordinates about the individual that the stage before ended with; None: the first."""
-        raise NotImplementedError
+        raise TypeError(f"{type(self).__name__} has no stages")
 
     def empty(self) -> Members:
         """One individual of each structure that nobody has tried."""

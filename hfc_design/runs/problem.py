@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hfc_design import __version__
-from hfc_design.controllers.genome import Genome, Population, taken
+from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.controllers.kind import kinds
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.plugins import References, own_code, sources
@@ -37,7 +37,7 @@ HINTS = (
 class Problem:
     """A scenario as what a search needs of it; UserError: its controller cannot be searched."""
 
-    def __init__(self, scenario: Scenario):
+    def __init__(self, scenario: Scenario, margin: float | None = None):
         with own_code("", *_kinds(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
             design = design_of(taken(self.genome.empty(), slice(1)), scenario)
@@ -49,7 +49,8 @@ class Problem:
         self._dtype = np.dtype(scenario.run.precision)
         self._ensemble, self._robust = scenario.ensemble, scenario.robust
         if self._robust:
-            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed)
+            wider = self._robust.margin if margin is None else margin
+            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets
 
     def rank(self, population: Population, generation: int = 0) -> Floats:
@@ -71,6 +72,10 @@ class Problem:
             rank = np.minimum(rank, found.min())
             rank[best] = found
         return rank
+
+    def rank_of_finalists(self, population: Population) -> Floats:
+        """What they are ranked by on all the machines that were drawn."""
+        return self._ranked(population, np.arange(self._machines.size))
 
     def _some(self, count: int, generation: int) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
@@ -101,13 +106,16 @@ class Problem:
         return Linear(error, jacobian) if finite else None
 
 
-def drawn_for(scenario: Scenario, count: int, seed: int) -> Machines:
-    """The nominal machine of a robust scenario and ``count`` others within its tolerances."""
+def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
+    """The nominal machine of a robust scenario and ``count`` others within its tolerances.
+
+    These are wider by the factor ``margin``.
+    """
     robust = scenario.robust
     assert robust is not None
     even = robust.sample == "latin-hypercube"
-    wider = {name: robust.margin * spread for name, spread in robust.tolerances.items()}
-    parts = (scenario.plant, robust.margin * robust.spread, count, seed, wider, even)
+    wider = {name: margin * spread for name, spread in robust.tolerances.items()}
+    parts = (scenario.plant, margin * robust.spread, count, seed, wider, even)
     return drawn(*parts)[0]
 
 
@@ -140,15 +148,27 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
     Raises:
         RunError: all have diverged.
     """
-    designs = [design_of(individual, scenario) for individual in _finalists(search)]
-    if not designs:
+    finalists = _finalists(search)
+    if not finalists:
         raise RunError(f"no design: every individual diverged{_why(search, scenario)}; {HINTS}")
+    if scenario.ensemble:
+        finalists = [_best_of_many(joined(*finalists), scenario)]
+    designs = [design_of(individual, scenario) for individual in finalists]
     found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
     design, evaluation = max(found, key=lambda item: item[1].merit)
     if evaluation.diverged:
         why = f" ({evaluation.divergence})" if evaluation.divergence else ""
         raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
     return with_score(design, evaluation, scenario), evaluation
+
+
+def _best_of_many(finalists: Population, scenario: Scenario) -> Population:
+    """The finalist that ranks first on machines within the tolerances, in float64."""
+    where = scenario.model_copy(
+        update={"run": scenario.run.model_copy(update={"precision": "float64"})}
+    )
+    rank = Problem(where, margin=1.0).rank_of_finalists(finalists)
+    return taken(finalists, np.array([int(np.argmax(rank))]))
 
 
 def _why(search: Search, scenario: Scenario) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, starmap
+from types import MappingProxyType
 from typing import NamedTuple
 
 import jax
@@ -78,6 +79,9 @@ class Evaluation(NamedTuple):
     contour: Contour | None  # of an X-Y machine on a path
     substeps: int = 1  # with which it was simulated; more than the scenario's where that diverged
     divergence: Divergence | None = None  # when and why it diverged
+    #: Of a scenario of several motions the evaluation of each, by its name; what is above this is
+    #: that of the first one then, but for fitness, merit and metrics, which are of all.
+    motions: Mapping[str, "Evaluation"] = MappingProxyType({})
 
     def score(self, judge: Judge) -> dict[str, float | str | None]:
         """Fitness, merit and metrics as a file has them: None where there is no number."""
@@ -98,6 +102,10 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
+    if scenario.motions:
+        names = (motion.name for motion in scenario.motions)
+        each = zip(names, scenario.each_motion(), strict=True)
+        return _together(scenario, {name: evaluate(design, where) for name, where in each})
     memory.check(scenario.name, memory.of_motion(scenario))
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
@@ -137,6 +145,30 @@ def evaluations(
         yield whole._replace(substeps=loop.substeps, divergence=lost)
 
 
+def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
+    """One evaluation of several motions: costs are averaged by their weights."""
+    first, *_ = motions.values()
+    lost = [one for one in motions.values() if one.diverged]
+    weights = np.array([motion.weight for motion in scenario.motions])
+
+    def mean(merits: list[float]) -> float:
+        if lost or min(merits) <= 0.0:
+            return -np.inf if lost else 0.0
+        return float(weights.sum() / (weights @ (1.0 / np.array(merits))))
+
+    metrics = {
+        f"{_key(name)}_{key}": value
+        for name, one in motions.items()
+        for key, value in one.metrics.items()
+    }
+    return (lost[0] if lost else first)._replace(
+        fitness=mean([one.fitness for one in motions.values()]),
+        merit=mean([one.merit for one in motions.values()]),
+        metrics=metrics,
+        motions=motions,
+    )
+
+
 def _quantities(axes: tuple[AxisMotion, ...]) -> dict[str, Floats]:
     """Every state of the machine and then the commands, (steps,) each, by name."""
     several = len(axes) > 1
@@ -169,6 +201,13 @@ def _metrics(
 
 def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
+    if scenario.motions:
+        pairs = zip(scenario.motions, scenario.each_motion(), strict=True)
+        return {
+            f"{_key(motion.name)}_{key}": f"{motion.name}: {text}"
+            for motion, alone in pairs
+            for key, text in meanings(alone).items()
+        }
     machine = scenario.plant.machine
     if scenario.follows_path:
         own = contour_meanings(machine.drives[0])
@@ -207,6 +246,11 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
                 f"{name} is simulated with {one.substeps} substeps, it diverges with {own}"
             )
     return found
+
+
+def _key(motion: str) -> str:
+    """A motion as it stands before a metric's name."""
+    return motion.replace("-", "_")
 
 
 def _headed(name: str, found: dict[str, str]) -> dict[str, str]:

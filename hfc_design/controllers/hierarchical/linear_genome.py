@@ -1,4 +1,4 @@
-"""Genome of a fuzzy hierarchy on a linear part: an optimal regulator first, then its gains, then all.
+"""Genome of a fuzzy hierarchy on a linear part: an optimal regulator, then its gains, then all.
 
 In the first stage the weights of the regulator are searched (``linear.lq_genome``), so that every
 individual is a sound linear controller; in the second its gains are free; in the third the tables
