@@ -33,6 +33,8 @@ class Moment(NamedTuple):
     late: Scalar = 0.0  # 1 and 2 in the halves of the motion's last quarter, before that 0
     time: Scalar = 0.0  # [s]
     sample_time: Scalar = 0.0  # [s]
+    apart: Scalar = 0.0  # of a copy that began a little off, as a share of that
+    apart_rate: Scalar = 0.0  # [1/s]
 
 
 class ObjectiveSettings(Record):
