@@ -15,7 +15,7 @@ from plants import Machine
 
 AnyReference = Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")]
 #: A copy of a loop starts off it by this share of the way that its axis goes, in a second at most,
-#: and by as many steps of its encoder at least; by so much where an axis stands still.
+#: and by as many steps that it can tell apart at least; by so much where an axis stands still.
 DISTURBANCE, LEAST_STEPS = 0.01, 100
 STILL_RAD, STILL_MM = 1e-3, 0.01
 #: Of a machine of one axis: state -> value at the start; of several: axis -> such a table.
@@ -79,7 +79,8 @@ def beside(
     found = []
     for axis, state, way, step in zip(axes, start, ways, finest, strict=True):
         still = STILL_MM / axis.length if axis.length else STILL_RAD
-        off = max(DISTURBANCE * way, LEAST_STEPS * step) or still
+        counts = float(axis.drive.commanded(np.array(0.25))) != 0.25  # whole units, and no less
+        off = max(DISTURBANCE * way, LEAST_STEPS * max(step, float(counts))) or still
         places = {axis.drive.position, axis.drive.seen[0], *axis.drive.encoders}
         own = {name: getattr(state, name) + off for name in places if name in state._fields}
         found.append(state._replace(**own))

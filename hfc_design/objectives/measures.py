@@ -135,7 +135,7 @@ def _unsettled() -> Measure:
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         time = SWING * moments[0].sample_time
-        # Axes, as their encoders, in unlike shares: what swings one against another does not cancel.
+        # Axes, as encoders, in unlike shares: what swings one against another does not cancel.
         apart = reduce(jnp.add, [x.apart / (1 + k) for k, x in enumerate(moments)])
         rate = reduce(jnp.add, [time * x.apart_rate / (1 + k) for k, x in enumerate(moments)])
         found = []

@@ -89,4 +89,4 @@ def test_the_rule_by_hand():
     told = load_scenario(ramp, {"constraints.late_error": "2 mrad"})
     assert judged([0, 0, 1e-4], [0, 0, 1.9e-3], [0, 0, 2.1e-3], where=told) == [True, True, False]
     still = load_scenario(ramp, {"reference.velocity": 0.0})
-    assert judged([0, 0, 5.0], [0, 0, 14.0], [0, 0, 16.0], where=still) == [True, True, False]
+    assert judged([0, 0, 5.0], [0, 0, 16.0], [0.4, 0, 0.0], where=still) == [True, True, False]
