@@ -9,6 +9,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError
+from hfc_design.core.statistics import share_interval
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
@@ -31,6 +32,8 @@ FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
+#: A design whose machines are not all right in this share at least is not called usable.
+ENOUGH = 0.99
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -47,6 +50,11 @@ class Robustness(NamedTuple):
     nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
     motion: Evaluation  # of the nominal machine
+
+    @property
+    def usable(self) -> bool:
+        """Whether the nominal machine is stable, and nearly all of the others are."""
+        return self.nominal_stable and bool(self.stable.mean() >= ENOUGH)
 
     def spread_of(self, key: str) -> Floats:
         """A metric of all the stable samples that have it, in the order of the samples."""
@@ -71,6 +79,7 @@ class Robustness(NamedTuple):
             "samples": len(self.stable),
             "seed": self.seed,
             "stable_share": float(self.stable.mean()),
+            "stable_interval": [*share_interval(int(self.stable.sum()), len(self.stable))],
             "nominal_stable": self.nominal_stable,
             "refused_draws": self.refused_draws,
             "refined": self.refined,
@@ -96,7 +105,7 @@ def robustness(
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
-    _check(spread, samples, seed)
+    check_draw(spread, samples, seed)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed)
@@ -158,7 +167,8 @@ def _own(evaluation: Evaluation) -> Evaluation:
     return evaluation._replace(axes=tuple(axes))
 
 
-def _check(spread: float, samples: int, seed: int) -> None:
+def check_draw(spread: float, samples: int, seed: int) -> None:
+    """UserError: machines cannot be drawn like that."""
     if not 0 < spread < 1:
         raise UserError(f"--spread {spread}: has to lie between 0 and 1, as in 0.2 for +-20 %")
     if not 1 <= samples <= MAX_SAMPLES:

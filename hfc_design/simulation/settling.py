@@ -44,16 +44,23 @@ def settled(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> Mask
     ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
     one motion each.
     """
+    return np.asarray(~np.logical_or.reduce([*faults(measured, failed, motions).values()]))
+
+
+def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
+    """Why machines are not stable, in words -> (machines, motions) of which ones that is so."""
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
     axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
-    kept = ~failed & (unsettled <= UNSETTLED) & (limited <= LIMITED / axes)
+    swings, held = ~(unsettled <= UNSETTLED), ~(limited <= LIMITED / axes)
+    settles, off = ~(failed | swings | held), np.ones_like(failed)
     for k, motion in enumerate(motions):
         largest = _largest_reference(motion)
-        kept[0, k] &= late[0, k] <= largest
-        multiple = MULTIPLE * late[0, k] if kept[0, k] else 0.0
+        off[0, k] = not late[0, k] <= largest
+        multiple = MULTIPLE * late[0, k] if settles[0, k] and not off[0, k] else 0.0
         most = min(max(multiple, _tolerance(motion, largest)), largest)
-        kept[1:, k] &= late[1:, k] <= most
-    return kept
+        off[1:, k] = ~(late[1:, k] <= most)
+    found = {"diverges": failed, "stays at a limit": held, "swings": swings, "is far off": off}
+    return {why: mask & (failed if why == "diverges" else ~failed) for why, mask in found.items()}
 
 
 def _largest_reference(motion: Scenario) -> float:
