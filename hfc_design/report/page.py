@@ -25,6 +25,7 @@ from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, USABLE, Result
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
+from hfc_design.simulation.usable import several
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
@@ -113,6 +114,10 @@ def _used(folder: Path) -> Json | None:
     """What the run says of whether its design can be used; None if it says nothing."""
     try:
         found: Json = json.loads((folder / USABLE).read_text(encoding="utf-8"))
+        units = found["units"]
+        named = zip(("error once settled", "chatter", "peak command"), units.values(), strict=True)
+        heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, unit in named)]
+        found["heads"] = [*heads, "share at a limit [1]", "why others do not"]
         return found | {"rows": [_used_row(name, one) for name, one in found["motions"].items()]}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
@@ -124,7 +129,7 @@ def _used_row(name: str, found: Json) -> list[str]:
     pairs = ((one["median"], one["largest"]) for one in measures)
     numbers = (tuple("–" if x is None else f"{x:.3g}" for x in pair) for pair in pairs)
     reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
-    why = ", ".join(f"{count} {reason}" for reason, count in reasons) or "–"
+    why = ", ".join(f"{count} {several(reason)}" for reason, count in reasons) or "–"
     return [name, f"{100 * found['share']:.4g}", *(f"{a} / {b}" for a, b in numbers), why]
 
 

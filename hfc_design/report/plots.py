@@ -112,7 +112,7 @@ def motions(evaluation: Evaluation, title: str) -> Figure:
     """Of each motion of one axis in a row: position, tracking error and command, small."""
     each = evaluation.motions
     figure = framed(1.3 * len(each) + 0.9, top=0.5)
-    shape = {"hspace": 0.55, "wspace": 0.5}
+    shape = {"hspace": 0.6, "wspace": 0.4}
     grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=shape)
     for row, (name, one) in zip(grid, each.items(), strict=True):
         drawn, last = slice(drawn_samples(one)), name == [*each][-1]
@@ -121,9 +121,9 @@ def motions(evaluation: Evaluation, title: str) -> Figure:
             axes.plot(*thinned(one.time[drawn], values), color=OWN, lw=1)
             if reference is not None:
                 axes.plot(*thinned(one.time, reference), color="black", lw=0.8, ls="--")
-            finish(axes, label, "time [s]" if last else "")
+            finish(axes, "", "time [s]" if last else "")
+            axes.set_title(label, fontsize=8, loc="right")
             axes.tick_params(labelsize=7)
-            axes.yaxis.label.set_size(8)
             axes.margins(x=0)
         lost = " (diverged)" if one.diverged else ""
         row[0].set_title(plain(name) + lost, fontsize=9, loc="left")
