@@ -104,10 +104,10 @@ def score_one(
     elif spread is not None:
         score_spread(design, scenario, spread, as_json, **given)
         return
-    elif not as_json:
-        print(f"scenario {scenario.name}")
     evaluation = evaluate(design, scenario)
     if not as_json:
+        if not (scenario.robust or spread is not None):
+            print(f"scenario {scenario.name}")
         show_table(scenario, {design.name: evaluation})
         return
     names = {"design": design.name, "scenario": scenario.name, "diverged": evaluation.diverged}
@@ -146,7 +146,7 @@ def score_usable(
         print(json.dumps(names | score | {"can_i_use_it": found.numbers()}))
     else:
         print(f"{design.name} on {scenario.name}")
-        show_usable(found)
+        show_usable(found.numbers())
 
 
 def score_spread(

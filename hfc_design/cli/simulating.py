@@ -102,9 +102,8 @@ def design(
     except RunError as error:
         raise RunError(f"{error} (run folder {folder})") from None
     summary = "" if quiet else watch.summary()
-    judged = run.used(found, result, folder)
     rivals = write_page(found, result, folder)
-    show_usable(judged)
+    show_usable(run.kept_use(folder))
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
     shown.show_table(found, rows, summary)

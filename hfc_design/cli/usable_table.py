@@ -3,26 +3,28 @@
 import sys
 from textwrap import fill
 
-import numpy as np
-
 from hfc_design.core.console import plain_table, terminal
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.monte_carlo import Robustness
-from hfc_design.simulation.usable import Usable
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
 
 
-def show_usable(found: Usable) -> None:
-    """The answer first, then its figures; a design that fails is warned of on stderr too."""
-    print(fill(f"{QUESTION} {found.answer}", 80))
-    if not found.yes:
+def show_usable(found: Json | None) -> None:
+    """The answer first, then its figures (``Usable.numbers``); of no, a warning on stderr too."""
+    if found is None:
+        print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
+        return
+    print(fill(f"{QUESTION} {found['answer']}", 80))
+    if not found["usable"]:
         print(WARNING, file=sys.stderr)
-    tracking = next(iter(found.units))
-    scale, unit = (1e6, "urad") if found.units[tracking] == "rad" else (1.0, found.units[tracking])
-    command = found.units["chatter"]
+    tracking, chatter, peak = found["units"]
+    scale, unit = (
+        (1e6, "urad") if found["units"][tracking] == "rad" else (1, found["units"][tracking])
+    )
+    command = found["units"][chatter]
     table = plain_table(caption=_caption(found), caption_justify="left")
     table.add_column("motion", no_wrap=True)
     heads = [
@@ -32,20 +34,15 @@ def show_usable(found: Usable) -> None:
     ]
     for head in heads:
         table.add_column(head, justify="right")
-    for one in found.motions:
-        error, chatter, peak = (
-            one.told[tracking] * scale,
-            one.told["chatter"],
-            one.told["peak_command"],
-        )
+    for name, one in found["motions"].items():
+        told = one["measures"]
         cells = [
-            100 * float(one.good.mean()),
-            *_quantiles(error, 0.5, 0.95),
-            *_quantiles(chatter, 0.5, 1.0),
-            *_quantiles(peak, 0.5, 1.0),
-            100 * _quantiles(one.told["limit_share"], 1.0)[0],
+            (100, one["share"]),
+            *((scale, told[tracking][key]) for key in ("median", "q95")),
+            *((1, told[key][which]) for key in (chatter, peak) for which in ("median", "largest")),
+            (100, told["limit_share"]["largest"]),
         ]
-        table.add_row(one.name, *map(_short, cells))
+        table.add_row(name, *(_short(factor, value) for factor, value in cells))
     terminal().print(table)
 
 
@@ -64,31 +61,30 @@ def answer(found: Robustness) -> str:
     return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
 
 
-def _caption(found: Usable) -> str:
-    low, high = found.interval
+def _caption(found: Json) -> str:
+    low, high = found["interval"]
     lines = [
-        f"{100 * found.good.mean():.4g} % keep everything ({100 * low:.4g} to {100 * high:.4g} % "
+        f"{100 * found['share']:.4g} % keep everything ({100 * low:.4g} to {100 * high:.4g} % "
         "with 95 % confidence)"
     ]
-    if found.gain is None:
+    if found["gain"] is None:
         lines.append("gain: the nominal machine does not keep everything as it is")
     else:
+        least, most = found["gain"]
         lines.append(
-            f"gain: nominal machine keeps everything from {found.gain[0]:.3g} to "
-            f"{found.gain[1]:.3g} times the command"
+            f"gain: nominal machine keeps everything from {least:.3g} to {most:.3g} times "
+            "the command"
         )
-    changes = f"merit changes by {100 * found.precision:.2g} % from float32 to float64"
-    if found.substeps is not None:
-        changes += f", {100 * found.substeps:.2g} % in finer steps"
-    return "\n".join([*lines, changes])
+    if found["precision"] is not None:
+        changes = f"merit changes by {100 * found['precision']:.2g} % from float32 to float64"
+        if found["substeps"] is not None:
+            changes += f", {100 * found['substeps']:.2g} % in finer steps"
+        lines.append(changes)
+    return "\n".join(lines)
 
 
-def _quantiles(values: Floats, *shares: float) -> list[float]:
-    finite = values[np.isfinite(values)]
-    return np.quantile(finite, shares).tolist() if len(finite) else [np.nan] * len(shares)
-
-
-def _short(value: float) -> str:
-    if not np.isfinite(value):
+def _short(factor: float, value: float | None) -> str:
+    if value is None:
         return "-"
+    value *= factor
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"

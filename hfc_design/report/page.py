@@ -22,7 +22,7 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered
 from hfc_design.runs.problem import genome_of
-from hfc_design.runs.run import CONFIG, USABLE, Result
+from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
 from hfc_design.simulation.usable import several
@@ -89,7 +89,7 @@ def write_page(
         scores=[[told.get(key, key), *row] for key, *row in scores],
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
-        used=_used(folder),
+        used=_used(scenario, result, folder),
         several=_motions(own, scenario),
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
@@ -110,16 +110,16 @@ def write_page(
     return rivals
 
 
-def _used(folder: Path) -> Json | None:
-    """What the run says of whether its design can be used; None if it says nothing."""
+def _used(scenario: Scenario, result: Result, folder: Path) -> Json | None:
+    """What the run says of whether its design can be used; None if nobody can say."""
     try:
-        found: Json = json.loads((folder / USABLE).read_text(encoding="utf-8"))
+        found = used(scenario, result, folder)
         units = found["units"]
         named = zip(("error once settled", "chatter", "peak command"), units.values(), strict=True)
         heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, unit in named)]
         found["heads"] = [*heads, "share at a limit [1]", "why others do not"]
         return found | {"rows": [_used_row(name, one) for name, one in found["motions"].items()]}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (UserError, KeyError, TypeError, AttributeError):  # or the file has been edited
         return None
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.core import checkpoint, interrupt
+from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json, read_design
@@ -16,7 +17,7 @@ from hfc_design.runs import stored
 from hfc_design.runs.problem import Problem, champion, check_memory, with_score
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
-from hfc_design.simulation.usable import Usable, usable
+from hfc_design.simulation.usable import usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
 USABLE = "usable.json"
@@ -116,23 +117,34 @@ def run(
             _save(folder, search, made_by)
     assert search is not None  # there is at least one generation
     design, evaluation = champion(search, scenario)
+    if scenario.robust:
+        numbers = used(scenario, Result(design, evaluation, search), folder)
+        told = {"usable": {key: numbers[key] for key in KEPT}}
+        design = design.model_copy(update={"score": {**design.score, **told}})
     _write_design(folder / DESIGN, design)
     return Result(design, evaluation, search)
 
 
-def used(scenario: Scenario, result: Result, folder: Path) -> Usable:
-    """Whether the design of a run can be used; its file keeps the share, the folder the rest.
+def used(scenario: Scenario, result: Result, folder: Path) -> Json:
+    """Whether the design of a run can be used, in numbers; the folder keeps them.
 
     Raises:
-        UserError: the tolerances leave no possible machine.
         RunError: the folder cannot be written.
     """
-    found = usable(result.design, scenario)
-    numbers = found.numbers()
-    told = {"usable": {key: numbers[key] for key in KEPT}}
-    design = result.design.model_copy(update={"score": {**result.design.score, **told}})
+    asked = "usable" in result.design.score  # once is enough
+    if asked and (stored := kept_use(folder)) is not None:
+        return stored
+    numbers = usable(result.design, scenario).numbers()
     checkpoint.write_whole(folder / USABLE, (json.dumps(numbers, indent=1) + "\n").encode())
-    _write_design(folder / DESIGN, design)
+    return numbers
+
+
+def kept_use(folder: Path) -> Json | None:
+    """What a run folder says of whether its design can be used; None if nothing."""
+    try:
+        found: Json = json.loads((folder / USABLE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
     return found
 
 
