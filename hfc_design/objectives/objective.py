@@ -33,6 +33,7 @@ class Moment(NamedTuple):
     late: Scalar = 0.0  # 1 and 2 in the halves of the motion's last quarter, before that 0
     time: Scalar = 0.0  # [s]
     sample_time: Scalar = 0.0  # [s]
+    velocity: Scalar = 0.0  # mean of the last 10 ms (a lag of the first order)
 
 
 class ObjectiveSettings(Record):

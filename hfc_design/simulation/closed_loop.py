@@ -65,6 +65,10 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     )
 
 
+#: How long an axis has to stand until it sticks [s]: the trembling of a noisy command is shorter.
+STANDING = 0.01
+
+
 class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
@@ -74,6 +78,7 @@ class Carry(NamedTuple):
     waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
+    means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
     sums: tuple[Sums, ...]  # of the objectives
 
 
@@ -92,12 +97,12 @@ class Recorded(NamedTuple):
 def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Carry:
     """A machine before the first sample, at ``started`` and with nothing to remember."""
     states = tuple(type(state)(*(zero + x for x in state)) for state in started)
-    angles, rates = [], []
+    angles, rates, pairs = [], [], [*zip(loop.machine.drives, states, strict=True)]
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
         angles.append({angle: getattr(state, angle) for angle in drive.encoders})
-        pairs = drive.encoders.items() if observed else ()
-        rates.append({angle: getattr(state, velocity) for angle, velocity in pairs})
+        each = drive.encoders.items() if observed else ()
+        rates.append({angle: getattr(state, velocity) for angle, velocity in each})
     return Carry(
         states,
         tuple(angles),
@@ -105,6 +110,9 @@ def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Carry:
         tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
         (zero,) * len(states),
+        tuple(
+            getattr(x, drive.velocity) for drive, x in zip(loop.machine.drives, states, strict=True)
+        ),
         loop.judge.initial(zero),
     )
 
@@ -148,7 +156,8 @@ def sample(
         moments.append(moment)
         outputs.append(Recorded(moment.error, moment.error_rate, commands[k], carry.states[k]))
     sums = loop.judge.update(carry.sums, tuple(moments), row.path)
-    return Carry(states, angles, rates, waiting, memory, commands, sums), tuple(outputs)
+    means = tuple(moment.velocity for moment in moments)
+    return Carry(states, angles, rates, waiting, memory, commands, means, sums), tuple(outputs)
 
 
 def _sensed(
@@ -172,11 +181,13 @@ def _moment(
     drive, state, happens = loop.machine.drives[k], carry.states[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate
+    velocity, before = getattr(state, drive.velocity), carry.means[k]
+    taken = row.sample_time / (row.sample_time + STANDING)
     limit = jnp.inf if limit is None else limit
     low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
     return Moment(
         error=happens.reference - position,
-        error_rate=rate - getattr(state, drive.velocity),
+        error_rate=rate - velocity,
         deviation=position - happens.target,
         command=command,
         reference_rate=rate,
@@ -188,6 +199,7 @@ def _moment(
         late=row.late,
         time=row.time,
         sample_time=row.sample_time,
+        velocity=before + taken * (velocity - before),
     )
 
 
