@@ -12,6 +12,7 @@ from pydantic import Field
 
 from hfc_design.controllers.genome import Population, Stage, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
+from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
@@ -152,6 +153,14 @@ def _put(leaf: Any, place: int, value: Any) -> Any:
     return leaf
 
 
+def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
+    if controller.staged:
+        return None
+    if "linear" in type(controller).model_fields:
+        return "searches hierarchies on a linear part: add [controller.linear], or use race"
+    return f"does not search controllers of kind {controller.kind}; use race"
+
+
 def _sound(settings: CmaSettings, state: CmaState) -> bool:
     islands, size = state.islands.mean.shape
     shapes = [leaf.shape[:1] == (islands,) for leaf in state.islands]
@@ -171,6 +180,7 @@ STRATEGY = Strategy(
     CmaState,
     Cma,
     "a distribution that follows what is good (CMA-ES), its stages those of the controller",
-    sound=_sound,
+    _fault,
+    _sound,
     forgets=True,
 )
