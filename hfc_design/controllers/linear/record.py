@@ -168,7 +168,8 @@ class WeightedSettings(LinearSettings):
         """Also a tolerance of what there is not, or without a largest command."""
         if found := super().fault(target):
             return found
-        drive, known = target.machine.drives[0], self.names(target.machine.drives[0].inputs)
+        drive = target.machine.drives[0]
+        known = self.names([name for name in drive.inputs if name not in ERRORS])
         for name in self.tolerances:
             if name not in known or name in (*FORWARD, "coulomb_width"):
                 own = ", ".join(x for x in known if x not in (*FORWARD, "coulomb_width"))
