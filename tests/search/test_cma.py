@@ -130,7 +130,7 @@ def test_any_number_of_generations(total, genome):
         lambda s: s._replace(about=taken(s.about, np.zeros(2, int))),
         lambda s: s._replace(about=s.about._replace(tree=np.array([77]))),
         lambda s: s._replace(about=s.about._replace(linear=np.nan * s.about.linear)),
-        lambda s: s._replace(population=s.population._replace(tree=np.array([3]))),
+        lambda s: s._replace(population=taken(s.population, np.zeros(2, int)), score=np.zeros(2)),
         lambda s: s._replace(islands=s.islands._replace(step=-s.islands.step)),
         lambda s: s._replace(islands=s.islands._replace(step=s.islands.step[0])),
         lambda s: s._replace(islands=s.islands._replace(mean=s.islands.mean[:, :-1])),
