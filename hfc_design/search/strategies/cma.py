@@ -81,9 +81,9 @@ class Cma(NamedTuple):
         """Samples of the next island: of another stage, or of fewer, where it is time."""
         place = self._place(generation)
         if place.stage != self._place(generation - 1).stage:
-            best = np.argmax(state.score)
+            best = int(np.argmax(state.score))
             good = bool(np.isfinite(state.score[best]))  # else the stage has led nowhere
-            about = taken(state.population, best[None]) if good else state.about
+            about = taken(state.population, np.array([best])) if good else state.about
             state = self._begun(place, about, rng)
         elif place.room < len(state.score):
             kept = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
