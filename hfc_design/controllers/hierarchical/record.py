@@ -20,8 +20,12 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
-from hfc_design.controllers.linear.law import LinearGains
-from hfc_design.controllers.linear.record import FeedForwardRecord, LinearDesign, LqiSettings
+from hfc_design.controllers.linear.record import (
+    FeedForwardRecord,
+    LinearDesign,
+    LqiSettings,
+    with_own_signals,
+)
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 
 
@@ -38,6 +42,8 @@ class LinearRecord(Record):
     ki: Finite = 0.0  # [command per unit of the error and s]
     signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
     feed_forward: FeedForwardRecord = FeedForwardRecord()
+
+    _signals_fit = model_validator(mode="after")(with_own_signals)
 
 
 class LinearPart(LqiSettings):
@@ -138,14 +144,16 @@ class HierarchicalDesign(ControllerRecord):
             tuple(item.scale for item in self.inputs),
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
-            self._linear_gains(),
+            part.gains() if (part := self.linear_part) else None,
         )
 
-    def _linear_gains(self) -> LinearGains | None:
+    @property
+    def linear_part(self) -> LinearDesign | None:
+        """The part beside the hierarchy as a linear controller; None: it is a PD alone."""
         if (own := self.linear) is None:
             return None
         data = own.model_dump() | self.pd.model_dump() | {"sample_time_s": self.sample_time_s}
-        return LinearDesign(kind="linear", **data).gains()
+        return LinearDesign(kind="linear part", **data)
 
 
 class HierarchicalSettings(ControllerSettings):
@@ -159,6 +167,11 @@ class HierarchicalSettings(ControllerSettings):
     linear: LinearPart | None = Field(None, exclude_if=not_)  # None: a PD alone
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
+
+    @property
+    def staged(self) -> bool:
+        """Where there is a linear part: first it, then its gains, then all."""
+        return self.linear is not None
 
     def fault(self, target: Target) -> str | None:
         """An input that is no signal of every axis, or one that stands there twice."""
