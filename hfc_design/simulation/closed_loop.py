@@ -110,9 +110,7 @@ def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Carry:
         tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
         (zero,) * len(states),
-        tuple(
-            getattr(x, drive.velocity) for drive, x in zip(loop.machine.drives, states, strict=True)
-        ),
+        tuple(getattr(state, drive.velocity) for drive, state in pairs),
         loop.judge.initial(zero),
     )
 
