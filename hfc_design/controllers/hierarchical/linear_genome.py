@@ -180,13 +180,16 @@ class LinearHierarchyGenome(Genome):
         return LinearHierarchies(tree, about.linear[:1] * factors[:, 2:], fuzzy)
 
 
+def passing(settings: HierarchicalSettings) -> Floats:
+    """(7,) consequents of which a unit makes the value that it reads, as nearly as seven can."""
+    u = np.linspace(-1.0, 1.0, 401)
+    shares = np.array(memberships(ARRAYS, layout_of(settings).terms, u))
+    return np.asarray(np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0])
+
+
 def _idle(settings: HierarchicalSettings) -> Floats:
     """(units, 7, 7) tables whose inner units pass on the mean of their inputs, the root nothing."""
-    terms = layout_of(settings).terms
-    u = np.linspace(-1.0, 1.0, 401)
-    shares = np.array(memberships(ARRAYS, terms, u))
-    # Levels of which a unit makes the value itself of a value, as nearly as seven can.
-    levels = np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0]
+    levels = passing(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
     units = len(settings.inputs) - 1
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])
@@ -196,4 +199,8 @@ def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
     """Of a hierarchy beside a PD alone, or on a linear part."""
     if settings.linear is None:
         return HierarchicalGenome(settings, target)
+    if settings.schedules:
+        from hfc_design.controllers.hierarchical.scheduled_genome import ScheduledGenome
+
+        return ScheduledGenome(settings, target)
     return LinearHierarchyGenome(settings, target)

@@ -46,6 +46,13 @@ class LinearRecord(Record):
     _signals_fit = model_validator(mode="after")(with_own_signals)
 
 
+class ScheduledRecord(LinearRecord):
+    """A linear law that the root's output scales, instead of one number."""
+
+    kp: Finite = 0.0
+    kd: Finite = 0.0
+
+
 class LinearPart(LqiSettings):
     """What a search for a linear part starts from: an optimal regulator with integral."""
 
@@ -100,12 +107,19 @@ class HierarchicalDesign(ControllerRecord):
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     pd: PdRecord
     linear: LinearRecord | None = Field(None, exclude_if=not_)  # beside kp and kd
+    scheduled: ScheduledRecord | None = Field(None, exclude_if=not_)  # times the root's output
     inputs: Inputs
     output_scale: Positive
     terms: Terms
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
     #: Of the root; None: its table stays.
     adaptation: Adaptation | None = Field(None, exclude_if=not_)
+
+    @model_validator(mode="after")
+    def _schedules_beside_a_linear_part(self) -> "HierarchicalDesign":
+        if self.scheduled and not self.linear:
+            raise ValueError("scheduled: needs a linear part beside it, whose integral it shares")
+        return self
 
     @model_validator(mode="after")
     def _is_a_tree(self) -> "HierarchicalDesign":
@@ -145,6 +159,7 @@ class HierarchicalDesign(ControllerRecord):
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
             part.gains() if (part := self.linear_part) else None,
+            part.gains() if (part := self.scheduled_part) else None,
         )
 
     @property
@@ -154,6 +169,14 @@ class HierarchicalDesign(ControllerRecord):
             return None
         data = own.model_dump() | self.pd.model_dump() | {"sample_time_s": self.sample_time_s}
         return LinearDesign(kind="linear part", **data)
+
+    @property
+    def scheduled_part(self) -> LinearDesign | None:
+        """What the root's output scales as a linear controller; None: ``output_scale`` alone."""
+        if (own := self.scheduled) is None:
+            return None
+        data = own.model_dump() | {"sample_time_s": self.sample_time_s}
+        return LinearDesign(kind="scheduled part", **data)
 
 
 class HierarchicalSettings(ControllerSettings):
@@ -165,6 +188,7 @@ class HierarchicalSettings(ControllerSettings):
     terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
     adaptation: Adaptation | None = None  # of the root; None: its table stays
     linear: LinearPart | None = Field(None, exclude_if=not_)  # None: a PD alone
+    schedules: bool = Field(False, exclude_if=not_)  # whether the root scales a linear law
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 
@@ -196,7 +220,9 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     names = tuple(item.name for item in described.inputs)
     terms = tuple(Term(**term.model_dump()) for term in described.terms)
     fed_back = tuple(described.linear.signals or ()) if described.linear else None
-    return Layout(names, described.output_scale, terms, described.adaptation, fed_back)
+    scheduled = getattr(described, "scheduled", None)
+    signals = tuple(scheduled.signals) if scheduled else None
+    return Layout(names, described.output_scale, terms, described.adaptation, fed_back, signals)
 
 
 class Bounds(NamedTuple):
