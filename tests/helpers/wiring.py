@@ -21,7 +21,7 @@ DESIGNS = [
     "jee-koren-2004-aflc",
     "random-1",
     "random-2",
-    "random-7-on-linear",
+    "random-1-on-linear",
 ]
 
 
