@@ -95,7 +95,7 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
     from hfc_design.files.design import design_json
     from hfc_design.runs.run import finished_run, front_needed, picked
 
-    choices = sum(x not in (None, False) for x in (point, nearest, knee))
+    choices = (point is not None) + (nearest is not None) + knee
     if choices > 1:
         raise UserError("hfc pick takes one of --point, --nearest and --knee")
     if not choices and out is not None:
@@ -134,5 +134,5 @@ def _chosen(front: "Front", scenario: "Scenario", point: int | None, told: str |
         try:
             wanted[name.strip()] = float(text)
         except ValueError:
-            wanted[name.strip()] = text.strip()
+            wanted[name.strip()] = text.strip().strip("'\"")
     return nearest(front, wanted, scenario)

@@ -13,7 +13,7 @@ from hfc_design.core.numbers import ARRAYS, Floats, Integers
 #: A unit matters where the command changes by more than this share once it says always the same:
 #: both as root mean squares over the universe of the inputs.
 SHARE = 0.05
-#: Points of that universe.
+#: Points of that universe, a power of two.
 POINTS = 128
 
 
@@ -44,7 +44,7 @@ def _universe(inputs: int) -> Floats:
     """(inputs, POINTS, 1) in [-1, 1], the same in every search."""
     from scipy.stats import qmc  # which takes a while to import
 
-    points = 2.0 * qmc.Sobol(inputs, scramble=False).random(POINTS + 1)[1:] - 1.0
+    points = 2.0 * qmc.Sobol(inputs, scramble=False).random(POINTS) - 1.0
     return np.asarray(points.T[:, :, None])
 
 
