@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter
 
 from hfc_design.pictures.figure import (
     OTHER,
@@ -93,10 +94,15 @@ def _panel(axes: Axes, front: Front, x: int, y: int) -> None:
     axes.plot(across[best], up[best], "s", color="black", ms=13, mfc="none", label="design.json")
     for k in sorted({0, knee, best, len(up) - 1}):
         axes.annotate(
-            str(k + 1), (across[k], up[k]), (9, 7), textcoords="offset points", fontsize=9
+            str(k + 1), (across[k], up[k]), (6, 4), textcoords="offset points", fontsize=9
         )
-    for values, scale in ((across, axes.set_xscale), (up, axes.set_yscale)):
+    for values, scale, own in (
+        (across, axes.set_xscale, axes.xaxis),
+        (up, axes.set_yscale, axes.yaxis),
+    ):
         if values.min() > 0.0 and values.max() > 20.0 * values.min():
             scale("log")
+            own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.margins(0.1)
     names = [front.objectives[k].name for k in (x, y)]
     gridded(axes, _label(names[0], unit_x), _label(names[1], unit_y))
