@@ -204,8 +204,8 @@ def sample(
     command = linear + bent
     integral = held(xp, law.limit, command, memory.linear.integral, after.integral + more)
     after = after._replace(integral=integral)
-    parts = (own.proportional, own.derivative, bent, own, scheduled)
-    whole = HierarchyParts(readings, scaled, units, *parts)
+    shares = (own.proportional, own.derivative, bent, own, scheduled)
+    whole = HierarchyParts(readings, scaled, units, *shares)
     return command, HierarchicalMemory(remembered, root, after), whole
 
 

@@ -98,10 +98,10 @@ class LinearHierarchyGenome(Genome):
         around = about
 
         def free(points: Floats, tree: Integers) -> LinearHierarchies:
-            return self._moved(around, tree, points, None)
+            return self.moved(around, tree, points, None)
 
         def everything(points: Floats, tree: Integers) -> LinearHierarchies:
-            return self._moved(around, tree, points, points[:, 2 + around.linear.shape[1] :])
+            return self.moved(around, tree, points, points[:, 2 + around.linear.shape[1] :])
 
         gains = np.zeros(2 + about.linear.shape[1])
         if number == 1:
@@ -163,7 +163,7 @@ class LinearHierarchyGenome(Genome):
         )
         return LinearHierarchies(tree, np.stack(columns, axis=1), fuzzy)
 
-    def _moved(
+    def moved(
         self, about: LinearHierarchies, tree: Integers, gains: Floats, further: Floats | None
     ) -> LinearHierarchies:
         """``about`` with factors exp(``gains``) and, if given, other scales and tables."""

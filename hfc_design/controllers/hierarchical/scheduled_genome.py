@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Stage
+from hfc_design.controllers.genome import Genome, Stage
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.linear_genome import (
     EVERYTHING,
@@ -34,29 +34,31 @@ class ScheduledHierarchies(NamedTuple):
     second: Floats  # (n, 2 + ...) kp, kd and the columns of ``first.linear`` where it gives 1
 
 
-class ScheduledGenome(LinearHierarchyGenome):
+class ScheduledGenome(Genome):
     """What a search can do with ``ScheduledHierarchies``."""
 
     stages = ((0.1, False), (0.2, False), (0.4, False), (0.3, True))
 
     def __init__(self, settings: HierarchicalSettings, target: Target):
         super().__init__(settings, target)
+        self.on_one = LinearHierarchyGenome(settings, target)
+        self.structures = self.on_one.structures
         self.passing = passing(settings)
 
     def empty(self) -> ScheduledHierarchies:
         """Row t has tree t and the first regulator."""
-        return _alike(super().empty())
+        return _alike(self.on_one.empty())
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> ScheduledHierarchies:
         """One law, a hierarchy that bends nothing yet."""
-        return _alike(super().fresh(tree, rng))
+        return _alike(self.on_one.fresh(tree, rng))
 
     def mutated(
         self, population: ScheduledHierarchies, step: Floats, rng: np.random.Generator
     ) -> ScheduledHierarchies:
         """Both laws and the hierarchy."""
         factors = np.exp(0.25 * step[:, None] * rng.standard_normal(population.second.shape))
-        first = super().mutated(population.first, step, rng)
+        first = self.on_one.mutated(population.first, step, rng)
         return population._replace(first=first, second=population.second * factors)
 
     def blended(
@@ -64,18 +66,18 @@ class ScheduledGenome(LinearHierarchyGenome):
     ) -> ScheduledHierarchies:
         """Gains on a straight line."""
         second = one.second + share[:, None] * (other.second - one.second)
-        first = super().blended(one.first, other.first, share)
+        first = self.on_one.blended(one.first, other.first, share)
         return ScheduledHierarchies(one.tree, first, second)
 
     def nudged(
         self, population: ScheduledHierarchies, rng: np.random.Generator
     ) -> ScheduledHierarchies:
         """Other kp and kd by a millionth."""
-        return population._replace(first=super().nudged(population.first, rng))
+        return population._replace(first=self.on_one.nudged(population.first, rng))
 
     def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it; the root scales the difference of the laws."""
-        found, other = super().gains(population.first), super().gains(_second(population))
+        found, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
         assert found.linear is not None
         assert other.linear is not None
         own = found.linear._asdict()
@@ -87,7 +89,7 @@ class ScheduledGenome(LinearHierarchyGenome):
 
     def record(self, individual: ScheduledHierarchies) -> Json:
         """With what the root scales."""
-        found, far = super().record(individual.first), super().record(_second(individual))
+        found, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
         one, other = (x["linear"] | x["pd"] for x in (found, far))
         ahead = {
             name: value - one["feed_forward"][name]
@@ -99,16 +101,20 @@ class ScheduledGenome(LinearHierarchyGenome):
         gains = {name: other[name] - one[name] for name in ("kp", "ki", "kd")}
         return found | {"scheduled": {**gains, "signals": signals, "feed_forward": kept | ahead}}
 
+    def notation(self, structure: int) -> str:
+        """The tree of the hierarchy."""
+        return self.on_one.notation(structure)
+
     def stage(self, number: int, about: ScheduledHierarchies | None) -> Stage:
         """As on a linear part; then two laws and shares; then all."""
         if number < 2 or about is None:
-            own = super().stage(number, about and about.first)
+            own = self.on_one.stage(number, about and about.first)
             return own._replace(members=lambda points, tree: _alike(own.members(points, tree)))
         around, size = about, 2 + about.first.linear.shape[1]
         if number == 2:
 
             def two(points: Floats, tree: Integers) -> ScheduledHierarchies:
-                first = self._moved(around.first, tree, points, None)
+                first = self.on_one.moved(around.first, tree, points, None)
                 second = _scaled(around.second, points[:, size : 2 * size])
                 shares = SHARES + points[:, 2 * size : 2 * size + len(SHARES)]
                 return ScheduledHierarchies(tree, self._sharing(first, shares, points), second)
@@ -116,7 +122,7 @@ class ScheduledGenome(LinearHierarchyGenome):
             return Stage(np.zeros(2 * size + len(SHARES) + 1), FREE, two)
 
         def all_of_it(points: Floats, tree: Integers) -> ScheduledHierarchies:
-            first = self._moved(around.first, tree, points, points[:, 2 * size :])
+            first = self.on_one.moved(around.first, tree, points, points[:, 2 * size :])
             return ScheduledHierarchies(
                 tree, first, _scaled(around.second, points[:, size : 2 * size])
             )
@@ -138,8 +144,8 @@ class ScheduledGenome(LinearHierarchyGenome):
 
     def _tables(self, tree: int, shares: Floats) -> Floats:
         """(units, 7, 7) of a tree: the first unit on the way knows, the others pass it on."""
-        found, inputs, way = [], len(self.fuzzy.names), 0
-        for k, unit in enumerate(self.fuzzy.trees[tree]):
+        found, inputs, way = [], len(self.on_one.fuzzy.names), 0
+        for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):
             known = shares if way == 0 else self.passing
             if unit.column == way:
                 table = np.tile(known, (7, 1))
