@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.records import writing
+from hfc_design.core.records import UserError, writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation, notes, score_rows
+from hfc_design.simulation.evaluation import Evaluation, evaluate, motion_rows, notes, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.search.loop import Search
@@ -77,11 +77,49 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     table.add_column("metric", no_wrap=True)
     for name in rows:
         table.add_column(name, justify="right", overflow="fold")
-    for name, *values in score_rows(scenario.judge(), [*rows.values()], ".5g", "-"):
+    found = [*rows.values()]
+    titles = len(scenario.judge().titles)
+    shown = score_rows(scenario.judge(), found, ".5g", "-")
+    if scenario.motions:  # of each the first one says most; the others are in --json and the report
+        shown = shown[:titles] + motion_rows(found, ".4g", "-")
+    for name, *values in shown:
         table.add_row(name.replace(" / ", "\n/ "), *values)
     terminal().print(table)
     for note in notes(scenario, rows):
         print(note)
+
+
+def score_usable(
+    design: Design,
+    scenario: Scenario,
+    spread: float | None,
+    as_json: bool,
+    samples: int | None = None,
+    seed: int | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Whether a design can be used in every motion of a scenario.
+
+    Raises:
+        UserError: a value is not allowed, or design and scenario do not fit.
+    """
+    from hfc_design.cli.usable_table import show_usable
+    from hfc_design.simulation.monte_carlo import check_draw
+    from hfc_design.simulation.usable import usable
+
+    if plot is not None:
+        raise UserError("--plot draws one motion, and there are several or [robust]")
+    if spread is not None:
+        check_draw(spread, samples or 1, seed or 0)
+    found = usable(design, scenario, spread, samples, seed)
+    if as_json:
+        judged = evaluate(design, scenario)
+        names = {"design": design.name, "scenario": scenario.name, "diverged": judged.diverged}
+        score = judged.score(scenario.judge())
+        print(json.dumps(names | score | {"can_i_use_it": found.numbers()}))
+    else:
+        print(f"{design.name} on {scenario.name}")
+        show_usable(found)
 
 
 def score_spread(
@@ -98,6 +136,7 @@ def score_spread(
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
+    from hfc_design.cli.usable_table import QUESTION, WARNING, answer
     from hfc_design.simulation.monte_carlo import robustness
 
     def progress(done: int, total: int) -> None:
@@ -128,7 +167,10 @@ def score_spread(
     if as_json:
         print(json.dumps(numbers))
     else:
+        print(f"{QUESTION} {answer(found)}")
         terminal().print(table)
+    if not found.usable:
+        print(WARNING, file=sys.stderr)
     if plot is not None:
         from hfc_design.pictures.figure import save
         from hfc_design.report.batch_plots import distributions

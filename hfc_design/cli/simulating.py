@@ -73,6 +73,7 @@ def design(
     Without arguments: the no-load ramp of the C-axis.
     """
     from hfc_design.cli import shown
+    from hfc_design.cli.usable_table import show_usable
     from hfc_design.core.lock import alone
     from hfc_design.core.plugins import resuming
     from hfc_design.core.records import RunError, UserError
@@ -108,10 +109,13 @@ def design(
         raise RunError(f"interrupted; {resuming(folder)}") from None
     except RunError as error:
         raise RunError(f"{error} (run folder {folder})") from None
+    summary = "" if quiet else watch.summary()
+    judged = run.used(found, result, folder)
     rivals = write_page(found, result, folder)
+    show_usable(judged)
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
-    shown.show_table(found, rows, "" if quiet else watch.summary())
+    shown.show_table(found, rows, summary)
     if result.front is not None:
         show_front(result.front)
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
@@ -133,9 +137,9 @@ def score(
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
     With --spread 0.2 on many machines, each physical parameter within 20 % of its value: the
-    share that is stable, and quantiles of every metric. Stable is a motion that stays finite and
-    in whose last quarter no error is larger than the reference ever is and no drive stands at a
-    limit of its command for more than a tenth of the time.
+    share that is stable, and quantiles of every metric. Stable is what settles: a copy that began
+    a little off ends on the same motion, no drive stays at a limit of its command, the error of
+    the last quarter stays near that of the nominal machine or within 5 % of the way.
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
@@ -144,7 +148,11 @@ def score(
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    if spread is not None:
+    if where.robust or (where.motions and spread is not None):
+        shown.score_usable(found, where, spread, as_json, **given)
+        if as_json:
+            return
+    elif spread is not None:
         shown.score_spread(found, where, spread, as_json, **given)
         return
     evaluation = evaluate(found, where)
@@ -154,7 +162,8 @@ def score(
         names |= {"substeps": evaluation.substeps, "divergence": lost}
         click.echo(json.dumps(names | evaluation.score(where.judge())))
     else:
-        click.echo(f"scenario {where.name}")
+        if not where.robust and not (where.motions and spread is not None):
+            click.echo(f"scenario {where.name}")
         shown.show_table(where, {found.name: evaluation})
 
 

@@ -40,6 +40,11 @@ class ControllerSettings(Record):
         """What makes a search for ``target`` impossible, in a line that begins with the key."""
         return None
 
+    @property
+    def staged(self) -> bool:
+        """Whether its genome has ``stages``, through which a distribution can be led."""
+        return False
+
 
 class Target(NamedTuple):
     """What a controller is designed for."""
@@ -148,7 +153,8 @@ class Kind:
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
     table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
-    #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive.
+    #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive; None
+    #: where the record has none.
     open_loop: Callable[[Own, Any, Parameters], Any] | None = None
     #: What a report shows: (record, Shown) -> sections.
     sections: Callable[[Own, Shown], list[Any]] = numbers

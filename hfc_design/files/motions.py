@@ -1,17 +1,23 @@
 """The motions that a scenario judges together."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, TypeAlias
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from hfc_design.core.numbers import State
+from hfc_design.core.numbers import Floats, State
 from hfc_design.core.records import Finite, NotNegative, Positive, Record
+from hfc_design.files.machine import Axis
 from hfc_design.motion.references import EachAxis, Load, Reference
 from hfc_design.motion.trajectories import PathReference
 from plants import Machine
 
 AnyReference = Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")]
+#: A copy of a loop starts off it by this share of the way that its axis goes, in a second at most,
+#: and by as many steps that it can tell apart at least; by so much where an axis stands still.
+DISTURBANCE, LEAST_STEPS = 0.01, 100
+STILL_RAD, STILL_MM = 1e-3, 0.01
 #: Of a machine of one axis: state -> value at the start; of several: axis -> such a table.
 Start: TypeAlias = dict[str, Finite | dict[str, Finite]]
 
@@ -55,3 +61,27 @@ def started(machine: Machine, start: Mapping[str, Any]) -> tuple[State, ...]:
                 raise ValueError(f"start.{name}: no state of the machine; there is {known}")
         states.append(state._replace(**own.get(axis, {})))
     return tuple(states)
+
+
+def way(target: Floats, rate: Floats) -> float:
+    """How far an axis goes, in its fastest second at most; of (steps,) places and speeds."""
+    speed, whole = float(np.abs(rate).max()), float(np.abs(target).max())
+    return min(whole, speed) if speed else whole
+
+
+def beside(
+    axes: Sequence[Axis], start: Sequence[State], ways: Sequence[float], finest: Sequence[float]
+) -> tuple[State, ...]:
+    """``start`` with the whole of each axis moved by a little, see ``measures.unsettled``.
+
+    ``ways`` are how far each axis goes, ``finest`` the steps of its encoder, in its units.
+    """
+    found = []
+    for axis, state, way, step in zip(axes, start, ways, finest, strict=True):
+        still = STILL_MM / axis.length if axis.length else STILL_RAD
+        counts = float(axis.drive.commanded(np.array(0.25))) != 0.25  # whole units, and no less
+        off = max(DISTURBANCE * way, LEAST_STEPS * max(step, float(counts))) or still
+        places = {axis.drive.position, axis.drive.seen[0], *axis.drive.encoders}
+        own = {name: getattr(state, name) + off for name in places if name in state._fields}
+        found.append(state._replace(**own))
+    return tuple(found)

@@ -27,7 +27,7 @@ from hfc_design.files.machine import (
     check_axes,
     reading_fault,
 )
-from hfc_design.files.motions import AnyReference, Motion, Start, started
+from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
 from hfc_design.files.robust import RobustSettings
 from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
 from hfc_design.motion.samples import Samples, Simulation
@@ -299,7 +299,10 @@ class Scenario(Record):
             own |= {"end": np.full_like(time, motion.target[-1])}
             axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
         clock, start = self.simulation.sample_time_s, started(self.plant.machine, self.start)
-        return Samples(tuple(axes), frame, settled, clock, time, late_samples(time), start)
+        rest = (settled, clock, time, late_samples(time), start)
+        ways = [way(happens.target, happens.reference_rate) for happens in axes]
+        finest = [self.sensors.of(axis.name).encoder_resolution for axis in each]
+        return Samples(tuple(axes), frame, *rest, beside(each, start, ways, finest))
 
 
 #: A scenario, or what names one: a built-in name, a TOML file, what would stand in one.

@@ -19,6 +19,10 @@ from hfc_design.objectives.stick_share import is_stuck
 
 Moments: TypeAlias = tuple[Moment, ...]
 Term: TypeAlias = Callable[[Moment], Scalar]
+#: What grows within the last quarter counts by no more than this factor.
+MOST_GROWTH = 10.0
+#: Samples of the control in which what swings fast goes about as far as its amplitude.
+SWING = 10.0
 
 
 class Units(NamedTuple):
@@ -38,6 +42,7 @@ class Measure(NamedTuple):
     update: Callable[[Sums, Moments, PathFrame | None], Sums]
     value: Callable[[Sums], Scalar]
     path: bool = False  # only of a machine on a path
+    doubled: bool = False  # of a copy of the machine too, that began a little off
 
 
 def _always(moment: Moment) -> Scalar:
@@ -118,9 +123,49 @@ def band_time(band: float) -> Measure:
     return Measure("band_time", "s", meaning, lambda zero: zero, update, lambda sums: sums)
 
 
+def _unsettled() -> Measure:
+    """How much a copy of the loop that began a little off still swings against it in the end.
+
+    What settles forgets how it began: both end on one motion, whatever vibration a load forces on
+    them. Loops that swing by themselves do so each in its own phase. Friction may let the two rest
+    at different places: what counts are the variances within each half of the last quarter, of the
+    distance and of ``SWING`` samples times its rate (an amplitude, of what swings that fast; faster
+    swinging counts more), and where the second half has more, by the factor by which it has.
+    """
+
+    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+        time = SWING * moments[0].sample_time
+        # Axes, as encoders, in unlike shares: what swings one against another does not cancel.
+        apart = reduce(jnp.add, [x.apart / (1 + k) for k, x in enumerate(moments)])
+        rate = reduce(jnp.add, [time * x.apart_rate / (1 + k) for k, x in enumerate(moments)])
+        found = []
+        for half, (count, *each) in enumerate(sums, 1):
+            here = jnp.where(moments[0].late == half, 1.0, 0.0)
+            more = (apart, apart * apart, rate, rate * rate)
+            found.append((count + here, *(a + here * b for a, b in zip(each, more, strict=True))))
+        return tuple(found)
+
+    def swinging(sums: Sums) -> Scalar:
+        count, *each = sums
+        mean, square, mean_rate, square_rate = (one / jnp.maximum(count, 1.0) for one in each)
+        variance = square - mean * mean + square_rate - mean_rate * mean_rate
+        return jnp.sqrt(jnp.where(variance < 0.0, 0.0, variance))
+
+    def value(sums: Sums) -> Scalar:
+        before, after = map(swinging, sums)
+        least = after / MOST_GROWTH + jnp.finfo(jnp.float32).tiny
+        return after * jnp.maximum(after / jnp.maximum(before, least), 1.0)
+
+    def empty(zero: Scalar) -> Sums:
+        return (zero,) * 5, (zero,) * 5
+
+    meaning = "share of a small disturbance of the start that still swings in the end"
+    return Measure("unsettled", "1", meaning, empty, update, value, doubled=True)
+
+
 def stuck(moment: Moment) -> Truth:
-    """Whether an axis stands that should move."""
-    return is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+    """Whether an axis stands that should move, and does not only tremble."""
+    return is_stuck(moment.velocity, moment.reference_rate)
 
 
 def _error(moment: Moment) -> Scalar:
@@ -169,6 +214,7 @@ MEASURES: dict[str, Measure] = {
         share("stick_slip", "share of the sliding time in which it stands", stuck, _sliding),
         share("limit_share", "share of the last quarter at its limit", _limited, _at_the_end),
         largest("late_error", "error", "largest error in the last quarter", _error, _at_the_end),
+        _unsettled(),
     )
 }
 

@@ -1,5 +1,6 @@
 """A design run: scenario -> search -> run folder, with a checkpoint that survives anything."""
 
+import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,8 +17,12 @@ from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_fron
 from hfc_design.runs.problem import Problem, champion, check_memory, with_score
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
+from hfc_design.simulation.usable import Usable, usable
 
 CONFIG, CHECKPOINT = checkpoint.CONFIG, "checkpoint.npz"
+USABLE = "usable.json"
+#: What the score in a design file keeps of it.
+KEPT = "share", "interval", "spread", "machines", "seed"
 HISTORY, DESIGN = "history.csv", "design.json"
 #: In the folder of a run that searches nothing: the design that it scores.
 GIVEN = "given.json"
@@ -139,6 +144,22 @@ def picked(scenario: Scenario, result: Result, point: int) -> tuple[Design, Eval
     assert result.front is not None  # see front_needed
     assert result.search is not None
     return champion(result.search, scenario, result.front.individual(result.search, point))
+
+
+def used(scenario: Scenario, result: Result, folder: Path) -> Usable:
+    """Whether the design of a run can be used; its file keeps the share, the folder the rest.
+
+    Raises:
+        UserError: the tolerances leave no possible machine.
+        RunError: the folder cannot be written.
+    """
+    found = usable(result.design, scenario)
+    numbers = found.numbers()
+    told = {"usable": {key: numbers[key] for key in KEPT}}
+    design = result.design.model_copy(update={"score": {**result.design.score, **told}})
+    checkpoint.write_whole(folder / USABLE, (json.dumps(numbers, indent=1) + "\n").encode())
+    _write_design(folder / DESIGN, design)
+    return found
 
 
 def _write_design(path: Path, design: Design) -> None:

@@ -147,10 +147,16 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
 
 
 def _possible(scored: State, empty: Population) -> bool:
-    """Whether individuals have all their numbers and structures that exist; finite if scored."""
+    """Whether individuals have all their numbers and structures that exist; finite if scored.
+
+    ``scored`` has a ``population``, and others may stand beside it.
+    """
     population, count = scored.population, scored.population.tree.shape
     alive = np.isfinite(getattr(scored, "score", np.full(count, -np.inf)))
     trees = dict(flat(taken(empty, population.tree)))
+    others = (x for x in scored if "tree" in getattr(x, "_fields", ()) and x is not population)
+    if not all(np.isin(other.tree, empty.tree).all() for other in others):
+        return False
     return alive.shape == count and all(
         len(array) == len(alive)
         and (name.rpartition(".")[2] != "tree" or np.array_equal(array, trees[name]))

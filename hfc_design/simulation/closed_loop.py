@@ -2,7 +2,7 @@
 
 Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
-    carry = start(loop, zero, samples.start)
+    carry = start(loop, zero, samples.start, samples.beside)
     carry, recorded = sample(loop, told, fixed, sample_time, gains, carry, row)  # once a sample
     judged = loop.judge.judged(carry.sums, positions(loop, carry))
 """
@@ -46,6 +46,11 @@ class Loop(NamedTuple):
     resolutions: tuple[float, ...]  # of the drives' converters, 0 where ideal
     delayed: tuple[bool, ...]  # whether a command acts a sample later
 
+    @property
+    def doubled(self) -> bool:
+        """Whether a copy of the machine, that began a little off, runs beside it."""
+        return any(one.doubled for one in self.judge.measured)
+
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it."""
@@ -65,6 +70,10 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     )
 
 
+#: How long an axis has to stand until it sticks [s]: the trembling of a noisy command is shorter.
+STANDING = 0.01
+
+
 class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
@@ -74,7 +83,16 @@ class Carry(NamedTuple):
     waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
+    means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
     sums: tuple[Sums, ...]  # of the objectives
+    beside: "Beside | None" = None
+
+
+class Beside(NamedTuple):
+    """A copy of the machine with a controller of its own, that began a little off."""
+
+    carry: Carry
+    off: tuple[Scalar, ...]  # of each axis, by how much
 
 
 class Recorded(NamedTuple):
@@ -89,24 +107,35 @@ class Recorded(NamedTuple):
     state: State
 
 
-def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Carry:
-    """A machine before the first sample, at ``started`` and with nothing to remember."""
+def start(
+    loop: Loop, zero: Scalar, started: tuple[State, ...], beside: tuple[State, ...] = ()
+) -> Carry:
+    """A machine before the first sample, at ``started`` and with nothing to remember.
+
+    Where the loop is ``doubled`` a copy begins at ``beside``.
+    """
     states = tuple(type(state)(*(zero + x for x in state)) for state in started)
-    angles, rates = [], []
+    angles, rates, pairs = [], [], [*zip(loop.machine.drives, states, strict=True)]
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
         angles.append({angle: getattr(state, angle) for angle in drive.encoders})
-        pairs = drive.encoders.items() if observed else ()
-        rates.append({angle: getattr(state, velocity) for angle, velocity in pairs})
-    return Carry(
+        each = drive.encoders.items() if observed else ()
+        rates.append({angle: getattr(state, velocity) for angle, velocity in each})
+    carry = Carry(
         states,
         tuple(angles),
         tuple(rates),
         tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
         (zero,) * len(states),
+        tuple(getattr(state, drive.velocity) for drive, state in pairs),
         loop.judge.initial(zero),
     )
+    if not loop.doubled or not beside:
+        return carry
+    copy = start(loop, zero, beside)
+    off = (b - a for a, b in zip(positions(loop, carry), positions(loop, copy), strict=True))
+    return carry._replace(beside=Beside(copy._replace(sums=()), tuple(off)))
 
 
 def positions(loop: Loop, carry: Carry) -> list[Scalar]:
@@ -130,6 +159,33 @@ def sample(
     makes of the true ones, ``row`` one column of the samples, with loads and noise as tuples of
     scalars and ``sample_time`` [s] apart from it.
     """
+    about = (told, fixed, sample_time, gains)
+    after, commands = _moved(loop, *about, carry, row)
+    moments, outputs = [], []
+    happening = row._replace(sample_time=sample_time)
+    for k, command in enumerate(commands):
+        moment = _moment(loop, k, fixed[k], carry, command, happening)
+        moments.append(moment)
+        outputs.append(Recorded(moment.error, moment.error_rate, command, carry.states[k]))
+    if carry.beside is not None:
+        other, off = carry.beside
+        moments = [_apart(loop, k, one, carry, other, off[k]) for k, one in enumerate(moments)]
+        after = after._replace(beside=Beside(_moved(loop, *about, other, row)[0], off))
+    sums = loop.judge.update(carry.sums, tuple(moments), row.path)
+    means = tuple(moment.velocity for moment in moments)
+    return after._replace(means=means, sums=sums), tuple(outputs)
+
+
+def _moved(
+    loop: Loop,
+    told: tuple[Parameters, ...],
+    fixed: tuple[Parameters, ...],
+    sample_time: Scalar,
+    gains: Gains,
+    carry: Carry,
+    row: Samples,
+) -> tuple[Carry, tuple[Scalar, ...]]:
+    """The machine a sample later, its sums as they were, and the commands that acted on it."""
     machine, axes = loop.machine, range(len(loop.machine.drives))
     each = (_sensed(loop, k, fixed[k], carry, row.axes[k], sample_time) for k in axes)
     seen, signals, angles, rates = zip(*each, strict=True)
@@ -141,14 +197,8 @@ def sample(
     commands = tuple(machine.drives[k].accepted(fixed[k], acting[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
-    moments, outputs = [], []
-    happening = row._replace(sample_time=sample_time)
-    for k in axes:
-        moment = _moment(loop, k, fixed[k], carry, commands[k], happening)
-        moments.append(moment)
-        outputs.append(Recorded(moment.error, moment.error_rate, commands[k], carry.states[k]))
-    sums = loop.judge.update(carry.sums, tuple(moments), row.path)
-    return Carry(states, angles, rates, waiting, memory, commands, sums), tuple(outputs)
+    after = Carry(states, angles, rates, waiting, memory, commands, carry.means, carry.sums)
+    return after, commands
 
 
 def _sensed(
@@ -172,11 +222,13 @@ def _moment(
     drive, state, happens = loop.machine.drives[k], carry.states[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate
+    velocity, before = getattr(state, drive.velocity), carry.means[k]
+    taken = row.sample_time / (row.sample_time + STANDING)
     limit = jnp.inf if limit is None else limit
     low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
     return Moment(
         error=happens.reference - position,
-        error_rate=rate - getattr(state, drive.velocity),
+        error_rate=rate - velocity,
         deviation=position - happens.target,
         command=command,
         reference_rate=rate,
@@ -188,7 +240,19 @@ def _moment(
         late=row.late,
         time=row.time,
         sample_time=row.sample_time,
+        velocity=before + taken * (velocity - before),
     )
+
+
+def _apart(loop: Loop, k: int, moment: Moment, carry: Carry, other: Carry, off: Scalar) -> Moment:
+    """The moment with how far the copy of axis ``k`` is from it, at each of its encoders."""
+    drive, mine, theirs = loop.machine.drives[k], carry.states[k], other.states[k]
+    places = {drive.position: drive.velocity, **drive.encoders}
+    apart, rate = 0.0, 0.0
+    for share, (place, velocity) in enumerate(places.items(), 1):  # unlike: see ``unsettled``
+        apart = apart + (getattr(theirs, place) - getattr(mine, place)) / (share * off)
+        rate = rate + (getattr(theirs, velocity) - getattr(mine, velocity)) / (share * off)
+    return moment._replace(apart=apart, apart_rate=rate)
 
 
 def axis_signals(

@@ -234,6 +234,17 @@ def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) 
     return rows
 
 
+def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
+    """Of several motions the first metric, the error: a row each; a column for each evaluation."""
+    rows = []
+    for name, one in found[0].motions.items():
+        key = next(iter(one.metrics))
+        values = [item.motions[name].metrics[key] for item in found]
+        cells = [none if value is None else f"{value:{form}}" for value in values]
+        rows.append([f"{name} {key}", *cells])
+    return rows
+
+
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     """What has to be told beside the numbers of some designs, a line each."""
     found, own = [], scenario.simulation.substeps

@@ -9,15 +9,18 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError
+from hfc_design.core.statistics import share_interval
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
-from hfc_design.simulation import memory
-from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.objectives.judge import Judged
+from hfc_design.simulation import memory, population
+from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.evaluation import Evaluation, evaluations
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.settling import measuring, settled
 
 Progress = Callable[[int, int], None]
 
@@ -29,10 +32,8 @@ FEW = 16
 #: Samples of an axis that are kept at once, all machines together: about 80 MB.
 KEPT = 1_000_000
 MAX_SAMPLES = 1_000_000
-#: The share of the motion, at its end, that shows whether a loop is stable.
-LATE = 0.25
-#: A drive that stands at a limit for a larger share of that time no longer controls.
-LARGEST_LIMITED = 0.1
+#: A design whose machines are not all right in this share at least is not called usable.
+ENOUGH = 0.99
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -49,6 +50,11 @@ class Robustness(NamedTuple):
     nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
     motion: Evaluation  # of the nominal machine
+
+    @property
+    def usable(self) -> bool:
+        """Whether the nominal machine is stable, and nearly all of the others are."""
+        return self.nominal_stable and bool(self.stable.mean() >= ENOUGH)
 
     def spread_of(self, key: str) -> Floats:
         """A metric of all the stable samples that have it, in the order of the samples."""
@@ -73,6 +79,7 @@ class Robustness(NamedTuple):
             "samples": len(self.stable),
             "seed": self.seed,
             "stable_share": float(self.stable.mean()),
+            "stable_interval": [*share_interval(int(self.stable.sum()), len(self.stable))],
             "nominal_stable": self.nominal_stable,
             "refused_draws": self.refused_draws,
             "refined": self.refined,
@@ -98,7 +105,7 @@ def robustness(
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
-    _check(spread, samples, seed)
+    check_draw(spread, samples, seed)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed)
@@ -116,21 +123,24 @@ def robustness(
         motions = _motions(design, where, machines.take(again), more, FEW)
         for k, one in zip(again, motions, strict=True):
             found[k] = one
-    evaluations, stable = zip(*found, strict=True)
+    evaluations, judged = zip(*found, strict=True)
+    measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
+    lost = failed | np.array([[one.diverged] for one in evaluations])
+    stable = settled(measured, lost, [scenario])[:, 0]
     judge = scenario.judge()
     scores = [one.score(judge) for one in evaluations]
     keys = (*judge.titles, *evaluations[0].metrics)
     columns = {key: np.array([score[key] for score in scores], float) for key in keys}
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
-    parts = (np.array(stable[1:]), stable[0], nominal, values, evaluations[0])
+    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0])
     return Robustness(spread, seed, machines, refused, refined, *parts)
 
 
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
-) -> Iterator[tuple[Evaluation, bool]]:
-    """Of every machine in turn its evaluation, without the motion, and whether it is stable.
+) -> Iterator[tuple[Evaluation, Judged]]:
+    """Of every machine in turn its evaluation, without the motion, and what ``settled`` needs.
 
     At most ``at_once`` step together. The first one has its motion still.
     """
@@ -138,17 +148,16 @@ def _motions(
     loop, samples, count = closed_loop(scenario, controller), scenario.samples(), machines.size
     room = KEPT // (scenario.simulation.steps * len(loop.machine.axes))
     size = max(min(at_once, room), 1)
-    gains = jax.tree.map(lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size)), gains)
+    one, wide = gains, lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size))
+    gains = jax.tree.map(wide, gains)
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
+        judged = population.scores(measuring(loop), some, [samples], one, np.float64)
         each = islice(evaluations(scenario, loop, some, samples, gains), count - start)
         for k, found in enumerate(each, start):
-            stable = is_stable(loop, found)
-            yield (
-                found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found),
-                stable,
-            )
+            kept = found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found)
+            yield kept, Judged(*(x[0, k - start] for x in judged))
         progress(min(start + size, count), count)
 
 
@@ -158,28 +167,8 @@ def _own(evaluation: Evaluation) -> Evaluation:
     return evaluation._replace(axes=tuple(axes))
 
 
-def is_stable(loop: Loop, evaluation: Evaluation) -> bool:
-    """Whether a loop keeps the machine in hand.
-
-    The motion is finite, and in the last quarter of it no tracking error is larger than the
-    reference ever is (one that runs away), and no drive stands at a limit of its command for more
-    than a tenth of the time (one that swings between the limits, which bound it, or has nothing
-    left to control with). A reference of 0 bounds no error.
-    """
-    if evaluation.diverged:
-        return False
-    late = slice(-int(np.ceil(LATE * len(evaluation.time))), None)
-    largest = max(np.abs(axis.reference).max() for axis in evaluation.axes) or np.inf
-    for limit, axis in zip(loop.limits, evaluation.axes, strict=True):
-        low, high = axis.drive.largest_commands(axis.parameters, limit)
-        command = axis.motion.command[late]
-        limited = np.mean((command <= low) | (command >= high))
-        if np.abs(axis.motion.error[late]).max() > largest or limited > LARGEST_LIMITED:
-            return False
-    return True
-
-
-def _check(spread: float, samples: int, seed: int) -> None:
+def check_draw(spread: float, samples: int, seed: int) -> None:
+    """UserError: machines cannot be drawn like that."""
     if not 0 < spread < 1:
         raise UserError(f"--spread {spread}: has to lie between 0 and 1, as in 0.2 for +-20 %")
     if not 1 <= samples <= MAX_SAMPLES:

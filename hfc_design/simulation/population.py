@@ -156,12 +156,14 @@ def _joined(motions: Sequence[Samples]) -> tuple[Samples, Integers | None]:
     first = motions[0]
     if len(motions) == 1:
         return first, None
-    columns = [own._replace(sample_time=None, start=()) for own in motions]
+    columns = [own._replace(sample_time=None, start=(), beside=()) for own in motions]
     whole = jax.tree.map(lambda *parts: np.concatenate(parts, axis=-1), *columns)
-    start = jax.tree.map(lambda *each: np.array(each), *(own.start for own in motions))
+    starts = [(own.start, own.beside) for own in motions]
+    start, beside = jax.tree.map(lambda *each: np.array(each), *starts)
     ends = np.cumsum([0, *(len(own.time) for own in motions)])
     bounds = np.stack([ends[:-1], ends[1:]], axis=1)
-    return whole._replace(sample_time=first.sample_time, start=start), bounds
+    one = {"sample_time": first.sample_time, "start": start, "beside": beside}
+    return whole._replace(**one), bounds
 
 
 def _cast(inputs: Inputs, dtype: DTypeLike) -> Inputs:
@@ -261,23 +263,25 @@ def _each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
         return told(_run(loop, own_machine, inputs, record=False)[0])[None]
     body, rows, started = _stepping(loop, own_machine, inputs, record=False)
 
-    def one(motion: tuple[Array, tuple[State, ...]]) -> Array:
-        bounds, start = motion
+    def one(motion: tuple[Array, tuple[State, ...], tuple[State, ...]]) -> Array:
+        bounds, *starts = motion
 
         def at(k: Array, carry: Carry) -> Carry:
             return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
 
-        carry = lax.fori_loop(bounds[0], bounds[1], at, started(start))
+        carry = lax.fori_loop(bounds[0], bounds[1], at, started(*starts))
         return told(loop.judge.judged(carry.sums, positions(loop, carry)))
 
-    each: Array = lax.map(one, (inputs.bounds, inputs.samples.start))
+    samples = inputs.samples
+    each: Array = lax.map(one, (inputs.bounds, samples.start, samples.beside))
     return each
 
 
 def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Judged, Any]:
     """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
     body, rows, started = _stepping(loop, own_machine, inputs, record)
-    carry, outputs = lax.scan(body, started(inputs.samples.start), rows)
+    samples = inputs.samples
+    carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
     return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
 
 
@@ -297,7 +301,7 @@ def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tu
 
     # Loads and noise as tuples, so that the loop hands out scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
-    rows = samples._replace(axes=tuple(axes), sample_time=None, start=())
+    rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), beside=())
     return body, rows, partial(start, loop, zeros)
 
 

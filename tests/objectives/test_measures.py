@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.signal
 
 from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import load_scenario
@@ -20,6 +21,7 @@ MOVE = {
     "load": {"constant": -5.0},
 }
 BAND = 1e-3
+SPEEDS = "spindle_velocity", "rotor_velocity"
 
 
 def measured(design, scenario, measures):
@@ -42,7 +44,8 @@ def by_hand(design, scenario):
     settled = time >= load_scenario(scenario).fitness.settled_after_s
     late = np.arange(len(time)) >= 0.75 * len(time)
     fast = settled & (abs(rate) >= 0.5 * abs(rate).max()) & (abs(rate) > 0.0)
-    stands = abs(axis.velocity) < 0.1 * abs(rate)
+    mean = scipy.signal.lfilter([1 / 11], [1, -10 / 11], axis.velocity)  # a lag of 10 ms
+    stands = abs(mean) < 0.1 * abs(rate)
     off = np.flatnonzero(abs(error) > BAND)
     position = axis.reference - error
     return {
@@ -71,8 +74,31 @@ def test_measures_of_one_axis(design):
     assert dict(zip(expected, found, strict=True)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert expected["limit_share"] > 0.1  # there is something to see
     assert expected["overshoot"] > 0.01
-    left_out = {"rms_contour_error", "max_contour_error"}
+    left_out = {"rms_contour_error", "max_contour_error", "unsettled"}
     assert {*MEASURES, "band_time"} == {*expected, *left_out}
+
+
+@pytest.mark.parametrize("gain", [1.0, 2.0])
+def test_what_a_disturbance_of_the_start_leaves_is_that_of_two_motions(gain):
+    """Of one that settles, and of one beyond the limit of its gain."""
+    design = load_design("pd-only", [f"controller.pd.k{x}={750 * gain}" for x in "pd"])
+    off = 0.01 * 0.02  # a hundredth of the way of the move
+    begun = {"rotor_angle": off, "spindle_angle": off}
+    one, other = (evaluate(design, MOVE | {"start": start}).axes[0] for start in ({}, begun))
+
+    def apart(*names):
+        """By half of the last quarter; the spindle counts in full, the rotor half."""
+        parts = [
+            share * (getattr(other.motion.state, x) - getattr(one.motion.state, x)) / off
+            for share, x in zip((1.0, 0.5), names, strict=True)
+        ]
+        return sum(parts)[-500:].reshape(2, 250)
+
+    place, speed = apart("spindle_angle", "rotor_angle"), apart(*SPEEDS)
+    swing = np.hypot(place.std(axis=1), 0.01 * speed.std(axis=1))  # ten samples are 10 ms
+    expected = swing[1] * np.clip(swing[1] / swing[0], 1.0, 10.0)
+    (found,) = measured(design, MOVE, [measure("unsettled")])
+    assert found == pytest.approx(expected, rel=1e-6)
 
 
 def test_contour_error_and_vectors_of_two_axes():

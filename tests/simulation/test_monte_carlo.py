@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from jk04 import FRICTION
-from lifted import controller_of
 from scipy.signal import cont2discrete
 
 from hfc_design.cli import main
@@ -15,9 +14,8 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import machines, monte_carlo
-from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
-from hfc_design.simulation.monte_carlo import drawn, is_stable, robustness
+from hfc_design.simulation.monte_carlo import drawn, robustness
 from hfc_design.stability.stable_range import stable_range
 from plants import PLANTS
 from plants.c_axis import coefficients
@@ -57,7 +55,7 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
 
 
 def test_quantiles_are_those_of_the_stable_machines():
-    design, scenario = case("pd-only")
+    design, scenario = case("pd-only", seconds=2.0)
     found = robustness(design, scenario, 0.2, 11, seed=2)
     runs = [alone(design, scenario, found.machines, k).metrics for k in range(1, 12)]
     wanted = sorted(run["rms_error_rad"] for run in runs)
@@ -187,11 +185,13 @@ def test_stable_share_is_that_of_the_poles():
             for k in range(1, count + 1)
         ]
     )
-    # A disturbance of 1 BLU grows to a thousand in the 15 s before stability is looked at.
+    # In the 15 s before stability is looked at a disturbance of 1 BLU grows to a thousand, or a
+    # hundredth of it is left.
     surely_unstable = slowest > 1000 ** (1 / 1500)
-    assert found.stable[slowest < 1].all()
+    surely_stable = slowest < 0.01 ** (1 / 1500)
+    assert found.stable[surely_stable].all()
     assert not found.stable[surely_unstable].any()
-    assert 0.2 < (slowest < 1).mean() <= found.stable.mean() <= 1 - surely_unstable.mean() < 0.8
+    assert 0.2 < surely_stable.mean() <= found.stable.mean() <= 1 - surely_unstable.mean() < 0.8
     assert found.nominal_stable
 
 
@@ -215,48 +215,12 @@ def test_stable_spindles_are_those_of_the_linear_loop():
         ]
         growth.append(np.linalg.eigvals(np.array(matrix)).real.max())
     growth = np.array(growth)
-    # Friction only damps; what grows by exp(2 * 7.5) before the last quarter it cannot hold.
-    assert found.stable[growth < 0].all()
+    # Of a disturbance at most exp(-7.5) is left in the last quarter; exp(2 * 7.5) friction, which
+    # only damps, cannot hold. What is neither is decided by friction.
+    assert found.stable[growth < -1].all()
     assert not found.stable[growth > 2].any()
     assert (growth > 2).sum() > 10
-    assert 0.5 < (growth < 0).mean() <= found.stable.mean() < 1
-
-
-def test_what_is_stable():
-    design, scenario = case("jee-koren-2004-pid", seconds=4.0)
-    loop = closed_loop(scenario, controller_of(design, ("x", "y"))[0])
-    good = evaluate(design, scenario)
-    largest = max(abs(axis.reference).max() for axis in good.axes)
-
-    def changed(which, part, where, value, limits=(None, None)):
-        axes = list(good.axes)
-        values = getattr(axes[which].motion, part).copy()
-        values[where] = value
-        axes[which] = axes[which]._replace(motion=axes[which].motion._replace(**{part: values}))
-        limited = loop._replace(limits=limits)
-        return is_stable(limited, good._replace(axes=tuple(axes)))
-
-    for drive, own in zip(loop.machine.drives, scenario.plant.values(), strict=True):
-        assert drive.largest_commands(own) == (-128.0, 127.0)
-        assert drive.largest_commands(own, 50.0) == (-50.0, 50.0)
-    assert is_stable(loop, good)
-    assert changed(0, "error", slice(0, 300), 2 * largest)  # 300 of 400 samples: not yet late
-    assert changed(1, "error", -1, -largest)
-    assert not changed(1, "error", -1, -1.001 * largest)
-    assert not changed(0, "error", 300, 1.001 * largest)
-    assert changed(0, "command", slice(0, 300), 127.0)
-    assert changed(0, "command", slice(-10, None), 127.0)
-    assert not changed(0, "command", slice(-11, None), 127.0)
-    assert not changed(1, "command", slice(-11, None), -128.0)
-    assert changed(1, "command", slice(-11, None), 50.0)
-    assert not changed(1, "command", slice(-11, None), 50.0, limits=(None, 50.0))
-    assert changed(0, "command", slice(-11, None), 50.0, limits=(None, 50.0))
-    assert not is_stable(loop, good._replace(diverged=True))
-    still = tuple(
-        axis._replace(happens=axis.happens._replace(reference=0 * axis.reference))
-        for axis in good.axes
-    )
-    assert is_stable(loop, good._replace(axes=still))
+    assert 0.5 < (growth < -1).mean() <= found.stable.mean() <= (growth < 2).mean() < 1
 
 
 def hfc(*arguments):

@@ -26,5 +26,6 @@ KIND = Kind(
     c=C,
     st=ST,
     lookup=tabulated,
+    open_loop=later("hfc_design.controllers.hierarchical.loop", "open_loop"),
     sections=later("hfc_design.controllers.hierarchical.section", "sections"),
 )

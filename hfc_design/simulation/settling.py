@@ -1,0 +1,74 @@
+"""What is called stable: a motion that settles, and a drive that is in control of it.
+
+On every machine
+
+- the motion is finite,
+- a copy that began a little off ends on the same motion (``measures.unsettled``): no limit cycle,
+  nothing that grows,
+- no drive stands at a limit of its command for more than a tenth of the last quarter,
+- the error of the last quarter is within ``MULTIPLE`` times that of the nominal machine or within
+  a tolerance, whichever is larger, and never beyond the largest reference. The tolerance is the
+  scenario's constraint on ``late_error``, else ``TOLERANCE`` of the largest reference. A nominal
+  machine that does not settle is no measure; a reference of 0 bounds no error.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Mask
+from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.constraints import constraints_on
+from hfc_design.objectives.measures import MEASURES
+from hfc_design.simulation.closed_loop import Loop
+
+#: What is to be measured of a loop, in the order in which ``settled`` has it.
+STABILITY = tuple(MEASURES[name] for name in ("unsettled", "limit_share", "late_error"))
+#: Largest share of a small disturbance of the start that may still move in the end.
+UNSETTLED = 0.3
+#: A drive that stands at a limit for a larger share of the last quarter no longer controls.
+LIMITED = 0.1
+MULTIPLE = 3.0
+TOLERANCE = 0.05
+
+
+def measuring(loop: Loop) -> Loop:
+    """The loop with what ``settled`` needs measured after everything else."""
+    judge = loop.judge
+    return loop._replace(judge=judge._replace(measured=(*judge.measured, *STABILITY)))
+
+
+def settled(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> Mask:
+    """(machines, motions) whether each is stable; the nominal machine is the first.
+
+    ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
+    one motion each.
+    """
+    return np.asarray(~np.logical_or.reduce([*faults(measured, failed, motions).values()]))
+
+
+def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
+    """Why machines are not stable, in words -> (machines, motions) of which ones that is so."""
+    unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
+    axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
+    swings, held = ~(unsettled <= UNSETTLED), ~(limited <= LIMITED / axes)
+    settles, off = ~(failed | swings | held), np.ones_like(failed)
+    for k, motion in enumerate(motions):
+        largest = _largest_reference(motion)
+        off[0, k] = not late[0, k] <= largest
+        multiple = MULTIPLE * late[0, k] if settles[0, k] and not off[0, k] else 0.0
+        most = min(max(multiple, _tolerance(motion, largest)), largest)
+        off[1:, k] = ~(late[1:, k] <= most)
+    found = {"diverges": failed, "stays at a limit": held, "swings": swings, "is far off": off}
+    return {why: mask & (failed if why == "diverges" else ~failed) for why, mask in found.items()}
+
+
+def _largest_reference(motion: Scenario) -> float:
+    samples = motion.samples()
+    return max(float(np.abs(axis.reference).max()) for axis in samples.axes) or np.inf
+
+
+def _tolerance(motion: Scenario, largest: float) -> float:
+    bounds = constraints_on(motion.constraints, motion.units)
+    told = [bound.most for bound in bounds if bound.measure.name == "late_error"]
+    return told[0] if told else TOLERANCE * largest
