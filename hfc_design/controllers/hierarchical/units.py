@@ -8,6 +8,7 @@ import numpy as np
 
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
+from hfc_design.controllers.linear.law import AHEAD, LinearGains
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
 #: A unit matters where the command changes by more than this share once it says always the same:
@@ -26,16 +27,20 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
     """
     layout = layout_of(record)
     points = _universe(len(layout.inputs))
-    whole = layout.output_scale * _root(layout, gains, points)
-    command = whole + _linear(layout, gains, points)
-    size = np.sqrt(np.square(command).mean(axis=0))
-    found = np.zeros(command.shape[1], np.int64)
+    known = {"error": gains.kp, "error_rate": gains.kd}
+    base = known if gains.linear is None else _gains_of(layout.fed_back, gains.linear)
+    own = gains.scheduled
+    scheduled = 1.0 if own is None else _said(layout, gains, _gains_of(layout.scheduled, own))
+    factor = layout.output_scale * scheduled
+    root = _root(layout, gains, points)
+    size = np.sqrt(np.square(_said(layout, gains, base) + factor * root).mean(axis=0))
+    found = np.zeros(root.shape[1], np.int64)
     consequents = np.asarray(gains.consequents)
     for k, table in enumerate(consequents):
         flat = consequents.copy()
         flat[k] = table.mean(axis=(0, 1))
-        without = layout.output_scale * _root(layout, gains._replace(consequents=flat), points)
-        found += np.sqrt(np.square(without - whole).mean(axis=0)) > SHARE * size
+        without = _root(layout, gains._replace(consequents=flat), points)
+        found += np.sqrt(np.square(factor * (without - root)).mean(axis=0)) > SHARE * size
     return found
 
 
@@ -65,17 +70,18 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
     return np.asarray(units[-1].output)
 
 
-def _linear(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
-    """(POINTS, n) what the linear part says, of those signals that are inputs too."""
-    known = {"error": gains.kp, "error_rate": gains.kd}
-    if (own := gains.linear) is not None:
-        signals = () if own.signals is None else own.signals
-        known |= zip(layout.fed_back or (), signals, strict=True)
-        for name, gain in (
-            ("reference_rate", own.velocity),
-            ("reference_acceleration", own.acceleration),
-        ):
-            known[name] = known.get(name, 0.0) + gain
+def _gains_of(names: Sequence[str] | None, own: LinearGains) -> dict[str, Any]:
+    """Gains of a linear law on signals."""
+    signals = () if own.signals is None else own.signals
+    found = {"error": own.kp, "error_rate": own.kd, **dict(zip(names or (), signals, strict=True))}
+    for name, gain in zip(AHEAD, (own.velocity, own.acceleration), strict=True):
+        found[name] = found.get(name, 0.0) + gain
+    return found
+
+
+def _said(layout: Layout, gains: HierarchicalGains, known: dict[str, Any]) -> Floats:
+    """(POINTS, n) what gains on signals say, of those that are inputs too."""
+    points = _universe(len(layout.inputs))
     found = np.zeros((len(points[0]), np.asarray(gains.consequents).shape[-1]))
     for name, u, scale in zip(layout.inputs, points, gains.scales, strict=True):
         if name in known:

@@ -62,3 +62,13 @@ def test_the_universe_fills_the_cube():
     assert points.shape == (5, 128, 1)
     assert np.abs(points.mean(axis=1)).max() < 0.05
     assert np.abs(points).max() <= 1.0
+
+
+def test_beside_a_large_linear_part_no_unit_matters():
+    genome, found = population()
+    loud = found._replace(gains=1e6 * np.ones_like(found.gains))
+    some = record_of(genome, taken(found, slice(1)))
+    assert units_that_matter(some, genome.gains(loud)).max() == 0
+    silent = found._replace(gains=np.zeros_like(found.gains))
+    alone = units_that_matter(some, genome.gains(silent))
+    assert (alone >= units_that_matter(some, genome.gains(found))).all()
