@@ -64,6 +64,7 @@ force = click.option(
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
+SCENARIOS_HELP = f"{SCENARIO_HELP[:-1]}; can be given several times]."
 #: Of every command on a scenario, and of every one on a design.
 setting = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 changing_design = click.option(
@@ -128,11 +129,33 @@ def _known(_: click.Context, option: click.Parameter, told: str | Texts | None) 
     return f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
 
 
-def on_scenario(command: Command) -> Command:
-    """A command ``with_plugins`` on a DESIGN and a scenario: it gets both, and its other options.
+def on_scenarios(command: Command) -> Command:
+    """A command ``with_plugins`` on a DESIGN and scenarios: it gets both, and its other options.
 
-    The scenario is --scenario or the design's own, with every --set.
+    The scenarios are each --scenario or the design's own, with every --set.
     """
+
+    @click.argument("name", metavar="DESIGN")
+    @changing_design
+    @click.option("--scenario", multiple=True, help=SCENARIOS_HELP)
+    @setting
+    @wraps(command)
+    def wrapped(name: str, others: Texts, scenario: Texts, changes: Texts, **given: Any) -> None:
+        from hfc_design.files.pairing import load_design, own_scenario
+        from hfc_design.files.scenario import load_scenario
+
+        # The controller is the design's, whatever a search of the scenario would vary.
+        plant, fitness, _ = (given.pop(key) for key in CHOSEN)
+        changes = (*filter(None, (plant, fitness)), *changes)
+        design = load_design(name, others)
+        found = [load_scenario(one, changes) for one in scenario]
+        command(design, found or [own_scenario(design, name, changes)], **given)
+
+    return wrapped
+
+
+def on_scenario(command: Command) -> Command:
+    """The same of a command on one scenario."""
 
     @click.argument("name", metavar="DESIGN")
     @changing_design

@@ -6,7 +6,7 @@ import time
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from rich.table import Table
 
@@ -87,6 +87,33 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     terminal().print(table)
     for note in notes(scenario, rows):
         print(note)
+
+
+def score_one(
+    design: Design, scenario: Scenario, spread: float | None, as_json: bool, **given: Any
+) -> None:
+    """``hfc score`` on one scenario: can it be used, where tolerances are told, then how good.
+
+    Raises:
+        UserError: a value is not allowed, or design and scenario do not fit.
+    """
+    if scenario.robust or (scenario.motions and spread is not None):
+        score_usable(design, scenario, spread, as_json, **given)
+        if as_json:
+            return
+    elif spread is not None:
+        score_spread(design, scenario, spread, as_json, **given)
+        return
+    elif not as_json:
+        print(f"scenario {scenario.name}")
+    evaluation = evaluate(design, scenario)
+    if not as_json:
+        show_table(scenario, {design.name: evaluation})
+        return
+    names = {"design": design.name, "scenario": scenario.name, "diverged": evaluation.diverged}
+    lost = evaluation.divergence and evaluation.divergence._asdict()
+    names |= {"substeps": evaluation.substeps, "divergence": lost}
+    print(json.dumps(names | evaluation.score(scenario.judge())))
 
 
 def score_usable(

@@ -1,6 +1,5 @@
 """Commands that simulate: design, score and simulate one design; batch many, for report."""
 
-import json
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -18,6 +17,7 @@ from hfc_design.cli.options import (
     knowing_plugins,
     memory,
     on_scenario,
+    on_scenarios,
     output,
     setting,
     with_plugins,
@@ -122,7 +122,7 @@ def design(
 
 
 @click.command()
-@on_scenario
+@on_scenarios
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help="Machines to draw [default: 1000].")
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
@@ -132,7 +132,11 @@ def design(
 @as_json
 @with_plugins(CHOICES)
 def score(
-    found: "Design", where: "Scenario", spread: float | None, as_json: bool, **options: Any
+    found: "Design",
+    scenarios: list["Scenario"],
+    spread: float | None,
+    as_json: bool,
+    **options: Any,
 ) -> None:
     """Fitness, merit and metrics of DESIGN (a built-in name, a design file or a run folder).
 
@@ -143,49 +147,47 @@ def score(
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
-    from hfc_design.simulation.evaluation import evaluate
+    from hfc_design.files.together import kept
 
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
-    if where.robust or (where.motions and spread is not None):
-        shown.score_usable(found, where, spread, as_json, **given)
-        if as_json:
-            return
-    elif spread is not None:
-        shown.score_spread(found, where, spread, as_json, **given)
-        return
-    evaluation = evaluate(found, where)
-    if as_json:
-        names = {"design": found.name, "scenario": where.name, "diverged": evaluation.diverged}
-        lost = evaluation.divergence and evaluation.divergence._asdict()
-        names |= {"substeps": evaluation.substeps, "divergence": lost}
-        click.echo(json.dumps(names | evaluation.score(where.judge())))
-    else:
-        if not where.robust and not (where.motions and spread is not None):
-            click.echo(f"scenario {where.name}")
-        shown.show_table(where, {found.name: evaluation})
+    if "plot" in given and len(scenarios) > 1:
+        raise UserError("--plot draws one scenario; name only one")
+    for k, where in enumerate(scenarios):
+        if k and not as_json:
+            click.echo()
+        shown.score_one(found, where, spread, as_json, **given)
+        elsewhere = click.get_current_context().params["scenario"] and not as_json
+        for note in kept(found, where) if elsewhere else ():
+            click.echo(note)
 
 
 @click.command()
 @on_scenario
 @output("--csv", "csv_file", help="Write the trajectory.")
 @output("--plot", help="Draw it (png, svg or pdf).")
+@click.option("--motion", help="Which one, of a scenario of several [default: the first].")
 @force
 @memory
 @with_plugins(CHOICES)
-def simulate(found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None) -> None:
+def simulate(
+    found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None, motion: str | None
+) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
     from hfc_design.simulation.evaluation import evaluate, notes, trajectory_csv
+
+    if motion is not None or where.motions:
+        where = where.motion(motion)
 
     evaluation = evaluate(found, where)
     for note in notes(where, {found.name: evaluation}):
         click.echo(note, err=True)
     if plot is not None:
         from hfc_design.pictures.figure import save
-        from hfc_design.report.plots import motion
+        from hfc_design.report import plots
 
-        save(motion(evaluation, f"{found.name} on {where.name}"), plot)
+        save(plots.motion(evaluation, f"{found.name} on {where.name}"), plot)
     if csv_file is not None:
         from hfc_design.core.checkpoint import write_whole
 

@@ -1,6 +1,7 @@
 """What ``hfc design`` and ``hfc score`` say first: can it be used?"""
 
 import sys
+from textwrap import fill
 
 import numpy as np
 
@@ -16,7 +17,7 @@ WARNING = "hfc: warning: the design is not usable as it is"
 
 def show_usable(found: Usable) -> None:
     """The answer first, then its figures; a design that fails is warned of on stderr too."""
-    print(f"{QUESTION} {found.answer}")
+    print(fill(f"{QUESTION} {found.answer}", 80))
     if not found.yes:
         print(WARNING, file=sys.stderr)
     tracking = next(iter(found.units))

@@ -122,6 +122,14 @@ class Scenario(Record):
         """A scenario of one motion for each of ``motions``; without any this one."""
         return tuple(map(self._alone, self.motions)) or (self,)
 
+    def motion(self, name: str | None) -> "Scenario":
+        """The scenario of the motion with a name, or of the first; UserError: there is none."""
+        names = [motion.name for motion in self.motions]
+        if name is not None and name not in names:
+            known = ", ".join(names) or "no name for its only one"
+            raise UserError(f"--motion {name}: scenario {self.name} has {known}")
+        return self.each_motion()[names.index(name) if name is not None else 0]
+
     def _alone(self, motion: Motion) -> "Scenario":
         own = {key: getattr(motion, key) for key in ("reference", "load", "start")}
         changes: dict[str, Any] = {key: x for key, x in own.items() if x is not None}

@@ -112,6 +112,20 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
                 yield f"made with other {key}: {changed}"
 
 
+def kept(design: Design, scenario: Scenario) -> list[str]:
+    """Lines on what a design keeps of its own, and was made with and does not have here."""
+    found = list(differences(design, scenario, on_one_machine({design.name: design}, scenario)))
+    told: Any = design.provenance.get("scenario")
+    with suppress(UserError, ValueError):
+        made = load_scenario(told) if isinstance(told, str) else None
+        load = (
+            made.load if made else type(scenario.load).model_validate((told or {}).get("load", {}))
+        )
+        if not scenario.motions and load != scenario.load:
+            found.append("made under another load")
+    return found
+
+
 def _dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
     """A table of tables as one of dotted keys."""
     found: Json = {}

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import own_code, uses
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
@@ -20,9 +22,10 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered, trade_off
 from hfc_design.runs.problem import genome_of
-from hfc_design.runs.run import CONFIG, Result
+from hfc_design.runs.run import CONFIG, USABLE, Result
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
+from hfc_design.simulation.usable import several
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
@@ -86,6 +89,8 @@ def write_page(
         scores=[[told.get(key, key), *row] for key, *row in scores],
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
+        used=_used(folder),
+        several=_motions(own, scenario),
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
         sections=_sections(design, own, scenario),
@@ -104,6 +109,36 @@ def write_page(
     )
     write_whole(folder / REPORT, page)
     return rivals
+
+
+def _used(folder: Path) -> Json | None:
+    """What the run says of whether its design can be used; None if it says nothing."""
+    try:
+        found: Json = json.loads((folder / USABLE).read_text(encoding="utf-8"))
+        units = found["units"]
+        named = zip(("error once settled", "chatter", "peak command"), units.values(), strict=True)
+        heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, unit in named)]
+        found["heads"] = [*heads, "share at a limit [1]", "why others do not"]
+        return found | {"rows": [_used_row(name, one) for name, one in found["motions"].items()]}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _used_row(name: str, found: Json) -> list[str]:
+    """Name, share, why not, and of each measure the median and the largest."""
+    measures = found["measures"].values()
+    pairs = ((one["median"], one["largest"]) for one in measures)
+    numbers = (tuple("–" if x is None else f"{x:.3g}" for x in pair) for pair in pairs)
+    reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
+    why = ", ".join(f"{count} {several(reason)}" for reason, count in reasons) or "–"
+    return [name, f"{100 * found['share']:.4g}", *(f"{a} / {b}" for a, b in numbers), why]
+
+
+def _motions(own: Evaluation, scenario: Scenario) -> list[Figure]:
+    """A picture of all motions, or, on paths and of several axes, one of each."""
+    if len(own.axes) == 1 and own.motions:
+        return [plots.motions(own, f"{OWN} on {scenario.name}")]
+    return [plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()]
 
 
 def _structures(archive: Archive, scenario: Scenario) -> Listing | None:

@@ -42,6 +42,8 @@ SMALLEST = 0.1
 POINTS = 2000
 #: A curve is drawn with at most two points in each of this many slices of time.
 SLICES = 500
+#: What a small picture leaves out.
+SKIPPED = "deflection", "load"
 #: A diverged motion is not drawn once its error is this many times the largest reference.
 RUNAWAY = 10.0
 
@@ -104,6 +106,29 @@ def _curves(
     if np.any(axis.load):
         found.append((f"{name}load [{units['load']}]", axis.load[drawn], None))
     return found
+
+
+def motions(evaluation: Evaluation, title: str) -> Figure:
+    """Of each motion of one axis in a row: position, tracking error and command, small."""
+    each = evaluation.motions
+    figure = framed(1.3 * len(each) + 0.9, top=0.5)
+    shape = {"hspace": 0.6, "wspace": 0.4}
+    grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=shape)
+    for row, (name, one) in zip(grid, each.items(), strict=True):
+        drawn, last = slice(drawn_samples(one)), name == [*each][-1]
+        curves = [c for c in _curves(one, one.axes[0], drawn) if not c[0].startswith(SKIPPED)]
+        for axes, (label, values, reference) in zip(row, curves, strict=True):
+            axes.plot(*thinned(one.time[drawn], values), color=OWN, lw=1)
+            if reference is not None:
+                axes.plot(*thinned(one.time, reference), color="black", lw=0.8, ls="--")
+            finish(axes, "", "time [s]" if last else "")
+            axes.set_title(label, fontsize=8, loc="right")
+            axes.tick_params(labelsize=7)
+            axes.margins(x=0)
+        lost = " (diverged)" if one.diverged else ""
+        row[0].set_title(plain(name) + lost, fontsize=9, loc="left")
+    figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
+    return figure
 
 
 def contour(found: Contour, time: Floats, title: str) -> Figure:

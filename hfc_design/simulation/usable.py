@@ -91,10 +91,10 @@ class Usable(NamedTuple):
             return f"no: on the nominal machine {why[0]}{more}; {machines} keep everything{every}"
         worst = min(self.motions, key=lambda one: float(one.good.mean()))
         reason = max(worst.reasons, key=lambda why: worst.reasons[why])
-        lost = f"{worst.reasons[reason]} {reason.replace(' is ', ' are ', 1)}"
+        lost = f"{worst.reasons[reason]} {several(reason)}"
         if not share:
-            return f"no: no machine of {count} keeps everything; {_many(lost)} in {worst.name}"
-        return f"no: only {machines} keep everything; {_many(lost)} in {worst.name}"
+            return f"no: no machine of {count} keeps everything; {lost} in {worst.name}"
+        return f"no: only {machines} keep everything; {lost} in {worst.name}"
 
     def numbers(self) -> Json:
         """Everything as plain data; None where there is no number."""
@@ -110,6 +110,7 @@ class Usable(NamedTuple):
             "gain": None if self.gain is None else [*self.gain],
             "precision": _plain(self.precision),
             "substeps": None if self.substeps is None else _plain(self.substeps),
+            "units": self.units,
             "motions": {one.name: _motion_numbers(one) for one in self.motions},
         }
 
@@ -310,11 +311,10 @@ def _change(one: float, other: float) -> float:
         return float(abs(np.float64(one) / other - 1.0))
 
 
-def _many(text: str) -> str:
-    """Verbs of several machines."""
-    for one, more in (("diverges", "diverge"), ("stays", "stay"), ("swings", "swing")):
-        text = text.replace(one, more, 1)
-    return text.replace("breaks", "break", 1).replace(" is ", " are ", 1)
+def several(reason: str) -> str:
+    """What one machine does, as several do it."""
+    verb, blank, rest = reason.partition(" ")
+    return ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
 
 
 def _percent(share: float) -> str:

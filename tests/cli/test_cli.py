@@ -124,13 +124,15 @@ def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
     assert "individual-steps/s" in done.stderr
     assert {path.name for path in (tmp_path / "run").iterdir()} == {
         "config.toml", "checkpoint.npz", "history.csv", "design.json", "report.html", "tables",
+        "usable.json",
     }  # fmt: skip
     again = hfc("design", *SMALL, "--out", tmp_path / "run")
     assert again.exit_code == 2
     assert "already holds a run" in again.stderr
     resumed = hfc("design", "--resume", "--out", tmp_path / "run", "--quiet")
     assert resumed.exit_code == 0
-    assert resumed.stderr == ""
+    assert resumed.stderr == "hfc: warning: the design is not usable as it is\n"  # no progress
+    assert resumed.stdout.startswith("Can I use it? no: ")
 
 
 def _interrupted(self, search):

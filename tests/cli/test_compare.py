@@ -45,7 +45,10 @@ def test_a_folder_of_page_table_and_numbers(tmp_path):
         rows = list(csv.DictReader(file))
     assert len(rows) == 2 * 2 * 7
     mine = [row for row in rows if (row["design"], row["motion"]) == (TWO[0], "c-axis-step")]
-    errors = sorted(float(row["rms_error_rad"]) for row in mine[1:])
+    # What is not stable ranks behind all others.
+    errors = sorted(
+        float(row["rms_error_rad"]) if row["stable"] == "1" else float("inf") for row in mine[1:]
+    )
     told = numbers["motions"]["c-axis-step"]["designs"][TWO[0]]
     assert told["metrics"]["rms_error_rad"]["median"] == errors[2]
     assert told["metrics"]["rms_error_rad"]["nominal"] == float(mine[0]["rms_error_rad"])

@@ -56,7 +56,7 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
 
 def test_quantiles_are_those_of_the_stable_machines():
     design, scenario = case("pd-only", seconds=2.0)
-    found = robustness(design, scenario, 0.2, 11, seed=2)
+    found = robustness(design, scenario, 0.1, 11, seed=2)
     runs = [alone(design, scenario, found.machines, k).metrics for k in range(1, 12)]
     wanted = sorted(run["rms_error_rad"] for run in runs)
     numbers = found.numbers()["metrics"]["rms_error_rad"]

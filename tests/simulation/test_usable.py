@@ -1,0 +1,99 @@
+"""Whether a design can be used: against runs of its own, poles, and the constraints by hand."""
+
+import numpy as np
+import pytest
+
+from hfc_design.core.statistics import share_interval
+from hfc_design.files.pairing import load_design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.machines import drawn
+from hfc_design.simulation.usable import BEYOND, usable
+
+#: Two motions of a second, with tolerances and a bound on the command.
+TWO = {
+    "name": "two",
+    "simulation": {"duration_s": 2.0},
+    "fitness": {"settled_after_s": 1.0},
+    "robust": {"spread": 0.1, "unseen": 20, "first": 2, "machines": 2, "elite": 2, "final": 2},
+    "motions": [
+        {"name": "ramp"},
+        {"name": "slow", "reference": {"kind": "ramp", "velocity": 0.01}, "weight": 3.0},
+    ],
+}
+
+
+def test_machines_are_those_of_a_seed_of_their_own_and_each_moves_as_it_does_alone():
+    scenario = load_scenario(TWO, ["run.seed=5"])
+    found = usable("pd-only", scenario)
+    assert (found.seed, len(found.good), found.spread) == (5 + BEYOND, 20, 0.1)
+    assert [one.name for one in found.motions] == ["ramp", "slow"]
+    machines, _ = drawn(scenario.plant, 0.1, 20, found.seed)
+    for k in (1, 20):
+        own = {key: float(v[k]) for key, v in machines.true[0]._asdict().items()}
+        changes = {f"plant.parameters.{key}": value for key, value in own.items()}
+        alone = evaluate("pd-only", load_scenario(scenario, changes)).motions
+        for one in found.motions:
+            (axis,) = alone[one.name].axes
+            late = axis.motion.error[alone[one.name].time >= 1.0]
+            error = one.told["settled_rms_error"][k - 1]
+            assert error == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-3)  # float32
+            peak = np.abs(axis.motion.command).max()
+            assert one.told["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
+
+
+def test_the_gain_is_kept_up_to_a_bound_on_the_command():
+    """The peak of a ramp from rest is about kd times its speed, so the factor scales it."""
+    peak = evaluate("pd-only", load_scenario(TWO)).motions["ramp"].metrics["peak_voltage_V"]
+    loose = usable("pd-only", load_scenario(TWO, {"constraints.peak_command": 1.3 * peak}))
+    assert loose.gain is not None
+    low, high = loose.gain
+    assert 1.2 < high < 1.35
+    assert low < 0.9
+    again = load_design(
+        "pd-only",
+        [f"controller.pd.kp={758.405 * high * 1.02}", f"controller.pd.kd={743.01 * high * 1.02}"],
+    )
+    beyond = evaluate(again, load_scenario(TWO)).motions["ramp"].metrics["peak_voltage_V"]
+    assert beyond > 1.3 * peak
+    assert loose.precision < 1e-2
+    assert loose.substeps is not None
+    assert loose.substeps < 1e-4
+
+
+def test_who_keeps_a_constraint_is_counted_with_its_interval():
+    free = usable("pd-only", load_scenario(TWO))
+    peaks = np.maximum(*(one.told["peak_command"] for one in free.motions))
+    most = float(np.median(peaks))
+    found = usable("pd-only", load_scenario(TWO, {"constraints.peak_command": most}))
+    np.testing.assert_array_equal(found.good, free.good & (peaks <= most))
+    assert found.interval == share_interval(int(found.good.sum()), 20)
+    assert not found.yes
+    assert found.answer.startswith("no: ")
+    assert "peak_command" in found.answer
+    numbers = found.numbers()
+    assert numbers["share"] == found.good.mean()
+
+
+@pytest.mark.parametrize(
+    "bound", [{"constraints.peak_command": 1e-3}, {"constraints.late_error": 0.0}]
+)
+def test_what_no_machine_keeps_is_said_in_a_line(bound):
+    found = usable("pd-only", load_scenario(TWO, bound))
+    assert not found.good.any()
+    assert found.gain is None
+    assert found.answer.startswith("no: on the nominal machine it breaks ")
+    assert "\n" not in found.answer
+    assert "0 % of 20 unseen machines" in found.answer
+
+
+def test_a_design_that_diverges_everywhere():
+    wild = load_design("pd-only", ["controller.pd.kd=1e9"])
+    found = usable(wild, load_scenario(TWO))
+    assert found.answer.startswith("no: on the nominal machine it diverges in ramp")
+    assert found.numbers()["precision"] is None
+
+
+def test_without_tolerances_two_hundred_machines_within_a_fifth():
+    found = usable("pd-only", load_scenario("c-axis-ramp", {"simulation.duration_s": 1.0}))
+    assert (len(found.good), found.spread) == (200, 0.2)
