@@ -10,10 +10,11 @@ from hfc_design.cli.comparing import compare
 from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.insight import explain, list_, stability
 from hfc_design.cli.simulating import batch, design, report, score, simulate
+from hfc_design.cli.trading import pick
 
 #: In the order in which a user meets them.
 COMMANDS = (
-    *(list_, design, score, compare, simulate, export, import_),
+    *(list_, design, pick, score, compare, simulate, export, import_),
     *(explain, stability, report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}

@@ -118,9 +118,10 @@ def stability(
 
     With DESIGN (kind flc, aflc or soflc) also the gains of its rule table; one for another plant
     than a feed drive needs --gain and --time-constant. Without anything: the drive of Jee & Koren
-    2004. With a DESIGN of a linear kind (pid+ff, lqr or lqi) the margins of its loop instead: with
-    the drive linearised near the speed at which friction slides, the factors on the gain, the lag
-    and the delay at which it begins to swing.
+    2004. With a DESIGN of a linear kind (pid+ff, lqr or lqi), or a hierarchy on a linear part, the
+    margins of its loop instead: with the drive linearised near the speed at which friction slides
+    and the hierarchy at rest, the factors on the gain, the lag and the delay at which it begins to
+    swing.
     """
     from hfc_design.core.records import UserError
     from hfc_design.stability import report
@@ -145,7 +146,7 @@ def stability(
                 raise UserError(f"--{option}: design {own.name} is judged on its own drive")
             _show_margins(loops, own.controller.sample_time_s, plot, as_json)
             return
-        lacks = "no flc, aflc or soflc, and none of pid+ff, lqr and lqi"
+        lacks = "no flc, aflc or soflc, and neither pid+ff, lqr or lqi nor with a linear part"
         points = needed(own.kind.table_gains, own, lacks)(own.controller)
         axes = [(axis.drive, axis.parameters) for axis in plant]
         told = f"design {own.name} is for the plant {own.plant.name}"
@@ -169,6 +170,8 @@ def _open_loops(design: "Design", axes: "list[Axis]") -> "Loops":
         if part.kind.open_loop is None:
             return {}
         loop = part.kind.open_loop(part.controller, axis.drive, axis.parameters)
+        if loop is None:
+            return {}
         found[axis.name if len(axes) > 1 else ""] = loop
     return found
 

@@ -22,6 +22,7 @@ from hfc_design.cli.options import (
     setting,
     with_plugins,
 )
+from hfc_design.cli.trading import show_front, trading
 
 if TYPE_CHECKING:
     from hfc_design.files.design import Design
@@ -36,7 +37,9 @@ KEYS = {
     "preset": "search.preset",
     "precision": "run.precision",
 }
+PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
 ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
+DEFAULT = "c-axis-ramp"
 BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
@@ -47,6 +50,7 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @click.option("--population", type=int, help="Individuals in a generation.")
 @click.option("--generations", type=int, help="Generations.")
 @click.option("--preset", help="Search strategy [default: race]; see hfc list strategies.")
+@click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
@@ -61,6 +65,7 @@ def design(
     resume: bool,
     anyway: bool,
     quiet: bool,
+    pareto: str | None,
     **options: Any,
 ) -> None:
     """Search a controller for SCENARIO (a built-in name or a TOML file).
@@ -77,15 +82,18 @@ def design(
     from hfc_design.runs import run
     from hfc_design.runs.problem import check_memory
 
-    plugins = filter(None, [options.pop(key) for key in CHOSEN])
-    given = [f"{key}={x}" for name, key in KEYS.items() if (x := options.pop(name)) is not None]
+    plugins = [*filter(None, [options.pop(key) for key in CHOSEN])]
+    told = {key: x for name, key in KEYS.items() if (x := options.pop(name)) is not None}
+    if pareto is not None and not resume:
+        told = trading(scenario or DEFAULT, pareto, told, [*plugins, *changes])
+    given = [f"{key}={x}" for key, x in told.items()]
     if anyway and not resume:
         raise UserError("--anyway needs --resume")
     if not resume:
-        found = load_scenario(scenario or "c-axis-ramp", [*plugins, *given, *changes])
+        found = load_scenario(scenario or DEFAULT, [*plugins, *given, *changes])
         check_memory(found)
         folder = out or shown.free_folder(found.name)
-    elif out is None or scenario is not None or given or changes:
+    elif out is None or scenario is not None or given or changes or pareto:
         raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
     else:
         found, folder = run.opened_run(out), out
@@ -107,6 +115,8 @@ def design(
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
     shown.show_table(found, rows, summary)
+    if result.front is not None:
+        show_front(result.front)
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 

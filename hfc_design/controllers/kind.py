@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
-from hfc_design.core.numbers import Floats, Gains, Json, Memory, Own, Parameters
+from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Positive, Record, UserError
 
@@ -39,6 +39,11 @@ class ControllerSettings(Record):
     def fault(self, target: "Target") -> str | None:
         """What makes a search for ``target`` impossible, in a line that begins with the key."""
         return None
+
+    @property
+    def staged(self) -> bool:
+        """Whether its genome has ``stages``, through which a distribution can be led."""
+        return False
 
 
 class Target(NamedTuple):
@@ -132,6 +137,8 @@ class Kind:
     axes: Callable[[Own], dict[str, Own]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.
     genome: Callable[[Own, Target], Any] | None = None
+    #: How many units of its hierarchy matter: (record of one, gains of a population) -> (n,).
+    units: Callable[[Own, Gains], Integers] | None = None
     #: Signals that its law reads at a sample, an argument of the C code each; None: any.
     reads: Callable[[Own], list[str]] | None = lambda record: ["error", "error_rate"]
     #: The record with what the memory has made of it.
@@ -146,7 +153,8 @@ class Kind:
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.
     table_gains: Callable[[Own], dict[str, tuple[float, float]]] | None = None
-    #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive.
+    #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive; None
+    #: where the record has none.
     open_loop: Callable[[Own, Any, Parameters], Any] | None = None
     #: What a report shows: (record, Shown) -> sections.
     sections: Callable[[Own, Shown], list[Any]] = numbers

@@ -162,7 +162,8 @@ def _built(like: Any, prefix: str, arrays: dict[str, np.ndarray], known: dict[An
         kind, parts = like, {key: known.get(key, known.get(own, own)) for key, own in hints}
     else:
         name, is_number = prefix.rstrip("."), isinstance(like, type) and like in NUMBERS
-        value = arrays.pop(name)
+        # In another order products of matrices would round in another way.
+        value = np.asarray(arrays.pop(name), order="C")
         if not _fits(value, like):
             raise ValueError(f"{name} is not what such a search has")
         return like(value) if is_number else value

@@ -36,6 +36,7 @@ from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
 from hfc_design.objectives.measures import Units, path_fault
 from hfc_design.objectives.metrics import Window, late_samples, settled_samples, slides
+from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 
@@ -103,7 +104,19 @@ class Scenario(Record):
             raise ValueError(fault)
         if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
             raise ValueError(f"search.preset = {preset!r}: {fault}")
+        self._can_trade()
         return self
+
+    def _can_trade(self) -> None:
+        try:
+            names = [one.name for one in self.traded]
+        except ValueError as error:
+            raise ValueError(f"search.objectives: {error}") from None
+        if UNITS in names and KINDS.get(self.controller.kind).units is None:
+            raise ValueError(
+                f"search.objectives: {UNITS}: a controller of kind {self.controller.kind!r} has no "
+                "hierarchy whose units could be counted"
+            )
 
     def each_motion(self) -> tuple["Scenario", ...]:
         """A scenario of one motion for each of ``motions``; without any this one."""
@@ -250,12 +263,23 @@ class Scenario(Record):
         bounds = constraints_on(self.constraints, self.units)
         return Ensemble(weights, bounds, robust.keep, robust.quantile)
 
+    @property
+    def traded(self) -> tuple[Traded, ...]:
+        """The objectives of its front; none where the search ranks by one number."""
+        trades = STRATEGIES.get(self.search.preset).trades
+        if trades is None:
+            return ()
+        each = self.each_motion()
+        path = all(motion.follows_path for motion in each)
+        return traded(trades(self.search), self.fitness.on(self.units), self.units, path)
+
     def judge(self) -> Judge:
         """How its closed loops are judged, by a search and by everybody else."""
         fitness = objective_of(self.fitness.on(self.units))
         found = judge(fitness, getattr(self.search, "stick_penalty", 0.0))
         bounds = constraints_on(self.constraints, self.units)
-        return found._replace(measured=tuple(bound.measure for bound in bounds))
+        weighed = [one.measure for one in self.traded if one.measure is not None]
+        return found._replace(measured=(*weighed, *(bound.measure for bound in bounds)))
 
     def samples(self) -> Samples:
         """What happens to the loop in its only motion, sampled, in float64."""

@@ -72,7 +72,9 @@ def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
     units = signal_units(design)
     names = ["error", "error_rate", *(item["signal"] for item in about["inputs"])]
     earlier = {item["signal"] for item in about["inputs"] if item["samples_ago"]}
-    return {name: units.get(name, "") for name in names}, sorted(earlier)
+    linear = about.get("linear", {})
+    found = {name: units.get(name, "") for name in names} | linear.get("reads", {})
+    return found, [*sorted(earlier), *(["integral"] if linear else [])]
 
 
 def variables(design: Design) -> bytes:

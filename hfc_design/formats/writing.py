@@ -129,19 +129,18 @@ def rule_units(design: Design) -> list[RuleUnit]:
 
 
 def signal_units(design: Design) -> dict[str, str]:
-    """Unit of each signal of the design's plant, of "error" and "command" too; {} if unknown."""
+    """Unit of all that an axis of the design's plant tells, and of "command"; {} if unknown."""
     if design.plant.name not in ALL_PLANTS.known:
         return {}
     machine = PlantSettings(**design.plant.model_dump()).machine
     if design.axis:
-        return machine.drives[machine.axes.index(design.axis)].units
-    return machine.drives[0].units if len(set(machine.drives)) == 1 else {}
+        return units_of(machine.drives[machine.axes.index(design.axis)].units)
+    return units_of(machine.drives[0].units) if len(set(machine.drives)) == 1 else {}
 
 
 def signals_read(design: Design) -> dict[str, str]:
     """Identifier and unit of each signal that the controller reads at a sample, "" if unknown."""
     units = signal_units(design)
-    units = units_of(units) if units else {}
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
 

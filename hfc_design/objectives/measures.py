@@ -164,8 +164,8 @@ def _unsettled() -> Measure:
 
 
 def stuck(moment: Moment) -> Truth:
-    """Whether an axis stands that should move."""
-    return is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+    """Whether an axis stands that should move, and does not only tremble."""
+    return is_stuck(moment.velocity, moment.reference_rate)
 
 
 def _error(moment: Moment) -> Scalar:

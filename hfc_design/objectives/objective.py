@@ -33,6 +33,7 @@ class Moment(NamedTuple):
     late: Scalar = 0.0  # 1 and 2 in the halves of the motion's last quarter, before that 0
     time: Scalar = 0.0  # [s]
     sample_time: Scalar = 0.0  # [s]
+    velocity: Scalar = 0.0  # mean of the last 10 ms (a lag of the first order)
     apart: Scalar = 0.0  # of a copy that began a little off, as a share of that
     apart_rate: Scalar = 0.0  # [1/s]
 

@@ -51,6 +51,21 @@ class Ensemble(NamedTuple):
         lost = judged.failed.all(axis=(1, 2))
         return Verdict(np.where(lost, -np.inf, rank), merit, broken)
 
+    def costs(self, values: Floats) -> Floats:
+        """(designs, measures) of ``values`` (designs, machines, motions, measures).
+
+        As merits become one: means of the motions, and of the machines what is kept.
+        """
+        weights = np.array(self.weights) / sum(self.weights)
+        with np.errstate(all="ignore"):
+            each = np.einsum("dmtk,t->dmk", values, weights)
+            ways = {
+                "worst": lambda: each.max(axis=1),
+                "quantile": lambda: np.quantile(each, 1 - self.quantile, axis=1, method="higher"),
+                "mean": lambda: each.mean(axis=1),
+            }
+            return np.asarray(ways[self.keep]())
+
     def _broken(self, judged: Judged) -> Floats:
         failed = judged.failed[..., None].astype(float)
         values = judged.values[..., judged.values.shape[-1] - len(self.constraints) :]

@@ -20,7 +20,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
-from hfc_design.report import REPORT, batch_plots, plots, rendered
+from hfc_design.report import REPORT, batch_plots, plots, rendered, trade_off
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
@@ -72,7 +72,7 @@ def write_page(
         for name in BASELINES.get(scenario.plant.name, {}):
             with suppress(UserError):  # it does not fit the plant or the sampling
                 rivals[name] = evaluate(load_design(name), scenario)
-    design, own, search = result
+    design, own, search, front = result
     tables = all(part.kind.rules for part in design.by_axis().values())
     if tables:
         if (folder / TABLES).is_symlink():  # of others' files none is overwritten
@@ -94,6 +94,7 @@ def write_page(
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=plots.errors(evaluations),
         sections=_sections(design, own, scenario),
+        front=front and trade_off.section(front),
         tables=tables,
         search=search,
         history=search and batch_plots.history(search.history, scenario.judge().title),

@@ -8,16 +8,18 @@ import numpy as np
 from hfc_design import __version__
 from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.controllers.kind import kinds
-from hfc_design.core.numbers import Floats, Integers, Json
+from hfc_design.core.numbers import Floats, Gains, Integers, Json
 from hfc_design.core.plugins import References, own_code, sources
 from hfc_design.core.records import RunError, checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.newton import Linear
-from hfc_design.search.strategy import Task
+from hfc_design.search.strategy import Scored, Task
 from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
@@ -51,6 +53,7 @@ class Problem:
         if self._robust:
             wider = self._robust.margin if margin is None else margin
             self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+        self._traded, self._record = scenario.traded, design.controller
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets
 
     def rank(self, population: Population, generation: int = 0) -> Floats:
@@ -73,6 +76,27 @@ class Problem:
             rank[best] = found
         return rank
 
+    def scored(self, population: Population, generation: int = 0) -> Floats | Scored:
+        """What the strategy of the scenario is told: ranks, or with them what it trades off.
+
+        Costs that are compared are those of the same machines, so that everybody meets as many.
+        """
+        if not self._traded:
+            return self.rank(population, generation)
+        count = self._robust.machines if self._robust else 1
+        return self.weighed(population, self._some(count, 0) if count > 1 else np.zeros(1, int))
+
+    def weighed(self, population: Population, machines: Integers | None = None) -> Scored:
+        """Ranks, costs and violations on some machines, or on all that were drawn."""
+        some = np.arange(self._machines.size) if machines is None else machines
+        gains = self.genome.gains(population)
+        judged = self._judged(gains, some)
+        rank, costs = self._rank(judged), self._costs(judged, gains)
+        violation = np.where(rank < 0.0, -rank, 0.0) if self._ensemble else np.zeros(len(rank))
+        failed = ~(np.isfinite(rank) & np.isfinite(costs).all(axis=1))
+        rank, violation = np.where(failed, -np.inf, rank), np.where(failed, np.inf, violation)
+        return Scored(rank, costs, violation)
+
     def rank_of_finalists(self, population: Population) -> Floats:
         """What they are ranked by on all the machines that were drawn."""
         return self._ranked(population, np.arange(self._machines.size))
@@ -83,12 +107,28 @@ class Problem:
         return np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
 
     def _ranked(self, population: Population, machines: Integers) -> Floats:
-        gains = self.genome.gains(population)
+        return self._rank(self._judged(self.genome.gains(population), machines))
+
+    def _judged(self, gains: Gains, machines: Integers) -> Judged:
         some = self._machines.take(machines)
-        judged = simulate.scores(self._loop, some, self._samples, gains, self._dtype)
+        return simulate.scores(self._loop, some, self._samples, gains, self._dtype)
+
+    def _rank(self, judged: Judged) -> Floats:
         if self._ensemble is None:
             return np.asarray(judged.rank[:, 0, 0])
         return self._ensemble.verdict(judged).rank
+
+    def _costs(self, judged: Judged, gains: Gains) -> Floats:
+        """(n, objectives) what the search trades off."""
+        first = len(self._loop.judge.objectives)
+        values = np.asarray(judged.values)[..., first:]
+        each = (self._ensemble or Ensemble((1.0,))).costs(values)
+        measured = iter(each.T)  # those of constraints come last
+        counted = kinds().get(self._record.kind).units
+        columns = (
+            next(measured) if one.measure else counted(self._record, gains) for one in self._traded
+        )
+        return np.stack([*columns], axis=1).astype(float)
 
     @property
     def task(self) -> Task:
@@ -140,18 +180,20 @@ def genome_of(scenario: Scenario) -> Genome:
     return genome
 
 
-def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
-    """The best of the archive and of the last generation in float64.
+def champion(
+    search: Search, scenario: Scenario, one: Population | None = None
+) -> tuple[Design, Evaluation]:
+    """The best of the archive and of the last generation in float64, or that ``one``.
 
     float32 and a single try flatter loops that are nearly chaotic.
 
     Raises:
         RunError: all have diverged.
     """
-    finalists = _finalists(search)
+    finalists = _finalists(search) if one is None else [one]
     if not finalists:
         raise RunError(f"no design: every individual diverged{_why(search, scenario)}; {HINTS}")
-    if scenario.ensemble:
+    if scenario.ensemble and one is None:
         finalists = [_best_of_many(joined(*finalists), scenario)]
     designs = [design_of(individual, scenario) for individual in finalists]
     found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
@@ -164,11 +206,14 @@ def champion(search: Search, scenario: Scenario) -> tuple[Design, Evaluation]:
 
 def _best_of_many(finalists: Population, scenario: Scenario) -> Population:
     """The finalist that ranks first on machines within the tolerances, in float64."""
-    where = scenario.model_copy(
-        update={"run": scenario.run.model_copy(update={"precision": "float64"})}
-    )
-    rank = Problem(where, margin=1.0).rank_of_finalists(finalists)
+    rank = final_problem(scenario).rank_of_finalists(finalists)
     return taken(finalists, np.array([int(np.argmax(rank))]))
+
+
+def final_problem(scenario: Scenario) -> Problem:
+    """Where finalists compete: in float64, on machines within the tolerances themselves."""
+    own = scenario.run.model_copy(update={"precision": "float64"})
+    return Problem(scenario.model_copy(update={"run": own}), margin=1.0)
 
 
 def _why(search: Search, scenario: Scenario) -> str:

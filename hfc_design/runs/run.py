@@ -14,6 +14,7 @@ from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.runs import stored
+from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
 from hfc_design.runs.problem import Problem, champion, check_memory, with_score
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
@@ -37,6 +38,7 @@ class Result(NamedTuple):
     design: Design
     evaluation: Evaluation
     search: Search | None  # None where the design was given
+    front: Front | None = None  # None where the search trades nothing
 
 
 def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Scenario:
@@ -48,7 +50,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
         UserError: the folder already holds a run.
         RunError: the folder cannot be written.
     """
-    if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN)):
+    if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
 
     def copied(key: str, file: Path) -> Path:
@@ -104,7 +106,7 @@ def run(
     search = stored.load(folder / CHECKPOINT, scenario, {} if anyway else made_by, HINT)
     saved = time.monotonic()
     parts = (searcher(settings, problem.task), problem.genome, settings.generations, seed)
-    steps = generations(*parts, problem.rank, search)
+    steps = generations(*parts, problem.scored, search)
     try:
         for search in steps:
             interrupt.heard()
@@ -116,13 +118,37 @@ def run(
         if search is not None:
             _save(folder, search, made_by)
     assert search is not None  # there is at least one generation
-    design, evaluation = champion(search, scenario)
+    front = front_of(search, scenario)
+    one = front.individual(search, front.best) if front is not None and len(front.merit) else None
+    design, evaluation = champion(search, scenario, one)
     if scenario.robust:
         numbers = used(scenario, Result(design, evaluation, search), folder)
         told = {"usable": {key: numbers[key] for key in KEPT}}
         design = design.model_copy(update={"score": {**design.score, **told}})
+    if front is not None:
+        write_front(front, folder)
     _write_design(folder / DESIGN, design)
-    return Result(design, evaluation, search)
+    return Result(design, evaluation, search, front)
+
+
+def front_needed(folder: Path, result: Result) -> Front:
+    """The front of the finished run in a folder; UserError: it has none, or an empty one."""
+    if result.front is None:
+        raise UserError(f"{folder}: has no front; hfc design --pareto tracking,effort makes one")
+    if not len(result.front.merit):
+        raise UserError(f"{folder}: its front is empty, no design kept every constraint")
+    return result.front
+
+
+def picked(scenario: Scenario, result: Result, point: int) -> tuple[Design, Evaluation]:
+    """The design of a point of the front, counted from 0, and what it does.
+
+    Raises:
+        RunError: it diverges in float64.
+    """
+    assert result.front is not None  # see front_needed
+    assert result.search is not None
+    return champion(result.search, scenario, result.front.individual(result.search, point))
 
 
 def used(scenario: Scenario, result: Result, folder: Path) -> Json:
@@ -169,7 +195,8 @@ def finished_run(folder: Path) -> tuple[Scenario, Result]:
     if search is None and not (folder / GIVEN).exists():
         raise RunError(f"{folder / CHECKPOINT}: is gone; what the search did is not known")
     design = read_design(folder / DESIGN)
-    return scenario, Result(design, evaluate(design, scenario), search)
+    front = read_front(scenario, search, folder)
+    return scenario, Result(design, evaluate(design, scenario), search, front)
 
 
 def _save(folder: Path, search: Search, made_by: dict[str, str]) -> None:

@@ -13,7 +13,7 @@ from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.search import strategies
-from hfc_design.search.strategy import Searcher, State, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import Scored, Searcher, State, Strategy, StrategySettings, Task
 
 
 def _fault(strategy: Strategy) -> str | None:
@@ -56,8 +56,9 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
         return found
 
 
-#: What the population of a generation is ranked by, no finite number where an individual failed.
-Evaluate = Callable[[Population, int], Floats]
+#: What the population of a generation is ranked by, no finite number where an individual failed;
+#: for a strategy that trades with the costs of each.
+Evaluate = Callable[[Population, int], Floats | Scored]
 
 
 class Archive(NamedTuple):
@@ -108,7 +109,8 @@ def generations(
             state, asked = searcher.start(rng)
         else:
             state, asked = searcher.ask(search.state, generation, rng)
-        score = evaluate(asked.population, generation)
+        judged = evaluate(asked.population, generation)
+        score = judged.score if isinstance(judged, Scored) else judged
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)
         archive = _archived(search.archive, asked.population, score)
@@ -120,7 +122,8 @@ def generations(
             len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
-        search = Search(generation + 1, searcher.tell(state, asked, score), archive, history)
+        told = judged._replace(score=score) if isinstance(judged, Scored) else score
+        search = Search(generation + 1, searcher.tell(state, asked, told), archive, history)
         yield search
 
 
@@ -134,7 +137,9 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
     best = archive.score.max()
     if not (archive.score < np.inf).all() or (np.isfinite(best) and history.best[-1] != best):
         return "the scores of its archive are none, or not those of its history"
-    possible = all(_possible(x, empty) for x in (archive, state) if "population" in x._fields)
+    parts = (archive, state, *state)
+    scored = [x for x in parts if "population" in getattr(x, "_fields", ())]
+    possible = all(_possible(x, empty) for x in scored)
     if not (possible and np.array_equal(archive.population.tree, empty.tree)):
         return "its individuals cannot be"
     known = STRATEGIES.get(settings.preset).sound(settings, state)
@@ -142,10 +147,16 @@ def fault(search: Search, empty: Population, settings: StrategySettings) -> str 
 
 
 def _possible(scored: State, empty: Population) -> bool:
-    """Whether individuals have all their numbers and structures that exist; finite if scored."""
+    """Whether individuals have all their numbers and structures that exist; finite if scored.
+
+    ``scored`` has a ``population``, and others may stand beside it.
+    """
     population, count = scored.population, scored.population.tree.shape
     alive = np.isfinite(getattr(scored, "score", np.full(count, -np.inf)))
     trees = dict(flat(taken(empty, population.tree)))
+    others = (x for x in scored if "tree" in getattr(x, "_fields", ()) and x is not population)
+    if not all(np.isin(other.tree, empty.tree).all() for other in others):
+        return False
     return alive.shape == count and all(
         len(array) == len(alive)
         and (name.rpartition(".")[2] != "tree" or np.array_equal(array, trees[name]))

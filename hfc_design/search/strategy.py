@@ -38,6 +38,14 @@ class Task(NamedTuple):
     linearised: Callable[[Population], Linear | None] | None = None
 
 
+class Scored(NamedTuple):
+    """What a strategy that trades is told of its candidates, instead of a score alone."""
+
+    score: Floats  # (n,) what they are ranked by elsewhere; -inf of one that failed
+    costs: Floats  # (n, objectives) the less, the better; means nothing where one failed
+    violation: Floats  # (n,) 0: every constraint is kept; else by how much, infinite: it failed
+
+
 #: What only its strategy knows: what it remembers, and what it asks, a record with a
 #: ``population`` and whatever ``tell`` has to know of it.
 State: TypeAlias = Any
@@ -53,8 +61,11 @@ class Searcher(Protocol):
     def ask(self, state: State, generation: int, rng: np.random.Generator) -> tuple[State, Asked]:
         """State and candidates of a later generation."""
 
-    def tell(self, state: State, asked: Asked, score: Floats) -> State:
-        """State after the candidates have been scored; -inf is the score of one that failed."""
+    def tell(self, state: State, asked: Asked, score: Any) -> State:
+        """State after the candidates have been scored; -inf is the score of one that failed.
+
+        A strategy that trades gets ``Scored``, others their scores (n,).
+        """
 
 
 class Strategy(NamedTuple):
@@ -74,3 +85,6 @@ class Strategy(NamedTuple):
     sound: Callable[[Any, Any], bool] = lambda settings, state: True
     #: Whether scores are compared within a generation only; then each may have its own machines.
     forgets: bool = False
+    #: Names of the objectives that it trades off, of its settings; None: it ranks by a score. The
+    #: state then has a ``front``, a record with a ``population`` and its ``score``.
+    trades: Callable[[Any], tuple[str, ...]] | None = None

@@ -70,6 +70,10 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     )
 
 
+#: How long an axis has to stand until it sticks [s]: the trembling of a noisy command is shorter.
+STANDING = 0.01
+
+
 class Carry(NamedTuple):
     """What the machine carries from sample to sample."""
 
@@ -79,6 +83,7 @@ class Carry(NamedTuple):
     waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
+    means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
     sums: tuple[Sums, ...]  # of the objectives
     beside: "Beside | None" = None
 
@@ -110,12 +115,12 @@ def start(
     Where the loop is ``doubled`` a copy begins at ``beside``.
     """
     states = tuple(type(state)(*(zero + x for x in state)) for state in started)
-    angles, rates = [], []
+    angles, rates, pairs = [], [], [*zip(loop.machine.drives, states, strict=True)]
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
         angles.append({angle: getattr(state, angle) for angle in drive.encoders})
-        pairs = drive.encoders.items() if observed else ()
-        rates.append({angle: getattr(state, velocity) for angle, velocity in pairs})
+        each = drive.encoders.items() if observed else ()
+        rates.append({angle: getattr(state, velocity) for angle, velocity in each})
     carry = Carry(
         states,
         tuple(angles),
@@ -123,6 +128,7 @@ def start(
         tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
         (zero,) * len(states),
+        tuple(getattr(state, drive.velocity) for drive, state in pairs),
         loop.judge.initial(zero),
     )
     if not loop.doubled or not beside:
@@ -166,7 +172,8 @@ def sample(
         moments = [_apart(loop, k, one, carry, other, off[k]) for k, one in enumerate(moments)]
         after = after._replace(beside=Beside(_moved(loop, *about, other, row)[0], off))
     sums = loop.judge.update(carry.sums, tuple(moments), row.path)
-    return after._replace(sums=sums), tuple(outputs)
+    means = tuple(moment.velocity for moment in moments)
+    return after._replace(means=means, sums=sums), tuple(outputs)
 
 
 def _moved(
@@ -190,7 +197,7 @@ def _moved(
     commands = tuple(machine.drives[k].accepted(fixed[k], acting[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
     states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
-    after = Carry(states, angles, rates, waiting, memory, commands, carry.sums)
+    after = Carry(states, angles, rates, waiting, memory, commands, carry.means, carry.sums)
     return after, commands
 
 
@@ -215,11 +222,13 @@ def _moment(
     drive, state, happens = loop.machine.drives[k], carry.states[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate
+    velocity, before = getattr(state, drive.velocity), carry.means[k]
+    taken = row.sample_time / (row.sample_time + STANDING)
     limit = jnp.inf if limit is None else limit
     low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
     return Moment(
         error=happens.reference - position,
-        error_rate=rate - getattr(state, drive.velocity),
+        error_rate=rate - velocity,
         deviation=position - happens.target,
         command=command,
         reference_rate=rate,
@@ -231,6 +240,7 @@ def _moment(
         late=row.late,
         time=row.time,
         sample_time=row.sample_time,
+        velocity=before + taken * (velocity - before),
     )
 
 

@@ -29,6 +29,12 @@ def numbers(loops: Loops, sample_time: float) -> Json:
     return {"sample_time": sample_time, "axes": found}
 
 
+def about(loops: Loops) -> str:
+    """What the margins are of."""
+    told = dict.fromkeys(loop.about for loop in loops.values() if loop.about)
+    return ". ".join([*told, ABOUT])
+
+
 def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
     """Margins in words."""
     return [
@@ -48,7 +54,7 @@ def _told(value: float | None) -> str:
 
 def show(loops: Loops, sample_time: float) -> None:
     """Print the margins as a table, a column for each axis."""
-    table = Table(caption=ABOUT, caption_justify="left")
+    table = Table(caption=about(loops), caption_justify="left")
     table.add_column("linear loop, opened at the command", no_wrap=True)
     for axis in loops:
         table.add_column(axis or "value", justify="right")

@@ -20,6 +20,7 @@ class OpenLoop(NamedTuple):
     a: Floats  # (states, states) drive and controller
     b: Floats  # (states,)
     c: Floats  # (states,)
+    about: str = ""  # what it is of, where that is not all of a linear controller
 
     def transfer(self, angle: Floats) -> Floats:
         """L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""

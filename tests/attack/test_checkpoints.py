@@ -26,12 +26,14 @@ from hfc_design.runs import run as design
 SIZES = ["search.generations=6", "search.population=12"]
 INPUTS = "[{name='error', scale=0.5}, {name='error_rate', scale=0.1}, {name='velocity', scale=0.1}]"
 HIERARCHY = f"{{kind='pd+hierarchical-fuzzy', inputs={INPUTS}}}"
+ON_LINEAR = f"controller={{inputs={INPUTS.replace('velocity', 'spindle_velocity')}, linear={{}}}}"
 PER_AXIS = f"controller={{kind='per-axis', axes={{x={HIERARCHY}, y={{kind='pid'}}}}}}"
 #: Scenario and changes of it; those that take long to compile are for ``make test-all``.
 SEARCHES = {
     "pd": ("c-axis-ramp", ["controller={kind='pd'}", "simulation.duration_s=0.1"]),
     "lin-lee": ("c-axis-ramp", ["search.preset=lin-lee-1999", "simulation.duration_s=0.1"]),
     "race": ("c-axis-ramp", ["simulation.duration_s=0.1"]),
+    "cma": ("c-axis-ramp", [ON_LINEAR, "search.preset=cma", "simulation.duration_s=0.1"]),
     "flc": ("feed-drive-circle", ["controller.kind=flc", "simulation.duration_s=1.0"]),
     "aflc": ("feed-drive-contour", ["controller.kind=aflc", "simulation.duration_s=1.0"]),
     "per-axis": ("feed-drive-circle", [PER_AXIS, "simulation.duration_s=1.0"]),

@@ -80,6 +80,10 @@ KIND_OF = {
     "soflc": fuzzy("soflc"),
     "hierarchy": hierarchy(),
     "adapting hierarchy": hierarchy(adaptation=ADAPTATION),
+    "hierarchy on a linear part": lambda seed: made_up.hierarchy_on_linear(seed, 2 + seed % 5),
+    "adapting hierarchy on a linear part": lambda seed: made_up.hierarchy_on_linear(
+        seed, 2 + seed % 5, adaptation=ADAPTATION
+    ),
     "toy": toy,
 }
 

@@ -40,11 +40,17 @@ def stepped(design, signals):
     return np.array([controller.step(dict(zip(signals, row, strict=True))) for row in rows])
 
 
+LINEAR = {"ki": 9e3, "signals": {"current": -2.0}, "feed_forward": {"velocity": 40.0}}
 FORMS = {
     **{name: (name, {}) for name in builtin_designs()},
     "flc that integrates": ("jee-koren-2004-flc", {"controller.integral_gain": 40.0}),
     "flc of form PI": ("jee-koren-2004-flc", {"controller.form": "PI"}),
     "aflc that integrates": ("jee-koren-2004-aflc", {"controller.integral_gain": 40.0}),
+    "hierarchy on a linear part": ("lin-lee-1999-table-1", {"controller.linear": LINEAR}),
+    "adapting hierarchy on a linear part": (
+        "lin-lee-1999-table-1",
+        {"controller.linear": LINEAR, "controller.adaptation": {"largest_move": 1.0}},
+    ),
     "root that adapts": ("lin-lee-1999-table-1", {"controller.adaptation": {"largest_move": 1.0}}),
 }
 
@@ -63,7 +69,9 @@ def test_the_runtime_and_c_keep_it_alike(case, tmp_path):
     assert np.abs(found).max() <= limit
 
 
-@pytest.mark.parametrize("case", [case for case in FORMS if "lc" in case or "pid" in case])
+@pytest.mark.parametrize(
+    "case", [case for case in FORMS if "lc" in case or "pid" in case or case.startswith("hier")]
+)
 def test_structured_text_keeps_it_too(case, tmp_path):
     name, changes = FORMS[case]
     design = limited(name, **changes)
@@ -107,12 +115,15 @@ def test_a_sum_does_not_wind_up():
     ("name", "scenario"),
     [
         ("lin-lee-1999-table-1", "c-axis-step"),
+        ("hierarchy on a linear part", "c-axis-step"),
+        ("adapting hierarchy on a linear part", "c-axis-step"),
         ("jee-koren-2004-pid", "feed-drive-line"),
         pytest.param("jee-koren-2004-aflc", "feed-drive-line", marks=pytest.mark.slow),
     ],
 )
 def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):
-    design = limited(name, 7.0)
+    name, changes = FORMS.get(name, (name, {}))
+    design = limited(name, 7.0, **changes)
     found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
     for axis in found.axes:
         controller = Controller(design)

@@ -1,5 +1,6 @@
 """The MAT export, read back by SciPy; by Octave: tests/interop/test_mat.py."""
 
+import made_up
 import numpy as np
 import pytest
 from scipy.io import loadmat
@@ -39,6 +40,17 @@ def test_scipy_reads_the_design_file_back_bit_for_bit(name, read):
     assert found["design"]["name"] == name
     assert same(found["design"]["plant"]["parameters"], wanted["plant"]["parameters"])
     assert found["design"]["facts"][1].startswith(f"design {name}, sha256 ")
+
+
+@pytest.mark.parametrize("seed", [3, 7])
+def test_a_linear_part_is_read_back_too(seed, read):
+    """Of seed 3 without signals, which is a struct without fields."""
+    design = made_up.hierarchy_on_linear(seed)
+    found, wanted = read(design)["controller"], design.model_dump(mode="json")["controller"]
+    signals = wanted["linear"].pop("signals")
+    assert same(found["linear"].pop("signals"), signals) if signals else seed == 3
+    found["linear"].pop("signals", None)
+    assert same(found, wanted)
 
 
 def test_the_wiring_counts_inputs_and_then_units_from_1(read):

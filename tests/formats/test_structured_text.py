@@ -53,6 +53,8 @@ CASES = {
     "table 1": (named_design("lin-lee-1999-table-1"),) * 2,
     "table 2": (named_design("lin-lee-1999-table-2"),) * 2,
     "random": (design("random-1"),) * 2,
+    "on a linear part": (made_up.hierarchy_on_linear(4),) * 2,
+    "on a linear part within a limit": (made_up.limited(made_up.hierarchy_on_linear(5), 60.0),) * 2,
     "silent": (silent(),) * 2,
     "aflc": (
         named_design("jee-koren-2004-aflc"),

@@ -1,5 +1,7 @@
 """Random designs of every kind that has rules."""
 
+import json
+
 import numpy as np
 from jk04 import rule_labels
 
@@ -48,6 +50,28 @@ def hierarchy(seed, inputs=5, spread=1.5, **changes):
         units=units,
         **changes,
     )
+
+
+def linear_part(seed):
+    """Of a hierarchy: an integral that is often held, gains on signals, what is fed forward."""
+    random = np.random.default_rng([seed, 1])
+    told = [*SIGNALS[1:], "current"]
+    ahead = {name: random.normal(0.0, 20.0) for name in ("velocity", "acceleration", "coulomb")}
+    ahead |= {"coulomb_width": random.uniform(0.01, 1.0), "load": random.normal()}
+    return {
+        "ki": random.choice([0.0, random.uniform(0.0, 50_000.0)]),
+        "signals": {name: random.normal(0.0, 100.0) for name in told if random.random() < 0.5},
+        "feed_forward": ahead | {"expected_load": random.choice([0.0, 5.0])},
+    }
+
+
+def hierarchy_on_linear(seed, inputs=5, **changes):
+    """On a linear part; of five or six inputs one is what the axis follows."""
+    found = hierarchy(seed, inputs, linear=linear_part(seed), **changes).model_dump(mode="json")
+    text = json.dumps(found)
+    if inputs > 4:
+        text = text.replace('"deflection_rate"', '"reference_rate"')
+    return Design.model_validate(json.loads(text))
 
 
 def fuzzy(kind, seed, **changes):

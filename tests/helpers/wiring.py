@@ -8,6 +8,7 @@ import csv
 import json
 from math import exp, inf
 
+import made_up
 import numpy as np
 
 from hfc_design.files.design import Design, named_design
@@ -20,14 +21,19 @@ DESIGNS = [
     "jee-koren-2004-aflc",
     "random-1",
     "random-2",
+    "random-1-on-linear",
 ]
 
 
 def design(name):
-    """A built-in design, or Table I with other rules, terms, scales and order of the units."""
+    """A built-in design, or Table I with other rules, terms, scales and order of the units.
+
+    Some have a linear part too.
+    """
     if not name.startswith("random-"):
         return named_design(name)
-    rng = np.random.default_rng(int(name.removeprefix("random-")))
+    seed = int(name.split("-")[1])
+    rng = np.random.default_rng(seed)
     data = named_design("lin-lee-1999-table-1").model_dump(mode="json")
     controller = data["controller"]
     controller["output_scale"] = rng.uniform(1.0, 100.0)
@@ -37,6 +43,8 @@ def design(name):
         term |= {"half_width": rng.uniform(0.0, 0.2), "rate": rng.uniform(2.0, 40.0)}
     for unit in controller["units"]:
         unit["consequents"] = rng.uniform(-1.5, 1.5, (7, 7)).tolist()
+    if name.endswith("linear"):
+        controller["linear"] = made_up.linear_part(seed)
     return Design.model_validate(data)
 
 
@@ -176,6 +184,9 @@ def random_signals(record, samples):
     for item in inputs:
         name = item.name.removeprefix("previous_")
         signals[name] = 1.3 / item.scale * rng.uniform(-1.0, 1.0, samples)
+    for name in record.kind.reads(record.controller):
+        if name not in signals:
+            signals[name] = rng.uniform(-1.0, 1.0, samples)
     return signals
 
 
@@ -201,7 +212,10 @@ def command(folder, signals, evaluate):
     output, largest = values[about["output"]], about.get("largest_command", np.inf)
     if "inputs" in about:
         proportional = about["kp"] * signals["error"] + about["kd"] * signals["error_rate"]
-        return np.clip(proportional + about["output_scale"] * output, -largest, largest)
+        found = proportional + about["output_scale"] * output
+        if "linear" in about:
+            found = with_linear(found, about, signals, largest)
+        return np.clip(found, -largest, largest)
     low = about["low_velocity"]
     pushed = compensation(low, **signals) if low else np.zeros(len(output))
     steps = about["integral_gain"] * about["sample_time_s"] * signals["error"]
@@ -216,6 +230,22 @@ def command(folder, signals, evaluate):
             sums[1] = integral
         action, integral = sums
         found.append(np.clip(action + integral + push, -largest, largest))
+    return np.array(found)
+
+
+def with_linear(others, about, signals, largest):
+    """Commands of which ``others`` are the rest, as the steps in controller.json say it."""
+    own = about["linear"]
+    whole = others + sum((gain * signals[name] for name, gain in own["signals"].items()), 0.0)
+    whole += own["velocity"] * signals["reference_rate"] + own["load"]
+    whole += own["acceleration"] * signals["reference_acceleration"]
+    whole += own["coulomb"] * np.clip(signals["reference_rate"] / own["coulomb_width"], -1.0, 1.0)
+    integral, found = 0.0, []
+    for rest, error in zip(whole, signals["error"], strict=True):
+        found.append(rest + integral)
+        step = own["ki"] * about["sample_time_s"] * error
+        if abs(found[-1]) <= largest or step * found[-1] <= 0.0:
+            integral += step
     return np.array(found)
 
 

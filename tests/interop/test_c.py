@@ -27,6 +27,13 @@ DESIGNS |= {
     f"adapting hierarchy of {n} inputs": made_up.hierarchy(n + 9, n, adaptation=ADAPTING)
     for n in (2, 5)
 }
+DESIGNS |= {f"linear part under {n} inputs": made_up.hierarchy_on_linear(n, n) for n in (2, 4, 6)}
+DESIGNS |= {
+    "linear part within a limit": made_up.limited(made_up.hierarchy_on_linear(5), 300.0),
+    "linear part under what adapts": made_up.limited(
+        made_up.hierarchy_on_linear(9, adaptation=ADAPTING), 300.0
+    ),
+}
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
 DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
@@ -117,7 +124,9 @@ def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
 
 
 # Rounding may decide which rules are judged; until then the commands differ by single precision.
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-flc", "pd-only"])
+@pytest.mark.parametrize(
+    "name", ["lin-lee-1999-table-1", "linear part under 2 inputs", "jee-koren-2004-flc", "pd-only"]
+)
 def test_float_is_single_precision(compiler, name, tmp_path):
     design = DESIGNS[name]
     samples = wandering(design).astype(np.float32)
@@ -161,7 +170,9 @@ def test_no_globals_no_library(program, name, tmp_path):
 
 
 @pytest.mark.parametrize("points", [2, 129])
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "hierarchy of 3 inputs"])
+@pytest.mark.parametrize(
+    "name", ["lin-lee-1999-table-1", "hierarchy of 3 inputs", "linear part under 4 inputs"]
+)
 def test_the_lookup_error_that_is_named_is_true(compiler, name, points, tmp_path):
     design = DESIGNS[name]
     named = lookup(design.controller, points).deviation

@@ -55,8 +55,9 @@ def around(design, count):
         made_up.hierarchy(4, adaptation={"largest_move": 0.7, "k_c": 0.01}),
         named_design("pd-only"),
         made_up.limited(made_up.linear("lqi", 6), 300.0),
+        made_up.limited(made_up.hierarchy_on_linear(5), 300.0),
     ],
-    ids=["table-1", "table-2", "random", "adapts", "pd", "lqi"],
+    ids=["table-1", "table-2", "random", "adapts", "pd", "lqi", "on-linear"],
 )
 def test_c_axis_controllers_do_what_the_runtime_does(hal, design, tmp_path):
     folder = exported(hal, design, tmp_path / "out")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.signal
 
 from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import load_scenario
@@ -43,7 +44,8 @@ def by_hand(design, scenario):
     settled = time >= load_scenario(scenario).fitness.settled_after_s
     late = np.arange(len(time)) >= 0.75 * len(time)
     fast = settled & (abs(rate) >= 0.5 * abs(rate).max()) & (abs(rate) > 0.0)
-    stands = abs(axis.velocity) < 0.1 * abs(rate)
+    mean = scipy.signal.lfilter([1 / 11], [1, -10 / 11], axis.velocity)  # a lag of 10 ms
+    stands = abs(mean) < 0.1 * abs(rate)
     off = np.flatnonzero(abs(error) > BAND)
     position = axis.reference - error
     return {

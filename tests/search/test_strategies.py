@@ -31,7 +31,7 @@ def genome(settings, inputs=5):
     return searched_of(names[:inputs], settings)
 
 
-def hill(population):
+def hill(population, generation=0):
     """Highest for one tree, all consequents at 0.3 and kp at 500; every number counts."""
     distance = np.abs(population.consequents - 0.3).mean(axis=(1, 2, 3))
     distance += np.abs(np.log(population.gains[:, 0] / 500.0))
@@ -106,7 +106,7 @@ def test_a_search_beats_as_many_individuals_drawn_at_random(settings):
 def test_archive_holds_the_best_of_every_tree_ever_seen():
     best = {}
 
-    def watched(population):
+    def watched(population, generation=0):
         score = hill(population)
         for tree, value in zip(population.tree.tolist(), score.tolist(), strict=True):
             best[tree] = max(best.get(tree, -np.inf), value)
@@ -121,7 +121,7 @@ def test_archive_holds_the_best_of_every_tree_ever_seen():
 
 
 def test_diverged_individuals_rank_last_and_are_counted():
-    def half_diverge(population):
+    def half_diverge(population, generation=0):
         score = hill(population)
         score[::2] = [np.nan, np.inf, -np.inf][len(score) % 3]
         return score
@@ -152,7 +152,7 @@ def test_lin_lee_runs_with_other_inputs(inputs):
 def test_race_stays_inside_its_limits_and_leaves_fixed_scales_alone():
     seen = []
 
-    def watched(population):
+    def watched(population, generation=0):
         seen.append(population)
         return hill(population)
 
@@ -224,7 +224,7 @@ def test_the_best_is_worth_no_more_than_its_double_whatever_the_sign(own, double
 def test_scores_below_zero_are_climbed_past_what_failed(settings):
     """Ranks are all that counts to both; the worst that did not fail beats what did."""
 
-    def below(population):
+    def below(population, generation=0):
         score = hill(population) - 1000.0
         score[::3] = np.nan
         return score
@@ -246,7 +246,7 @@ def test_steps_along_the_derivative_stay_within_the_bounds():
         jacobian = -1.0 - np.random.default_rng(1).random((50, 2 + 5 + 4 * 49))
         return Linear(np.linspace(1.0, 2.0, 50), jacobian * 1e-4)
 
-    def watched(population):
+    def watched(population, generation=0):
         seen.append(population)
         return hill(population)
 

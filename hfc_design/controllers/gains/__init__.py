@@ -54,6 +54,11 @@ class GainsSettings(ControllerSettings):
                 raise ValueError(f"ranges.{name}: unknown; there is {', '.join(own)}")
         return self
 
+    @property
+    def staged(self) -> bool:
+        """Yes: one stage, all gains."""
+        return True
+
     def searched(self) -> Ranges:
         """The ranges to search, a NamedTuple of the kind's."""
         return self.own_ranges._replace(**self.ranges)

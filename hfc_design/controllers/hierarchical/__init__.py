@@ -8,6 +8,7 @@ from hfc_design.controllers.hierarchical.record import (
     layout_of,
 )
 from hfc_design.controllers.hierarchical.rules import EXPLAIN, RULES, reads
+from hfc_design.controllers.hierarchical.units import units_that_matter
 from hfc_design.controllers.kind import Kind, later
 
 KIND = Kind(
@@ -18,11 +19,13 @@ KIND = Kind(
     gains=HierarchicalDesign.gains,
     law=lambda record, limit: hierarchical(layout_of(record), record.sample_time_s, limit),
     genome=later("hfc_design.controllers.hierarchical.linear_genome", "genome_of"),
+    units=units_that_matter,
     reads=reads,
     rules=RULES,
     explain=EXPLAIN,
     c=C,
     st=ST,
     lookup=tabulated,
+    open_loop=later("hfc_design.controllers.hierarchical.loop", "open_loop"),
     sections=later("hfc_design.controllers.hierarchical.section", "sections"),
 )

@@ -15,6 +15,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layou
 from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
 from hfc_design.controllers.kind import Template
+from hfc_design.controllers.linear import code as linear
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import ARRAYS, Floats, Json
 
@@ -25,9 +26,12 @@ def _c(record: HierarchicalDesign) -> Json:
     adaptation = record.adaptation
     scales = {item.name: item.scale for item in record.inputs}
     places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
-    return {
+    part = record.linear_part
+    return (linear.c_values(part) if part else {}) | {
         "exponential": True,
-        "in_place": adaptation is not None,
+        # Where a linear part remembers too, all of it together tells whether the command is finite.
+        "in_place": adaptation is not None and part is None,
+        "linear": part is not None,
         "lookup": None,
         "pd": record.pd,
         "inputs": [
@@ -59,10 +63,16 @@ def _st(record: HierarchicalDesign) -> Json:
     gains = {"kp": record.pd.kp, "kd": record.pd.kd, "output_scale": record.output_scale}
     own = units(record)
     units_named = {unit.name for unit in own}
-    return {
-        "constants": gains | scales | terms,
-        "remembered": [name for name in names if name.startswith(PREVIOUS)],
-        "within": ["distance", *(f"scaled_{n}" for n in names)],
+    previous = [name for name in names if name.startswith(PREVIOUS)]
+    part: Json = {"constants": {}, "remembered": [], "within": []}
+    if record.linear_part:
+        part = linear.st_values(record.linear_part)
+    return part | {
+        "constants": part["constants"] | gains | scales | terms,
+        "previous": previous,
+        "remembered": [*previous, *part["remembered"]],
+        "within": ["distance", *(f"scaled_{n}" for n in names), *part["within"]],
+        "linear": record.linear_part is not None,
         "units": own,
         "inputs": names,
         "leaves_out": record.adaptation is not None,
@@ -70,8 +80,8 @@ def _st(record: HierarchicalDesign) -> Json:
     }
 
 
-C = Template((HERE, *ADAPTATION), _c)
-ST = Template((HERE,), _st)
+C = Template((HERE, *ADAPTATION, *linear.PLACES), _c)
+ST = Template((HERE, *linear.PLACES), _st)
 
 
 class Lookup(NamedTuple):

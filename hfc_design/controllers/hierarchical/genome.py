@@ -129,7 +129,7 @@ class HierarchicalGenome(Genome):
         sources = self.names + [f"unit-{unit.heap_id}" for unit in tree]
         kp, kd = individual.gains[0].tolist()
         scales = zip(self.names, individual.scales[0].tolist(), strict=True)
-        return self.settings.model_dump() | {
+        return self.settings.model_dump(exclude={"schedules"}) | {
             "pd": {"kp": kp, "kd": kd},
             "inputs": [{"name": name, "scale": scale} for name, scale in scales],
             "units": [

@@ -7,7 +7,7 @@ of five. ``xp`` as in ``core.numbers``. Never imports JAX.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.hierarchical import root as root_unit
@@ -68,6 +68,8 @@ class Layout(NamedTuple):
     terms: tuple[Term, ...] = LIN_LEE_TERMS
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
     fed_back: tuple[str, ...] | None = None  # signals of the linear part; None: a PD alone
+    #: Signals of the law that the root scales; None: it scales nothing but ``output_scale``.
+    scheduled: tuple[str, ...] | None = None
 
     @property
     def remembered(self) -> tuple[str, ...]:
@@ -85,6 +87,7 @@ class HierarchicalGains(NamedTuple):
     sources: Sources  # (units,) column and row source, see ``tree.Tree``
     consequents: Sequence[RuleTable] | Floats  # (units, 7, 7) singletons [unit][row][column]
     linear: LinearGains | None = None  # instead of the PD alone, with its kp and kd
+    scheduled: LinearGains | None = None  # what the root scales
 
 
 class HierarchicalMemory(NamedTuple):
@@ -116,6 +119,7 @@ class HierarchyParts(NamedTuple):
     derivative: Scalar
     fuzzy: Scalar  # the root's output, scaled
     linear: Parts | None = None  # what the linear part is made of, the first two among it
+    scheduled: Parts | None = None  # what the root scales
 
 
 def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
@@ -188,10 +192,20 @@ def sample(
     assert memory.linear is not None
     base = law._replace(structure=layout.fed_back, limit=None)
     linear, after, own = linear_sample(xp, base, gains.linear, memory.linear, signals)
-    command = linear + fuzzy
-    integral = held(xp, law.limit, command, memory.linear.integral, after.integral)
+    if layout.scheduled is None:
+        bent, more, scheduled = fuzzy, 0.0, None
+    else:  # k_6 of LL eq. 6 is a linear law itself: the hierarchy goes from one law to another
+        law_of_root = base._replace(structure=layout.scheduled)
+        before = memory.linear._replace(integral=0.0 * linear)
+        own_gains: Any = gains.scheduled
+        scaled_law, _, scheduled = linear_sample(xp, law_of_root, own_gains, before, signals)
+        bent = fuzzy * scaled_law
+        more = fuzzy * own_gains.ki * law.sample_time * signals["error"]
+    command = linear + bent
+    integral = held(xp, law.limit, command, memory.linear.integral, after.integral + more)
     after = after._replace(integral=integral)
-    whole = HierarchyParts(readings, scaled, units, own.proportional, own.derivative, fuzzy, own)
+    shares = (own.proportional, own.derivative, bent, own, scheduled)
+    whole = HierarchyParts(readings, scaled, units, *shares)
     return command, HierarchicalMemory(remembered, root, after), whole
 
 

@@ -18,19 +18,20 @@ from hfc_design.controllers.kind import Target
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.lq_genome import LqGenome
 from hfc_design.core.numbers import ARRAYS, Floats, Integers, Json
+from hfc_design.core.records import UserError
 
 #: First standard deviations of free gains (of their logarithms), and of everything.
 FREE, EVERYTHING = 0.15, 0.02
 #: A gain may become so many times larger or smaller in a stage (its logarithm).
 FAR = 4.0
-FORWARD = ("velocity", "acceleration", "coulomb", "width")
+FORWARD = ("velocity", "acceleration", "coulomb", "width", "load")
 
 
 class LinearHierarchies(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
     tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
-    linear: Floats  # (n, 1 + signals + 4) ki, gains on signals, what is fed forward
+    linear: Floats  # (n, 1 + signals + forward) ki, gains on signals, what is fed forward
     fuzzy: Hierarchies  # kp and kd among them
 
 
@@ -43,7 +44,13 @@ class LinearHierarchyGenome(Genome):
         super().__init__(settings, target)
         assert settings.linear is not None
         self.fuzzy = HierarchicalGenome(settings, target)
-        self.regulator = LqGenome(settings.linear, target)
+        try:
+            self.regulator = LqGenome(settings.linear, target)
+        except UserError as error:
+            raise UserError(str(error).replace("controller.", "controller.linear.", 1)) from None
+        #: What is fed forward; of a load only one that is expected.
+        self.expected_load = settings.linear.expected_load
+        self.forward = FORWARD if self.expected_load else FORWARD[:-1]
         self.structures = self.fuzzy.structures
         self.idle = _idle(settings)
 
@@ -70,11 +77,15 @@ class LinearHierarchyGenome(Genome):
     def blended(
         self, one: LinearHierarchies, other: LinearHierarchies, share: Floats
     ) -> LinearHierarchies:
-        """Gains on a straight line."""
-        linear = one.linear + share[:, None] * (other.linear - one.linear)
-        return LinearHierarchies(
-            one.tree, linear, self.fuzzy.blended(one.fuzzy, other.fuzzy, share)
-        )
+        """Gains on a straight line: some have another sign."""
+
+        def mixed(a: Floats, b: Floats) -> Floats:
+            return np.asarray(a + share[:, None] * (b - a))
+
+        with np.errstate(all="ignore"):  # of kp and kd by their logarithm, which are not taken
+            fuzzy = self.fuzzy.blended(one.fuzzy, other.fuzzy, share)
+        fuzzy = fuzzy._replace(gains=mixed(one.fuzzy.gains, other.fuzzy.gains))
+        return LinearHierarchies(one.tree, mixed(one.linear, other.linear), fuzzy)
 
     def nudged(self, population: LinearHierarchies, rng: np.random.Generator) -> LinearHierarchies:
         """Other kp and kd by a millionth."""
@@ -87,10 +98,10 @@ class LinearHierarchyGenome(Genome):
         around = about
 
         def free(points: Floats, tree: Integers) -> LinearHierarchies:
-            return self._moved(around, tree, points, None)
+            return self.moved(around, tree, points, None)
 
         def everything(points: Floats, tree: Integers) -> LinearHierarchies:
-            return self._moved(around, tree, points, points[:, 2 + around.linear.shape[1] :])
+            return self.moved(around, tree, points, points[:, 2 + around.linear.shape[1] :])
 
         gains = np.zeros(2 + about.linear.shape[1])
         if number == 1:
@@ -102,16 +113,16 @@ class LinearHierarchyGenome(Genome):
         """The population as ``simulate`` wants it."""
         found = self.fuzzy.gains(population.fuzzy)
         columns = population.linear.T
-        signals, one = columns[1 : -len(FORWARD)], np.ones(len(population.tree))
-        forward = dict(zip(FORWARD, columns[-len(FORWARD) :], strict=True))
+        ahead = len(self.forward)
+        signals, nothing = columns[1:-ahead], np.zeros(len(population.tree))
+        forward = dict(zip(self.forward, columns[-ahead:], strict=True))
         own = LinearGains(
             kp=found.kp,
             ki=columns[0],
             kd=found.kd,
-            kept=0.0 * one,
+            kept=nothing,
             signals=signals if len(signals) else None,
-            load=0.0 * one,
-            **forward,
+            **{"load": nothing, **forward},
         )
         return found._replace(linear=own)
 
@@ -122,12 +133,15 @@ class LinearHierarchyGenome(Genome):
     def record(self, individual: LinearHierarchies) -> Json:
         """Kind ``pd+hierarchical-fuzzy`` with its linear part, without its sample time."""
         ki, *gains = individual.linear[0].tolist()
-        velocity, acceleration, coulomb, width = gains[-len(FORWARD) :]
-        forward = {"velocity": velocity, "acceleration": acceleration, "coulomb": coulomb}
+        ahead = dict(zip(self.forward, gains[-len(self.forward) :], strict=True))
+        forward = {"coulomb_width": ahead.pop("width"), **ahead}
+        if self.expected_load:
+            forward |= {"load": ahead["load"] / self.expected_load}
+            forward |= {"expected_load": self.expected_load}
         linear = {
             "ki": ki,
-            "signals": dict(zip(self.regulator.signals, gains[: -len(FORWARD)], strict=True)),
-            "feed_forward": forward | {"coulomb_width": width},
+            "signals": dict(zip(self.regulator.signals, gains[: -len(self.forward)], strict=True)),
+            "feed_forward": forward,
         }
         return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
 
@@ -140,7 +154,7 @@ class LinearHierarchyGenome(Genome):
             )
         )
         signals = [] if own.signals is None else [*own.signals]
-        columns = [own.ki, *signals, *(getattr(own, name) for name in FORWARD)]
+        columns = [own.ki, *signals, *(getattr(own, name) for name in self.forward)]
         fuzzy = Hierarchies(
             tree,
             np.stack([own.kp, own.kd], axis=1),
@@ -149,7 +163,7 @@ class LinearHierarchyGenome(Genome):
         )
         return LinearHierarchies(tree, np.stack(columns, axis=1), fuzzy)
 
-    def _moved(
+    def moved(
         self, about: LinearHierarchies, tree: Integers, gains: Floats, further: Floats | None
     ) -> LinearHierarchies:
         """``about`` with factors exp(``gains``) and, if given, other scales and tables."""
@@ -166,13 +180,16 @@ class LinearHierarchyGenome(Genome):
         return LinearHierarchies(tree, about.linear[:1] * factors[:, 2:], fuzzy)
 
 
+def passing(settings: HierarchicalSettings) -> Floats:
+    """(7,) consequents of which a unit makes the value that it reads, as nearly as seven can."""
+    u = np.linspace(-1.0, 1.0, 401)
+    shares = np.array(memberships(ARRAYS, layout_of(settings).terms, u))
+    return np.asarray(np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0])
+
+
 def _idle(settings: HierarchicalSettings) -> Floats:
     """(units, 7, 7) tables whose inner units pass on the mean of their inputs, the root nothing."""
-    terms = layout_of(settings).terms
-    u = np.linspace(-1.0, 1.0, 401)
-    shares = np.array(memberships(ARRAYS, terms, u))
-    # Levels of which a unit makes the value itself of a value, as nearly as seven can.
-    levels = np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0]
+    levels = passing(settings)
     inner = 0.5 * levels + 0.5 * levels[:, None]
     units = len(settings.inputs) - 1
     return np.stack([*([inner] * (units - 1)), np.zeros_like(inner)])
@@ -182,4 +199,8 @@ def genome_of(settings: HierarchicalSettings, target: Target) -> Genome:
     """Of a hierarchy beside a PD alone, or on a linear part."""
     if settings.linear is None:
         return HierarchicalGenome(settings, target)
+    if settings.schedules:
+        from hfc_design.controllers.hierarchical.scheduled_genome import ScheduledGenome
+
+        return ScheduledGenome(settings, target)
     return LinearHierarchyGenome(settings, target)

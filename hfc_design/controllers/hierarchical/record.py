@@ -20,8 +20,12 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
-from hfc_design.controllers.linear.law import LinearGains
-from hfc_design.controllers.linear.record import FeedForwardRecord, LinearDesign, LqiSettings
+from hfc_design.controllers.linear.record import (
+    FeedForwardRecord,
+    LinearDesign,
+    LqiSettings,
+    with_own_signals,
+)
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 
 
@@ -38,6 +42,15 @@ class LinearRecord(Record):
     ki: Finite = 0.0  # [command per unit of the error and s]
     signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
     feed_forward: FeedForwardRecord = FeedForwardRecord()
+
+    _signals_fit = model_validator(mode="after")(with_own_signals)
+
+
+class ScheduledRecord(LinearRecord):
+    """A linear law that the root's output scales, instead of one number."""
+
+    kp: Finite = 0.0
+    kd: Finite = 0.0
 
 
 class LinearPart(LqiSettings):
@@ -94,12 +107,19 @@ class HierarchicalDesign(ControllerRecord):
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
     pd: PdRecord
     linear: LinearRecord | None = Field(None, exclude_if=not_)  # beside kp and kd
+    scheduled: ScheduledRecord | None = Field(None, exclude_if=not_)  # times the root's output
     inputs: Inputs
     output_scale: Positive
     terms: Terms
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
     #: Of the root; None: its table stays.
     adaptation: Adaptation | None = Field(None, exclude_if=not_)
+
+    @model_validator(mode="after")
+    def _schedules_beside_a_linear_part(self) -> "HierarchicalDesign":
+        if self.scheduled and not self.linear:
+            raise ValueError("scheduled: needs a linear part beside it, whose integral it shares")
+        return self
 
     @model_validator(mode="after")
     def _is_a_tree(self) -> "HierarchicalDesign":
@@ -138,14 +158,25 @@ class HierarchicalDesign(ControllerRecord):
             tuple(item.scale for item in self.inputs),
             tuple(self.sources()),
             tuple(unit.consequents for unit in self.units),
-            self._linear_gains(),
+            part.gains() if (part := self.linear_part) else None,
+            part.gains() if (part := self.scheduled_part) else None,
         )
 
-    def _linear_gains(self) -> LinearGains | None:
+    @property
+    def linear_part(self) -> LinearDesign | None:
+        """The part beside the hierarchy as a linear controller; None: it is a PD alone."""
         if (own := self.linear) is None:
             return None
         data = own.model_dump() | self.pd.model_dump() | {"sample_time_s": self.sample_time_s}
-        return LinearDesign(kind="linear", **data).gains()
+        return LinearDesign(kind="linear part", **data)
+
+    @property
+    def scheduled_part(self) -> LinearDesign | None:
+        """What the root's output scales as a linear controller; None: ``output_scale`` alone."""
+        if (own := self.scheduled) is None:
+            return None
+        data = own.model_dump() | {"sample_time_s": self.sample_time_s}
+        return LinearDesign(kind="scheduled part", **data)
 
 
 class HierarchicalSettings(ControllerSettings):
@@ -157,8 +188,14 @@ class HierarchicalSettings(ControllerSettings):
     terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
     adaptation: Adaptation | None = None  # of the root; None: its table stays
     linear: LinearPart | None = Field(None, exclude_if=not_)  # None: a PD alone
+    schedules: bool = Field(False, exclude_if=not_)  # whether the root scales a linear law
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
+
+    @property
+    def staged(self) -> bool:
+        """Where there is a linear part: first it, then its gains, then all."""
+        return self.linear is not None
 
     def fault(self, target: Target) -> str | None:
         """An input that is no signal of every axis, or one that stands there twice."""
@@ -183,7 +220,9 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     names = tuple(item.name for item in described.inputs)
     terms = tuple(Term(**term.model_dump()) for term in described.terms)
     fed_back = tuple(described.linear.signals or ()) if described.linear else None
-    return Layout(names, described.output_scale, terms, described.adaptation, fed_back)
+    scheduled = getattr(described, "scheduled", None)
+    signals = tuple(scheduled.signals) if scheduled else None
+    return Layout(names, described.output_scale, terms, described.adaptation, fed_back, signals)
 
 
 class Bounds(NamedTuple):

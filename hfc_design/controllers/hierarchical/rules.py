@@ -9,6 +9,9 @@ from hfc_design.controllers.hierarchical.law import (
 )
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
+from hfc_design.controllers.linear.code import about as linear_about
+from hfc_design.controllers.linear.code import shares as linear_shares
+from hfc_design.controllers.linear.code import steps as linear_steps
 from hfc_design.controllers.linear.law import AHEAD, ERRORS
 from hfc_design.controllers.rules import (
     FlatGaussian,
@@ -52,6 +55,10 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
         "the units of manifest.csv in its order; each reads inputs or earlier units",
         f"command = kp * error + kd * error_rate + output_scale * {root}",
     ]
+    part = record.linear_part
+    if part is not None:
+        steps[-1] += " + integral + linear"
+        steps[2:2] = linear_steps(part)
     if record.adaptation is not None:
         steps.append(f"the adaptation of {root} is not here: its table is the one to start from")
     return {
@@ -61,6 +68,7 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
         "output_scale": record.output_scale,
         "kp": record.pd.kp,
         "kd": record.pd.kd,
+        **({"linear": linear_about(part, signal_units)} if part else {}),
     }
 
 
@@ -80,6 +88,8 @@ def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
 def notes(record: HierarchicalDesign) -> list[str]:
     """Units of the signals, and what a rule table does not hold."""
     found = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
+    if record.linear is not None:
+        found.append("integral, gains on signals and feed-forward are not here: they are added")
     if record.adaptation is not None:
         found.append("the root's table is the one that its adaptation starts from")
     return found
@@ -128,7 +138,10 @@ def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
         column = side(unit.column_input, firing.column, labels, firing.in_column)
         row = side(unit.row_input, firing.row, labels, firing.in_row)
         units.append(fired(f"unit-{unit.id}", column, row, firing.table, firing.output))
-    shares = {key: float(getattr(parts, key)) for key in ("proportional", "derivative", "fuzzy")}
+    shares = {key: float(getattr(parts, key)) for key in ("proportional", "derivative")}
+    if (part := record.linear_part) and parts.linear:
+        shares = linear_shares(part, parts.linear)
+    shares["fuzzy"] = float(parts.fuzzy)
     return {"inputs": found, "units": units, "output_scale": record.output_scale, "parts": shares}
 
 

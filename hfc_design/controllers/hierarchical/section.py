@@ -6,9 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.hierarchical.law import PREVIOUS
+from hfc_design.controllers.hierarchical.loop import open_loop
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.linear import section as linear
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Drawing, Listing, Section, heat_map
 from plants import Drive
 
@@ -31,7 +34,10 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
         )
         for figure, unit in zip(rule_tables(record), units, strict=True)
     ]
-    return [Section("The controller", "", _parameters(record, shown.units), [tree, *tables])]
+    found = [Section("The controller", "", _parameters(record, shown.units), [tree, *tables])]
+    if record.linear is not None:
+        found.append(linear.loop_section(record, shown, open_loop))
+    return found
 
 
 def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listing:
@@ -41,6 +47,8 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
         ("proportional gain", controller.pd.kp, f"{command}/{error}"),
         ("derivative gain", controller.pd.kd, f"{command} s/{error}"),
     ]
+    if part := controller.linear_part:
+        rows = linear.rows(part, units)
     for item in controller.inputs:
         unit = f"per {input_unit(units, item.name)}"
         rows.append((f"scale of {readable(item.name)}", item.scale, unit))
@@ -49,10 +57,15 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
         rows.append(("adaptation of the root: step", adaptation.k_c, "a sample"))
         rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
     return Listing(
-        "Gains of the PD part, scales of the inputs of the hierarchy and of its output.",
+        f"Gains of the {_part(controller)} part, scales of the inputs of the hierarchy and of its "
+        "output.",
         ["parameter", "value", "unit"],
         [[name, f"{value:.6g}", unit] for name, value, unit in rows],
     )
+
+
+def _part(controller: HierarchicalDesign) -> str:
+    return "PD" if controller.linear is None else "linear"
 
 
 def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
@@ -89,7 +102,7 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     axes.text(
         x + 0.06, y + 0.42, f"× {controller.output_scale:g} {drive.units['command']}", fontsize=10
     )
-    _box(axes, x, y + 1, f"{drive.command_name} = PD part + hierarchy")
+    _box(axes, x, y + 1, f"{drive.command_name} = {_part(controller)} part + hierarchy")
     axes.set(xlim=(0, len(leaves)), ylim=(-deepest - 1.0, 1.4))
     axes.set_axis_off()
     figure.set_size_inches(WIDTH, 0.75 * (deepest + 2.4))
@@ -139,4 +152,4 @@ def readable(source: str) -> str:
 
 def input_unit(units: dict[str, str], name: str) -> str:
     """Unit of an input of the hierarchy before it is scaled."""
-    return units.get(name.removeprefix(PREVIOUS), "1")
+    return units_of(units).get(name.removeprefix(PREVIOUS), "1")

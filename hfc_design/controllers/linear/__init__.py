@@ -4,11 +4,11 @@ All have one law. Of ``pid+ff`` every gain is searched; of ``lqr`` and ``lqi`` w
 gains follow from them and from the linearised drive.
 """
 
-from pathlib import Path
 from typing import Any
 
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.kind import Explain, Kind, Template, later
+from hfc_design.controllers.linear.code import PLACES, c_values, shares, st_values
 from hfc_design.controllers.linear.law import (
     LinearMemory,
     Parts,
@@ -24,11 +24,9 @@ from hfc_design.controllers.linear.record import (
     PidDesign,
     PidSettings,
 )
-from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 
 GENOMES = {"pid_genome": "PidGenome", "lq_genome": "LqGenome"}
-HERE = (Path(__file__).parent / "templates",)
 
 
 def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
@@ -36,47 +34,12 @@ def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
     return AxisLaw(sample, initial_memory, record.sample_time_s, limit, names)
 
 
-def _c(record: LinearDesign) -> Json:
-    fed_back = {identifier(name): gain for name, gain in record.signals.items()}
-    return {"gains": record.gains(), "kept": record.kept, "fed_back": fed_back, "integrates": True}
-
-
-def _st(record: LinearDesign) -> Json:
-    own, gains = _c(record), record.gains()
-    ahead = {
-        f"ahead_{k}": getattr(gains, k) for k in ("velocity", "acceleration", "coulomb", "load")
-    }
-    constants = {
-        "kp": gains.kp,
-        "ki": gains.ki,
-        "kd": gains.kd,
-        **{f"gain_{name}": gain for name, gain in own["fed_back"].items()},
-        **ahead,
-        "coulomb_width": gains.width,
-        "filter_kept": gains.kept,
-        "filter_taken": 1.0 - gains.kept,
-        "sample_time": record.sample_time_s,
-    }
-    return {
-        "constants": constants,
-        "remembered": ["error_integral", "error_rate_filtered"],
-        "within": ["new_rate", "direction", "new_integral"],
-        "fed_back": own["fed_back"],
-    }
-
-
 def _remember(memory: LinearMemory, readings: dict[str, float]) -> LinearMemory:
     return memory  # nothing of it is a reading
 
 
 def _shown(record: LinearDesign, parts: Parts) -> Json:
-    """Shares of the command; there are no units with rules."""
-    shares = {"proportional": parts.proportional, "integral": parts.integral}
-    shares["derivative"] = parts.derivative
-    shares |= dict(zip(record.signals, parts.signals, strict=True))
-    ahead = ("velocity", "acceleration", "coulomb", "load")
-    shares |= {f"feed-forward of {name}": getattr(parts, name) for name in ahead}
-    return {"units": [], "parts": {name: float(value) for name, value in shares.items()}}
+    return {"units": [], "parts": shares(record, parts)}
 
 
 def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, genome: str) -> Kind:
@@ -91,8 +54,8 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         genome=later(f"{here}.{genome}", GENOMES[genome]),
         reads=LinearDesign.reads,
         of_gains=dict,
-        c=Template(HERE, _c),
-        st=Template(HERE, _st),
+        c=Template(PLACES, c_values),
+        st=Template(PLACES, st_values),
         explain=Explain(lambda record: (record.reads(), []), _remember, _shown),
         open_loop=later(f"{here}.model", "open_loop"),
         sections=later(f"{here}.section", "sections"),

@@ -58,12 +58,20 @@ def open_loop(record: LinearDesign, drive: Drive, parameters: Parameters) -> Ope
     Raises:
         UserError: the drive cannot be linearised, or does not tell a signal.
     """
-    every = record.sample_time_s
-    model = nominal(drive, parameters, every)
+    return loop_of(record, nominal(drive, parameters, record.sample_time_s), drive)
+
+
+def loop_of(record: LinearDesign, model: Nominal, drive: Drive, key: str = "signals") -> OpenLoop:
+    """The loop of a design with a ``model`` of its drive.
+
+    Raises:
+        UserError: the drive does not tell a signal of those that the file has under ``key``.
+    """
     for name in record.signals:
         if name not in model.outputs:
-            raise UserError(f"controller.signals: {name!r} is no signal of the {drive.name}")
-    return _loop(model, record.gains(), every, 1.0, tuple(record.signals))
+            raise UserError(f"controller.{key}: {name!r} is no signal of the {drive.name}")
+    names = tuple(record.signals)
+    return _loop(model, record.gains(), record.sample_time_s, 1.0, names)
 
 
 def _loop(

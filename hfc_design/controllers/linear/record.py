@@ -1,7 +1,7 @@
 """Linear controllers in a design file and in a scenario. Never imports JAX."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import model_validator
 
@@ -34,6 +34,14 @@ class FeedForwardRecord(Record):
         return self
 
 
+def with_own_signals(described: Any) -> Any:
+    """Refuses gains on signals that have a key of their own."""
+    for name in (*ERRORS, *FOLLOWED):
+        if name in described.signals:
+            raise ValueError(f"signals.{name}: has a gain of its own name above")
+    return described
+
+
 class LinearDesign(ControllerRecord):
     """What the linear kinds have in common; every gain in units of the command."""
 
@@ -44,12 +52,7 @@ class LinearDesign(ControllerRecord):
     signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
     feed_forward: FeedForwardRecord = FeedForwardRecord()
 
-    @model_validator(mode="after")
-    def _signals_fit(self) -> "LinearDesign":
-        for name in (*ERRORS, *FOLLOWED):
-            if name in self.signals:
-                raise ValueError(f"signals.{name}: has a gain of its own name above")
-        return self
+    _signals_fit = model_validator(mode="after")(with_own_signals)
 
     def reads(self) -> list[str]:
         """Signals of a sample."""
@@ -114,6 +117,11 @@ class LinearSettings(ControllerSettings):
     coulomb_width: Positive | None = None  # [unit/s]; None: it is searched too
     expected_load: Finite = 0.0  # [unit of the load]
 
+    @property
+    def staged(self) -> bool:
+        """Yes: one stage, all that is searched."""
+        return True
+
     def names(self, told: list[str]) -> list[str]:
         """Everything that may be varied on a drive that tells these signals."""
         return [*told, *FORWARD, "coulomb_width"]
@@ -160,7 +168,8 @@ class WeightedSettings(LinearSettings):
         """Also a tolerance of what there is not, or without a largest command."""
         if found := super().fault(target):
             return found
-        drive, known = target.machine.drives[0], self.names(target.machine.drives[0].inputs)
+        drive = target.machine.drives[0]
+        known = self.names([name for name in drive.inputs if name not in ERRORS])
         for name in self.tolerances:
             if name not in known or name in (*FORWARD, "coulomb_width"):
                 own = ", ".join(x for x in known if x not in (*FORWARD, "coulomb_width"))

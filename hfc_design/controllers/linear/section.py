@@ -1,42 +1,54 @@
 """What the page shows of a linear controller: its gains with units, the margins of its loop."""
 
+from collections.abc import Callable
+
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.kind import ControllerRecord, Shown
 from hfc_design.controllers.linear.model import open_loop
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import Drawing, Listing, Section
 from hfc_design.stability import loop_report
-from hfc_design.stability.margins import margins
+from hfc_design.stability.margins import OpenLoop, margins
 
 CAPTION = "Gains of the kind {}: command = sum of gain \u00d7 signal."
 
 
 def sections(record: LinearDesign, shown: Shown) -> list[Section]:
     """The gains; the loop near the speed at which the drive slides."""
-    found = [Section("The controller", "", _gains(record, shown.units), [])]
+    gains = Section("The controller", "", _gains(record, shown.units), [])
+    return [gains, loop_section(record, shown, open_loop)]
+
+
+def loop_section(
+    record: ControllerRecord, shown: Shown, loop_of: Callable[..., OpenLoop | None]
+) -> Section:
+    """Margins and response of the loop of every axis."""
     axes, every = shown.machine.axes, record.sample_time_s
     each = zip(axes, shown.machine.drives, shown.parameters, strict=True)
     try:
-        loops = {
-            axis if len(axes) > 1 else "": open_loop(record, drive, own)
-            for axis, drive, own in each
-        }
+        found = {axis if len(axes) > 1 else "": loop_of(record, *own) for axis, *own in each}
     except UserError as error:
-        return [*found, Section("The linear loop", f"{error}.", None, [])]
+        return Section("The linear loop", f"{error}.", None, [])
+    loops = {axis: loop for axis, loop in found.items() if loop}
     told = [loop_report.rows(margins(loop), every) for loop in loops.values()]
     rows = [[own[0][0], *(text for _, text in own)] for own in zip(*told, strict=True)]
-    listing = Listing(loop_report.ABOUT, ["", *(axis or "value" for axis in loops)], rows)
+    listing = Listing(loop_report.about(loops), ["", *(axis or "value" for axis in loops)], rows)
     drawing = Drawing(
         loop_report.loop_figure(loops, every),
         "Magnitude and phase of the open loop",
         "The open loop from the command back to the command. It is stable up to the factor and the "
         "delay of the table.",
     )
-    return [*found, Section("The linear loop", "", listing, [drawing])]
+    return Section("The linear loop", "", listing, [drawing])
 
 
 def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:
+    told = [[name, f"{x:.6g}", unit] for name, x, unit in rows(record, units)]
+    return Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)
+
+
+def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, str]]:
     """Name, value and unit of every gain."""
     units = units_of(units)
     command, rate, ahead = units["command"], units["error_rate"], record.feed_forward
@@ -46,15 +58,15 @@ def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:
         unit = units.get(name, "1")
         return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
 
-    rows: list[tuple[str, float | None, str]] = [
+    found: list[tuple[str, float | None, str]] = [
         ("kp, on the error", record.kp, per("error")),
         ("ki, on its integral", record.ki, f"{command}/({units['error']} s)"),
         ("kd, on its rate", record.kd, per("error_rate")),
         ("cut-off of the filter before kd", record.derivative_hz or None, "Hz"),
     ]
     for name, gain in record.signals.items():
-        rows.append((f"on {name.replace('_', ' ')}", gain, per(name)))
-    rows += [
+        found.append((f"on {name.replace('_', ' ')}", gain, per(name)))
+    found += [
         ("feed-forward of the velocity", ahead.velocity, per("reference_rate")),
         ("feed-forward of the acceleration", ahead.acceleration, per("reference_acceleration")),
         ("feed-forward of Coulomb friction", ahead.coulomb, command),
@@ -64,6 +76,5 @@ def _gains(record: LinearDesign, units: dict[str, str]) -> Listing:
     if isinstance(record, WeightedDesign):
         for name, weight in record.weights.items():
             unit = f"{command}/({units['error']} s)" if name == "integral" else per(name)
-            rows.append((f"weight of {name.replace('_', ' ')}", weight, unit))
-    told = [[name, f"{x:.6g}", unit] for name, x, unit in rows if x is not None]
-    return Listing(CAPTION.format(record.kind), ["gain", "value", "unit"], told)
+            found.append((f"weight of {name.replace('_', ' ')}", weight, unit))
+    return [(name, x, unit) for name, x, unit in found if x is not None]

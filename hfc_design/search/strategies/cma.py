@@ -12,9 +12,11 @@ from pydantic import Field
 
 from hfc_design.controllers.genome import Population, Stage, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
+from hfc_design.controllers.kind import ControllerSettings
+from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.search.distribution import Distribution, begun, drawn, learnt
+from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
 from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
@@ -42,7 +44,6 @@ class CmaState(NamedTuple):
     population: Population  # (islands,) the means
     score: Floats  # (islands,) of the means when they were last judged
     about: Population  # (1,) what the stage before ended with, in the first anything
-    stage: int
     islands: Distribution  # each leaf with an axis of islands in front
 
 
@@ -52,6 +53,7 @@ class Asked(NamedTuple):
     population: Population
     points: Floats  # (n, size)
     island: int
+    stage: int
 
 
 class Place(NamedTuple):
@@ -70,28 +72,30 @@ class Cma(NamedTuple):
 
     def start(self, rng: np.random.Generator) -> tuple[CmaState, Asked]:
         """The first stage, about the genome's first individual."""
-        anything = taken(self.task.genome.empty(), slice(1))
-        return self._asked(self._begun(self._place(0), anything, rng), 0, rng)
+        anything, place = taken(self.task.genome.empty(), slice(1)), self._place(0)
+        return self._asked(self._begun(place, anything, rng), place, rng)
 
     def ask(
         self, state: CmaState, generation: int, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
         """Samples of the next island: of another stage, or of fewer, where it is time."""
         place = self._place(generation)
-        if place.stage != state.stage:
+        if place.stage != self._place(generation - 1).stage:
             best = int(np.argmax(state.score))
-            state = self._begun(place, taken(state.population, np.array([best])), rng)
+            good = bool(np.isfinite(state.score[best]))  # else the stage has led nowhere
+            about = taken(state.population, np.array([best])) if good else state.about
+            state = self._begun(place, about, rng)
         elif place.room < len(state.score):
             kept = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
             islands = Distribution(*(leaf[kept] for leaf in state.islands))
             state = state._replace(
                 population=taken(state.population, kept), score=state.score[kept], islands=islands
             )
-        return self._asked(state, place.within % len(state.score), rng)
+        return self._asked(state, place, rng)
 
     def tell(self, state: CmaState, asked: Asked, score: Floats) -> CmaState:
         """The island after its samples have been scored."""
-        k, stage = asked.island, self._stage(state)
+        k, stage = asked.island, self._stage(state, asked.stage)
         before = Distribution(*(leaf[k] for leaf in state.islands))
         after = learnt(before, asked.points[:-1], score[:-1])
         islands = Distribution(
@@ -123,19 +127,21 @@ class Cma(NamedTuple):
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
         tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
         population = stage.members(np.repeat(stage.start[None], place.room, axis=0), tree)
-        return CmaState(population, np.full(place.room, -np.inf), about, place.stage, each)
+        return CmaState(population, np.full(place.room, -np.inf), about, each)
 
-    def _stage(self, state: CmaState) -> Stage:
-        return self.task.genome.stage(state.stage, state.about if state.stage else None)
+    def _stage(self, state: CmaState, number: int) -> Stage:
+        return self.task.genome.stage(number, state.about if number else None)
 
     def _asked(
-        self, state: CmaState, island: int, rng: np.random.Generator
+        self, state: CmaState, place: Place, rng: np.random.Generator
     ) -> tuple[CmaState, Asked]:
+        island = place.within % len(state.score)
         own = Distribution(*(leaf[island] for leaf in state.islands))
         points = drawn(own, self.settings.population - 1, rng)
         points = np.concatenate([points, own.mean[None]])
         tree = np.repeat(state.population.tree[island : island + 1], len(points))
-        return state, Asked(self._stage(state).members(points, tree), points, island)
+        members = self._stage(state, place.stage).members(points, tree)
+        return state, Asked(members, points, island, place.stage)
 
 
 def _heats(islands: int) -> list[int]:
@@ -152,16 +158,29 @@ def _put(leaf: Any, place: int, value: Any) -> Any:
     return leaf
 
 
+def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
+    if controller.staged:
+        return None
+    if "linear" in type(controller).model_fields:
+        return "searches hierarchies on a linear part: add [controller.linear], or use race"
+    return f"does not search controllers of kind {controller.kind}; use race"
+
+
 def _sound(settings: CmaSettings, state: CmaState) -> bool:
-    islands, size = state.islands.mean.shape
-    shapes = [leaf.shape[:1] == (islands,) for leaf in state.islands]
+    mean, step, covariance, path, steady, age = state.islands
+    islands, size = mean.shape
+    finite = (np.isfinite(x).all() for x in (*state.islands, *(x for _, x in flat(state.about))))
     return (
-        all(shapes)
-        and len(state.score) == islands > 0
-        and len(state.about.tree) == 1
-        and state.islands.covariance.shape[1] == size
-        and all(bool(np.isfinite(leaf).all()) for leaf in state.islands)
-        and bool((state.islands.step > 0.0).all())
+        state.population.tree.shape == state.score.shape == (islands,)
+        and 0 < islands <= settings.trees
+        and len(np.unique(state.population.tree)) == islands
+        and state.about.tree.shape == (1,)
+        and step.shape == age.shape == (islands, 1)
+        and mean.shape == path.shape == steady.shape
+        and covariance.shape == (islands, size, size if size <= WHOLE else 1)
+        and bool((state.score < np.inf).all())
+        and all(finite)
+        and bool((step > 0.0).all())
     )
 
 
@@ -171,6 +190,7 @@ STRATEGY = Strategy(
     CmaState,
     Cma,
     "a distribution that follows what is good (CMA-ES), its stages those of the controller",
-    sound=_sound,
+    _fault,
+    _sound,
     forgets=True,
 )

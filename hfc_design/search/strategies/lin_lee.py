@@ -198,8 +198,10 @@ def _genes(bits: Mask, inputs: int) -> Integers:
 
 
 def _fault(settings: LinLeeSettings, controller: ControllerSettings) -> str | None:
-    known = controller.kind == "pd+hierarchical-fuzzy"
-    return None if known else "searches hierarchies; use race"
+    if controller.kind != "pd+hierarchical-fuzzy":
+        return "searches hierarchies; use race"
+    alone = getattr(controller, "linear", None) is None
+    return None if alone else "searches hierarchies beside a PD alone; use cma or race"
 
 
 def _sound(settings: LinLeeSettings, state: LinLeeState) -> bool:

@@ -1,0 +1,138 @@
+"""The trade-off: what ``hfc design --pareto`` asks for, and ``hfc pick``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hfc_design.cli.options import PATH, force, knowing_plugins, output
+
+if TYPE_CHECKING:
+    from hfc_design.files.scenario import Scenario
+    from hfc_design.runs.front import Front
+
+#: The strategy that --pareto means where nothing says which.
+PRESET = "nsga-ii"
+NEAREST_HELP = "The point nearest to these costs, as in chatter='2 V',tracking='20 urad'."
+
+
+def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) -> dict[str, Any]:
+    """The changes of a scenario that ``--pareto names`` means, besides those that are ``told``.
+
+    Population and generations of a scenario are meant for its own strategy; another one has its
+    own unless they are told.
+
+    Raises:
+        UserError: the strategy that is told of, or the objectives, cannot be.
+    """
+    from hfc_design.core.records import UserError
+    from hfc_design.files.scenario import load_scenario
+    from hfc_design.objectives.traded import check_names
+    from hfc_design.search.loop import STRATEGIES
+
+    each = [name.strip() for name in names.split(",") if name.strip()]
+    try:
+        check_names(each)
+    except ValueError as error:
+        raise UserError(f"--pareto {names}: {error}") from None
+    own = load_scenario(scenario, others).search.preset
+    preset = told.get("search.preset")
+    if any(change.startswith("search.preset=") for change in others):
+        preset = own
+    strategies = {name: STRATEGIES.get(name) for name in STRATEGIES.names()}
+    trade = [name for name, one in strategies.items() if one.trades is not None]
+    if preset is None:
+        preset = own if own in trade else PRESET
+    if preset in strategies and preset not in trade:
+        raise UserError(
+            f"--pareto {names}: search strategy {preset} finds one design and no front; "
+            f"{', '.join(trade)} does"
+        )
+    if preset != own:
+        fields = STRATEGIES.get(preset).settings.model_fields
+        for key in ("population", "generations"):
+            if not any(change.startswith(f"search.{key}=") for change in others):
+                told.setdefault(f"search.{key}", fields[key].default)
+    return told | {"search.preset": preset, "search.objectives": str(each)}
+
+
+def show_front(front: "Front") -> None:
+    """Some points of a front on stdout."""
+    from hfc_design.core.console import plain_table, terminal
+    from hfc_design.report.trade_off import EMPTY, table
+
+    if not len(front.merit):
+        click.echo(EMPTY)
+        return
+    head, rows = table(front)
+    shown = plain_table(
+        title=f"trade-off: {len(rows)} of the {len(front.merit)} points of front.csv",
+        title_style="",
+    )
+    for name in head:
+        shown.add_column(name, justify="right" if name else "left", no_wrap=True)
+    for row in rows:
+        shown.add_row(*row)
+    terminal().print(shown)
+
+
+@click.command()
+@click.argument("run", type=PATH)
+@click.option("--point", type=int, help="The point of this number in front.csv.")
+@click.option("--nearest", metavar="NAME=NUMBER,...", help=NEAREST_HELP)
+@click.option("--knee", is_flag=True, help="The point where the front bends most.")
+@output("--out", help="Design file to write.")
+@force
+@knowing_plugins
+def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Path | None) -> None:
+    """Make a design file of a point of the front of RUN, of hfc design --pareto.
+
+    Without a choice it shows the front.
+    """
+    from hfc_design.cli.shown import show_table
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.records import UserError
+    from hfc_design.files.design import design_json
+    from hfc_design.runs.run import finished_run, front_needed, picked
+
+    choices = (point is not None) + (nearest is not None) + knee
+    if choices > 1:
+        raise UserError("hfc pick takes one of --point, --nearest and --knee")
+    if not choices and out is not None:
+        raise UserError(f"--out {out}: needs --point, --nearest or --knee")
+    scenario, result = finished_run(run)
+    front = front_needed(run, result)
+    if not choices:
+        show_front(front)
+        return
+    if out is None:
+        raise UserError("hfc pick needs --out FILE for the design")
+    chosen = _chosen(front, scenario, point, nearest)
+    design, evaluation = picked(scenario, result, chosen)
+    write_whole(out, (design_json(design) + "\n").encode())
+    show_table(scenario, {f"point {chosen + 1}": evaluation})
+    click.echo(f"design {out}")
+
+
+def _chosen(front: "Front", scenario: "Scenario", point: int | None, told: str | None) -> int:
+    """The point that is meant, counted from 0; without a number or costs the knee."""
+    from hfc_design.core.records import UserError
+    from hfc_design.runs.front import nearest
+
+    size = len(front.merit)
+    if point is not None:
+        if not 1 <= point <= size:
+            raise UserError(f"--point {point}: there are points 1 to {size}")
+        return point - 1
+    if told is None:
+        return front.knee
+    wanted: dict[str, float | str] = {}
+    for pair in told.split(","):
+        name, equals, text = pair.partition("=")
+        if not equals or not text.strip():
+            raise UserError(f"--nearest {told}: has to be NAME=NUMBER,... as in chatter=2")
+        try:
+            wanted[name.strip()] = float(text)
+        except ValueError:
+            wanted[name.strip()] = text.strip().strip("'\"")
+    return nearest(front, wanted, scenario)

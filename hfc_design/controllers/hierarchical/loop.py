@@ -1,0 +1,79 @@
+"""The loop of a hierarchy on a linear part: that part, and the slopes of the tables."""
+
+from functools import partial
+
+import numpy as np
+
+from hfc_design.controllers.controller import FOLLOWED
+from hfc_design.controllers.hierarchical.law import PREVIOUS, memberships, outputs
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
+from hfc_design.controllers.linear.law import ERRORS
+from hfc_design.controllers.linear.model import loop_of
+from hfc_design.core.numbers import ARRAYS, Parameters
+from hfc_design.core.records import UserError
+from hfc_design.stability.margins import OpenLoop
+from hfc_design.stability.nominal import nominal
+from plants import Drive
+
+#: Half the way between two points of a slope, in shares of the universe.
+STEP = 1e-5
+ABOUT = "Of the linear part, and of the hierarchy by its slopes where all of its inputs are 0"
+
+
+def slopes(record: HierarchicalDesign) -> dict[str, float]:
+    """How the root's part of the command grows with each input, where all of them are 0.
+
+    In units of the command for a unit of the input.
+    """
+    degrees = partial(memberships, ARRAYS, layout_of(record).terms)
+    moves = STEP * np.eye(len(record.inputs))
+    found = [
+        outputs(ARRAYS, degrees, record.gains(), list(points.T))[0][-1].output
+        for points in (moves, -moves)
+    ]
+    steep = record.output_scale * np.subtract(*found) / (2.0 * STEP)
+    pairs = zip(record.inputs, steep.tolist(), strict=True)
+    return {item.name: item.scale * slope for item, slope in pairs}
+
+
+def open_loop(record: HierarchicalDesign, drive: Drive, parameters: Parameters) -> OpenLoop | None:
+    """The loop on a drive near the speed where that slides, the tables as steep as at rest.
+
+    What the axis follows is no part of it. States are those of ``linear.model`` and each reading
+    of the sample before. None: it has no linear part, so that the tables do all of the work, which
+    slopes do not describe.
+
+    Raises:
+        UserError: the drive cannot be linearised, or does not tell a signal.
+    """
+    every, base = record.sample_time_s, record.linear_part
+    if base is None:
+        return None
+    model, now, before = nominal(drive, parameters, every), dict(base.signals), {}
+    gains = {"error": base.kp, "error_rate": base.kd}
+    for name, slope in slopes(record).items():
+        signal = name.removeprefix(PREVIOUS)
+        if signal in FOLLOWED:
+            continue
+        if signal not in model.outputs:
+            raise UserError(f"controller.inputs: {signal!r} is no signal of the {drive.name}")
+        if name != signal:
+            before[signal] = slope
+        elif name in ERRORS:
+            gains[name] += slope
+        else:
+            now[name] = now.get(name, 0.0) + slope
+    changes = {"kp": gains["error"], "kd": gains["error_rate"], "signals": now}
+    loop = loop_of(base.model_copy(update=changes), model, drive, "linear.signals")
+    return _remembering(loop, [model.outputs[name] for name in before], [*before.values()])
+
+
+def _remembering(loop: OpenLoop, rows: list[np.ndarray], gains: list[float]) -> OpenLoop:
+    """The loop with a gain on each row of its first states as they were a sample before."""
+    size, more = len(loop.b), len(rows)
+    a = np.zeros((size + more, size + more))
+    a[:size, :size] = loop.a
+    for k, row in enumerate(rows, size):
+        a[k, : len(row)] = row
+    b, c = np.append(loop.b, np.zeros(more)), np.append(loop.c, gains)
+    return OpenLoop(a, b, c, ABOUT)

@@ -1,0 +1,175 @@
+"""Genome of a fuzzy hierarchy that goes from one linear law to another.
+
+A regulator, then its gains, then two laws and how much of the second there is at each speed of
+the reference, then everything.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.genome import Genome, Stage
+from hfc_design.controllers.hierarchical.law import HierarchicalGains
+from hfc_design.controllers.hierarchical.linear_genome import (
+    EVERYTHING,
+    FAR,
+    FREE,
+    LinearHierarchies,
+    LinearHierarchyGenome,
+    passing,
+)
+from hfc_design.controllers.hierarchical.record import HierarchicalSettings
+from hfc_design.controllers.kind import Target
+from hfc_design.core.numbers import Floats, Integers, Json
+
+#: Share of the second law where the first input is 0, and in the next three terms either way.
+SHARES = np.array([1.0, 0.0, 0.0, 1.0])
+
+
+class ScheduledHierarchies(NamedTuple):
+    """n individuals; every array carries them in its leading axis."""
+
+    tree: Integers  # (n,)
+    first: LinearHierarchies  # the law where the root gives 0, and the hierarchy
+    second: Floats  # (n, 2 + ...) kp, kd and the columns of ``first.linear`` where it gives 1
+
+
+class ScheduledGenome(Genome):
+    """What a search can do with ``ScheduledHierarchies``."""
+
+    stages = ((0.1, False), (0.2, False), (0.4, False), (0.3, True))
+
+    def __init__(self, settings: HierarchicalSettings, target: Target):
+        super().__init__(settings, target)
+        self.on_one = LinearHierarchyGenome(settings, target)
+        self.structures = self.on_one.structures
+        self.passing = passing(settings)
+
+    def empty(self) -> ScheduledHierarchies:
+        """Row t has tree t and the first regulator."""
+        return _alike(self.on_one.empty())
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> ScheduledHierarchies:
+        """One law, a hierarchy that bends nothing yet."""
+        return _alike(self.on_one.fresh(tree, rng))
+
+    def mutated(
+        self, population: ScheduledHierarchies, step: Floats, rng: np.random.Generator
+    ) -> ScheduledHierarchies:
+        """Both laws and the hierarchy."""
+        factors = np.exp(0.25 * step[:, None] * rng.standard_normal(population.second.shape))
+        first = self.on_one.mutated(population.first, step, rng)
+        return population._replace(first=first, second=population.second * factors)
+
+    def blended(
+        self, one: ScheduledHierarchies, other: ScheduledHierarchies, share: Floats
+    ) -> ScheduledHierarchies:
+        """Gains on a straight line."""
+        second = one.second + share[:, None] * (other.second - one.second)
+        first = self.on_one.blended(one.first, other.first, share)
+        return ScheduledHierarchies(one.tree, first, second)
+
+    def nudged(
+        self, population: ScheduledHierarchies, rng: np.random.Generator
+    ) -> ScheduledHierarchies:
+        """Other kp and kd by a millionth."""
+        return population._replace(first=self.on_one.nudged(population.first, rng))
+
+    def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
+        """The population as ``simulate`` wants it; the root scales the difference of the laws."""
+        found, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
+        assert found.linear is not None
+        assert other.linear is not None
+        own = found.linear._asdict()
+        far = other.linear._asdict()
+        difference = {
+            name: None if own[name] is None else far[name] - own[name] for name in own
+        } | {"width": own["width"]}
+        return found._replace(scheduled=type(found.linear)(**difference))
+
+    def record(self, individual: ScheduledHierarchies) -> Json:
+        """With what the root scales."""
+        found, far = self.on_one.record(individual.first), self.on_one.record(_second(individual))
+        one, other = (x["linear"] | x["pd"] for x in (found, far))
+        ahead = {
+            name: value - one["feed_forward"][name]
+            for name, value in other["feed_forward"].items()
+            if name not in ("coulomb_width", "expected_load")
+        }
+        kept = {k: v for k, v in one["feed_forward"].items() if k not in ahead}
+        signals = {name: x - one["signals"][name] for name, x in other["signals"].items()}
+        gains = {name: other[name] - one[name] for name in ("kp", "ki", "kd")}
+        return found | {"scheduled": {**gains, "signals": signals, "feed_forward": kept | ahead}}
+
+    def notation(self, structure: int) -> str:
+        """The tree of the hierarchy."""
+        return self.on_one.notation(structure)
+
+    def stage(self, number: int, about: ScheduledHierarchies | None) -> Stage:
+        """As on a linear part; then two laws and shares; then all."""
+        if number < 2 or about is None:
+            own = self.on_one.stage(number, about and about.first)
+            return own._replace(members=lambda points, tree: _alike(own.members(points, tree)))
+        around, size = about, 2 + about.first.linear.shape[1]
+        if number == 2:
+
+            def two(points: Floats, tree: Integers) -> ScheduledHierarchies:
+                first = self.on_one.moved(around.first, tree, points, None)
+                second = _scaled(around.second, points[:, size : 2 * size])
+                shares = SHARES + points[:, 2 * size : 2 * size + len(SHARES)]
+                return ScheduledHierarchies(tree, self._sharing(first, shares, points), second)
+
+            return Stage(np.zeros(2 * size + len(SHARES) + 1), FREE, two)
+
+        def all_of_it(points: Floats, tree: Integers) -> ScheduledHierarchies:
+            first = self.on_one.moved(around.first, tree, points, points[:, 2 * size :])
+            return ScheduledHierarchies(
+                tree, first, _scaled(around.second, points[:, size : 2 * size])
+            )
+
+        fuzzy = around.first.fuzzy
+        further = fuzzy.scales[0].size + fuzzy.consequents[0].size
+        return Stage(np.zeros(2 * size + further), EVERYTHING, all_of_it)
+
+    def _sharing(
+        self, first: LinearHierarchies, shares: Floats, points: Floats
+    ) -> LinearHierarchies:
+        """With tables that give (n, 4) ``shares`` by the first input, whatever the others are."""
+        fuzzy = first.fuzzy
+        both = shares[:, [3, 2, 1, 0, 1, 2, 3]] / self.settings.output_scale
+        tables = np.stack([self._tables(int(t), x) for t, x in zip(first.tree, both, strict=True)])
+        scales = fuzzy.scales.copy()
+        scales[:, 0] *= np.exp(np.clip(points[:, -1], -FAR, FAR))
+        return first._replace(fuzzy=fuzzy._replace(scales=scales, consequents=tables))
+
+    def _tables(self, tree: int, shares: Floats) -> Floats:
+        """(units, 7, 7) of a tree: the first unit on the way knows, the others pass it on."""
+        found, inputs, way = [], len(self.on_one.fuzzy.names), 0
+        for k, unit in enumerate(self.on_one.fuzzy.trees[tree]):
+            known = shares if way == 0 else self.passing
+            if unit.column == way:
+                table = np.tile(known, (7, 1))
+            elif unit.row == way:
+                table = np.tile(known[:, None], (1, 7))
+            else:
+                found.append(0.5 * self.passing + 0.5 * self.passing[:, None])
+                continue
+            found.append(table)
+            way = inputs + k
+        return np.stack(found)
+
+
+def _alike(first: LinearHierarchies) -> ScheduledHierarchies:
+    """Both laws the same."""
+    second = np.concatenate([first.fuzzy.gains, first.linear], axis=1)
+    return ScheduledHierarchies(first.tree, first, second)
+
+
+def _second(population: ScheduledHierarchies) -> LinearHierarchies:
+    """The hierarchy on the second law."""
+    first, second = population.first, population.second
+    return first._replace(linear=second[:, 2:], fuzzy=first.fuzzy._replace(gains=second[:, :2]))
+
+
+def _scaled(second: Floats, logarithms: Floats) -> Floats:
+    return np.asarray(second[:1] * np.exp(np.clip(logarithms, -FAR, FAR)))

@@ -1,0 +1,89 @@
+"""How many units of a hierarchy matter. Never imports JAX."""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, memberships, outputs
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
+from hfc_design.controllers.linear.law import AHEAD, LinearGains
+from hfc_design.core.numbers import ARRAYS, Floats, Integers
+
+#: A unit matters where the command changes by more than this share once it says always the same:
+#: both as root mean squares over the universe of the inputs.
+SHARE = 0.05
+#: Points of that universe, a power of two.
+POINTS = 128
+
+
+def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> Integers:
+    """(n,) of a population's ``gains``, whose inputs, terms and scales' order ``record`` has.
+
+    A unit matters if the command changes by more than ``SHARE`` once its table is replaced by the
+    table's mean. The command is that of the whole controller, as far as it follows from the
+    inputs: without the integral and what an adaptation learns.
+    """
+    layout = layout_of(record)
+    points = _universe(len(layout.inputs))
+    known = {"error": gains.kp, "error_rate": gains.kd}
+    base = known if gains.linear is None else _gains_of(layout.fed_back, gains.linear)
+    own = gains.scheduled
+    scheduled = 1.0 if own is None else _said(layout, gains, _gains_of(layout.scheduled, own))
+    factor = layout.output_scale * scheduled
+    root = _root(layout, gains, points)
+    size = np.sqrt(np.square(_said(layout, gains, base) + factor * root).mean(axis=0))
+    found = np.zeros(root.shape[1], np.int64)
+    consequents = np.asarray(gains.consequents)
+    for k, table in enumerate(consequents):
+        flat = consequents.copy()
+        flat[k] = table.mean(axis=(0, 1))
+        without = _root(layout, gains._replace(consequents=flat), points)
+        found += np.sqrt(np.square(factor * (without - root)).mean(axis=0)) > SHARE * size
+    return found
+
+
+@cache
+def _universe(inputs: int) -> Floats:
+    """(inputs, POINTS, 1) in [-1, 1], the same in every search."""
+    from scipy.stats import qmc  # which takes a while to import
+
+    points = 2.0 * qmc.Sobol(inputs, scramble=False).random(POINTS) - 1.0
+    return np.asarray(points.T[:, :, None])
+
+
+def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
+    """(POINTS, n) what the root says."""
+    count = np.asarray(gains.consequents).shape[-1]
+
+    def picked(values: Sequence[Floats], index: Integers) -> Floats:
+        seen = np.stack([np.broadcast_to(value, (len(points[0]), count)) for value in values])
+        return np.asarray(seen[index, :, np.arange(count)].T)
+
+    xp = ARRAYS._replace(pick=picked)
+
+    def degrees(u: Any) -> Any:
+        return memberships(xp, layout.terms, u)
+
+    units, _ = outputs(xp, degrees, gains, [*points])
+    return np.asarray(units[-1].output)
+
+
+def _gains_of(names: Sequence[str] | None, own: LinearGains) -> dict[str, Any]:
+    """Gains of a linear law on signals."""
+    signals = () if own.signals is None else own.signals
+    found = {"error": own.kp, "error_rate": own.kd, **dict(zip(names or (), signals, strict=True))}
+    for name, gain in zip(AHEAD, (own.velocity, own.acceleration), strict=True):
+        found[name] = found.get(name, 0.0) + gain
+    return found
+
+
+def _said(layout: Layout, gains: HierarchicalGains, known: dict[str, Any]) -> Floats:
+    """(POINTS, n) what gains on signals say, of those that are inputs too."""
+    points = _universe(len(layout.inputs))
+    found = np.zeros((len(points[0]), np.asarray(gains.consequents).shape[-1]))
+    for name, u, scale in zip(layout.inputs, points, gains.scales, strict=True):
+        if name in known:
+            found = found + known[name] * (u / scale)
+    return found

@@ -1,0 +1,80 @@
+"""What other languages and explanations need of a linear law, alone or as a part of another one.
+
+Never imports JAX.
+"""
+
+from pathlib import Path
+
+from hfc_design.controllers.linear.law import AHEAD, Parts
+from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
+from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import Json
+
+#: Folders of the templates; ``law.c.j2`` and ``law.st.j2`` are for who has the law as a part too.
+PLACES = (Path(__file__).parent / "templates",)
+
+
+def c_values(record: LinearDesign) -> Json:
+    """What the law's templates in C read."""
+    fed_back = {identifier(name): gain for name, gain in record.signals.items()}
+    return {"gains": record.gains(), "kept": record.kept, "fed_back": fed_back, "integrates": True}
+
+
+def st_values(record: LinearDesign) -> Json:
+    """What the law's templates in Structured Text read, and its variables."""
+    own, gains = c_values(record), record.gains()
+    constants = {
+        "kp": gains.kp,
+        "ki": gains.ki,
+        "kd": gains.kd,
+        **{f"gain_{name}": gain for name, gain in own["fed_back"].items()},
+        **{f"ahead_{name}": getattr(gains, name) for name in MULTIPLES},
+        "coulomb_width": gains.width,
+        "filter_kept": gains.kept,
+        "filter_taken": 1.0 - gains.kept,
+        "sample_time": record.sample_time_s,
+    }
+    return {
+        "constants": constants,
+        "remembered": ["error_integral", "error_rate_filtered"],
+        "within": ["new_rate", "direction", "new_integral"],
+        "fed_back": own["fed_back"],
+    }
+
+
+def steps(record: LinearDesign) -> list[str]:
+    """What a part of a law adds to kp and kd at a sample, in words."""
+    terms = [f"linear.signals.{identifier(name)} * {name}" for name in record.signals]
+    terms += ["linear.velocity * reference_rate", "linear.acceleration * reference_acceleration"]
+    terms += [
+        "linear.coulomb * min(max(reference_rate / linear.coulomb_width, -1), 1)",
+        "linear.load",
+    ]
+    return [
+        f"linear = {' + '.join(terms)}",
+        "integral: 0 before the first sample; behind each command it grows by linear.ki * "
+        "sample_time_s * error, unless command is beyond largest_command in the direction in "
+        "which it would grow",
+    ]
+
+
+def about(record: LinearDesign, units: dict[str, str]) -> Json:
+    """The numbers of ``steps``, and unit of every signal in them."""
+    gains = record.gains()
+    read = dict.fromkeys([*record.signals, *AHEAD])
+    return {
+        "ki": gains.ki,
+        "signals": {identifier(name): gain for name, gain in record.signals.items()},
+        **{name: getattr(gains, name) for name in MULTIPLES},
+        "coulomb_width": gains.width,
+        "reads": {identifier(name): units.get(name, "") for name in read},
+    }
+
+
+def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
+    """What a command is made of, by its names for people."""
+    found = {"proportional": parts.proportional, "integral": parts.integral}
+    found["derivative"] = parts.derivative
+    found |= dict(zip(record.signals, parts.signals, strict=True))
+    found |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
+    return {name: float(value) for name, value in found.items()}

@@ -1,0 +1,75 @@
+"""Objectives that a front trades off, by name: measures, and how many units matter."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from hfc_design.objectives.measures import MEASURES, Measure, Units, measure, path_fault
+
+#: Number of units of a hierarchy that matter, which its kind counts.
+UNITS = "units"
+#: Names that depend on the scenario, or are short.
+TRACKING, EFFORT = "tracking", "effort"
+NAMES = (TRACKING, EFFORT, UNITS, *MEASURES, "band_time")
+ALLOWED = 2, 3
+
+
+class Traded(NamedTuple):
+    """An objective of a front: the smaller, the better."""
+
+    name: str  # as the user calls it
+    unit: str  # "1" for none
+    meaning: str
+    measure: Measure | None  # None: the units that matter
+
+
+def check_names(names: Sequence[str]) -> None:
+    """ValueError: there are not two or three of them, or one is unknown or stands there twice."""
+    for name in names:
+        if name not in NAMES:
+            raise ValueError(f"{name}: is no objective; there is {', '.join(NAMES)}")
+        if names.count(name) > 1:
+            raise ValueError(f"{name}: stands there twice")
+    if len(names) not in ALLOWED:
+        raise ValueError(f"has to be two or three objectives, not {len(names)}")
+
+
+def traded(names: Sequence[str], fitness: Any, units: Units, path: bool) -> tuple[Traded, ...]:
+    """The objectives with these names, for a scenario with that ``[fitness]``.
+
+    ``tracking`` is the first measure of an error that the tolerances name; with another fitness
+    the rms of the contour error of a machine on a path, else of the error. ``effort`` is the rms
+    of the command.
+
+    Raises:
+        ValueError: one needs a path or a band, or two are the same.
+    """
+    found: list[Traded] = []
+    for name in names:
+        if name == UNITS:
+            found.append(Traded(name, "1", "units of the hierarchy that matter", None))
+            continue
+        own = measure(_measured(name, fitness, path), getattr(fitness, "band", None))
+        if own.name == "band_time" and getattr(fitness, "band", None) is None:
+            raise ValueError("band_time: needs fitness.band, of fitness.kind = 'tolerances'")
+        words = [units.signals.get(word, word) for word in own.unit.split(" ")]
+        found.append(Traded(name, " ".join(words), own.meaning, own))
+    measures = [one.measure for one in found if one.measure is not None]
+    if fault := path_fault(measures, path):
+        raise ValueError(fault)
+    for k, one in enumerate(found):
+        for other in found[:k]:
+            if one.measure is not None and one.measure == other.measure:
+                raise ValueError(f"{other.name} and {one.name}: are the same here")
+    return tuple(found)
+
+
+def _measured(name: str, fitness: Any, path: bool) -> str:
+    """Name of the measure that is meant."""
+    if name == EFFORT:
+        return "rms_command"
+    if name != TRACKING:
+        return name
+    for own in getattr(fitness, "tolerances", {}):
+        if measure(own).unit == "error":
+            return str(own)
+    return "rms_contour_error" if path else "rms_error"

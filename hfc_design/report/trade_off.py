@@ -1,0 +1,108 @@
+"""The front of a run as a picture and as a table."""
+
+from itertools import combinations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter
+
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    Drawing,
+    Listing,
+    Section,
+    framed,
+    gridded,
+    readable,
+    score,
+)
+from hfc_design.runs.front import Front, marks
+
+#: Rows that are shown of a front; ``front.csv`` has all.
+SHOWN = 12
+EMPTY = (
+    "No design kept every constraint on every machine, so there is no front; the controller above "
+    "is the one that breaks the constraints least."
+)
+
+
+def section(front: Front) -> Section:
+    """What there was to choose from."""
+    title = "What there was to choose from"
+    if not len(front.merit):
+        return Section(title, EMPTY, None, [])
+    text = (
+        f"{len(front.merit)} designs keep every constraint, and none of them is beaten by another "
+        "in every objective. The table has some of them and front.csv all; hfc pick makes a "
+        "design file of any point."
+    )
+    head, rows = table(front)
+    return Section(title, text, Listing("Points of the front.", head, rows), [_drawing(front)])
+
+
+def table(front: Front, most: int = SHOWN) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of at most so many points: the ends, the marked ones, others between them."""
+    units = [_unit(front, k) for k in range(len(front.objectives))]
+    pairs = zip(front.objectives, units, strict=True)
+    head = ["point", *(_label(one.name, unit) for one, (_, unit) in pairs), "merit", ""]
+    size = len(front.merit)
+    chosen = {front.knee, front.best}
+    even = np.round(np.linspace(0, size - 1, min(most - len(chosen), size))).astype(int)
+    rows = []
+    for k in sorted(chosen.union(even.tolist())):
+        costs = (f"{factor * x:.4g}" for (factor, _), x in zip(units, front.costs[k], strict=True))
+        mark = marks(front)[k].replace("design", "design.json").replace(" ", ", ")
+        rows.append([str(k + 1), *costs, score(front.merit[k]), mark])
+    return head, rows
+
+
+def _unit(front: Front, k: int) -> tuple[float, str]:
+    return readable(front.objectives[k].unit, float(np.median(front.costs[:, k])))
+
+
+def _label(name: str, unit: str) -> str:
+    return name if unit == "1" else f"{name} [{unit}]"
+
+
+def _drawing(front: Front) -> Drawing:
+    """Every pair of objectives in a panel of its own."""
+    pairs = [*combinations(range(len(front.objectives)), 2)]
+    figure = framed(3.3 * len(pairs) + 0.35, top=0.35)
+    panels = figure.subplots(len(pairs), 1, squeeze=False, gridspec_kw={"hspace": 0.3})[:, 0]
+    for axes, (x, y) in zip(panels, pairs, strict=True):
+        _panel(axes, front, x, y)
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="upper center")
+    names = [one.name for one in front.objectives]
+    told = "; ".join(f"{one.name}: {one.meaning}" for one in front.objectives)
+    return Drawing(
+        figure,
+        f"Points of the front: {' against '.join(names)}",
+        f"The front, less is better everywhere: {told}. At the knee a little less of one costs "
+        "much of another; design.json is the point that ranks first by the scenario's own merit. "
+        "Numbers are those of the points.",
+    )
+
+
+def _panel(axes: Axes, front: Front, x: int, y: int) -> None:
+    (to_x, unit_x), (to_y, unit_y) = _unit(front, x), _unit(front, y)
+    across, up = to_x * front.costs[:, x], to_y * front.costs[:, y]
+    axes.plot(across, up, "o", color=OWN, ms=4, label="front")
+    knee, best = front.knee, front.best
+    axes.plot(across[knee], up[knee], "D", color=OTHER, ms=9, mfc="none", mew=1.6, label="knee")
+    axes.plot(across[best], up[best], "s", color="black", ms=13, mfc="none", label="design.json")
+    for k in sorted({0, knee, best, len(up) - 1}):
+        axes.annotate(
+            str(k + 1), (across[k], up[k]), (6, 4), textcoords="offset points", fontsize=9
+        )
+    for values, scale, own in (
+        (across, axes.set_xscale, axes.xaxis),
+        (up, axes.set_yscale, axes.yaxis),
+    ):
+        if values.min() > 0.0 and values.max() > 20.0 * values.min():
+            scale("log")
+            own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.margins(0.1)
+    names = [front.objectives[k].name for k in (x, y)]
+    gridded(axes, _label(names[0], unit_x), _label(names[1], unit_y))

@@ -1,0 +1,132 @@
+"""The front of a run: what its points cost in float64, as a file, and the design of any of them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.genome import Population, taken
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.numbers import Floats, Integers
+from hfc_design.core.records import RunError, UserError
+from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.measures import in_units
+from hfc_design.objectives.traded import Traded
+from hfc_design.runs.problem import final_problem
+from hfc_design.search.fronts import dominated, knee, scaled
+from hfc_design.search.loop import Search
+from plants import in_a_name
+
+FRONT = "front.csv"
+
+
+class Front(NamedTuple):
+    """Points that no other one beats, by their first cost; they keep every constraint."""
+
+    objectives: tuple[Traded, ...]
+    costs: Floats  # (points, objectives)
+    merit: Floats  # (points,) what the scenario ranks designs by
+    places: Integers  # (points,) where they stand in the front of the search
+
+    @property
+    def best(self) -> int:
+        """The point of ``design.json``: the largest merit."""
+        return int(np.argmax(self.merit))
+
+    @property
+    def knee(self) -> int:
+        """The point after which a little more of one costs much of another."""
+        return knee(self.costs)
+
+    def individual(self, search: Search, point: int) -> Population:
+        """A point, counted from 0, as a population of one."""
+        return taken(search.state.front.population, self.places[point : point + 1])
+
+
+def front_of(search: Search, scenario: Scenario) -> Front | None:
+    """The front that a search has found, its points judged again in float64 on all machines.
+
+    None where the strategy trades nothing. float32 and few machines flatter: what then breaks a
+    constraint, or is beaten, leaves the front, and perhaps nothing is left.
+    """
+    objectives = scenario.traded
+    if not objectives:
+        return None
+    population = search.state.front.population
+    count = len(population.tree)
+    if not count:
+        return Front(objectives, np.empty((0, len(objectives))), np.empty(0), np.arange(0))
+    found = final_problem(scenario).weighed(population)
+    left = np.flatnonzero(found.violation == 0.0)
+    left = left[~dominated(found.costs[left], found.costs[left])]
+    left = left[np.lexsort(found.costs[left].T[::-1])]
+    return Front(objectives, found.costs[left], found.score[left], left)
+
+
+def _heads(objectives: tuple[Traded, ...]) -> list[str]:
+    units = (in_a_name(one.unit) if one.unit != "1" else "" for one in objectives)
+    names = zip(objectives, units, strict=True)
+    columns = [f"{one.name}_{unit}" if unit else one.name for one, unit in names]
+    return ["point", *columns, "merit", "mark", "individual"]
+
+
+def marks(front: Front) -> list[str]:
+    """What is told of each point beside its costs."""
+    own = [(front.knee, "knee"), (front.best, "design")] if len(front.merit) else []
+    points = range(len(front.merit))
+    return [" ".join(text for place, text in own if place == k) for k in points]
+
+
+def write_front(front: Front, folder: Path) -> None:
+    """Write ``front.csv``; RunError: it cannot be."""
+    lines = [",".join(_heads(front.objectives))]
+    rows = zip(front.costs.tolist(), front.merit.tolist(), marks(front), front.places, strict=True)
+    for k, (costs, merit, mark, place) in enumerate(rows, 1):
+        lines.append(",".join([str(k), *map(repr, (*costs, merit)), mark, str(place)]))
+    write_whole(folder / FRONT, ("\n".join(lines) + "\n").encode())
+
+
+def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front | None:
+    """The front of a finished run; None where it has none.
+
+    Raises:
+        RunError: its file is gone or damaged.
+    """
+    objectives, path = scenario.traded, folder / FRONT
+    if not objectives or search is None:
+        return None
+    try:
+        head, *lines = path.read_text(encoding="utf-8").splitlines()
+        rows = [line.split(",") for line in lines]
+        numbers = np.array([[float(x) for x in (*row[1:-2], row[-1])] for row in rows])
+        numbers = numbers.reshape(len(rows), len(objectives) + 2)
+        places = numbers[:, -1].astype(np.int64)
+        if head != ",".join(_heads(objectives)) or not np.isfinite(numbers).all():
+            raise ValueError("is not what such a run writes")
+        if not np.isin(places, np.arange(len(search.state.front.population.tree))).all():
+            raise ValueError("names individuals that the search has not")
+    except (OSError, ValueError) as error:
+        raise RunError(f"{path}: is gone or damaged ({error})") from None
+    return Front(objectives, numbers[:, :-2], numbers[:, -2], places)
+
+
+def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario) -> int:
+    """The point closest to the ``wanted`` costs, in shares of the front's width.
+
+    Raises:
+        UserError: one is no objective of the front, or has another unit.
+    """
+    names = [one.name for one in front.objectives]
+    low, width = front.costs.min(axis=0), np.ptp(front.costs, axis=0)
+    away = np.zeros(len(front.costs))
+    for name, text in wanted.items():
+        if name not in names:
+            raise UserError(f"--nearest {name}: is no objective here; there is {', '.join(names)}")
+        k = names.index(name)
+        try:
+            value = in_units("--nearest " + name, text, front.objectives[k].unit, scenario.units)
+        except ValueError as error:
+            raise UserError(str(error)) from None
+        away += np.square((scaled(front.costs)[:, k]) - (value - low[k]) / (width[k] or 1.0))
+    return int(np.argmin(away))

@@ -1,0 +1,97 @@
+"""Which of many designs no other one is better than: non-dominated sorting and crowding.
+
+Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002: section III A
+and B, and constrained domination of section VI. All costs are such that less is better.
+"""
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Indices, Integers, Mask
+
+#: Individuals that are compared with all others at once; a row of truths for each.
+BLOCK = 256
+
+
+def dominated(costs: Floats, by: Floats) -> Mask:
+    """(n,) whether any of ``by`` (k, m) is nowhere worse than one of ``costs`` (n, m), and better.
+
+    Equal ones do not dominate one another.
+    """
+    found = np.zeros(len(costs), bool)
+    for start in range(0, len(costs), BLOCK):
+        own = costs[start : start + BLOCK, None]
+        better = (by <= own).all(axis=2) & (by < own).any(axis=2)
+        found[start : start + BLOCK] = np.any(better, axis=1)
+    return found
+
+
+def front_numbers(costs: Floats, violation: Floats) -> Integers:
+    """(n,) 0 for those that nobody dominates, 1 for those that only these do, and so on.
+
+    Whoever breaks no constraint (``violation`` 0) comes before everybody who does, and of those
+    whoever breaks less; infinite is a loop that has failed.
+    """
+    found = np.zeros(len(costs), np.int64)
+    left, number = np.flatnonzero(violation == 0.0), 0
+    while len(left):
+        lost = dominated(costs[left], costs[left])
+        found[left[~lost]] = number
+        left, number = left[lost], number + 1
+    broken = violation > 0.0
+    found[broken] = number + np.unique(violation[broken], return_inverse=True)[1]
+    return found
+
+
+def crowding(costs: Floats) -> Floats:
+    """(n,) how far the neighbours of each on one front are apart, infinite at its ends.
+
+    In each cost as a share of the front's width, added up; of equal ones all but the first are 0
+    apart.
+    """
+    found = np.zeros(len(costs))
+    _, first = np.unique(costs, axis=0, return_index=True)
+    first = np.sort(first)
+    if len(first) <= 2:
+        found[first] = np.inf
+        return found
+    points = costs[first]
+    for column in points.T:
+        order = np.argsort(column, kind="stable")
+        width = column[order[-1]] - column[order[0]]
+        if not width > 0.0:
+            continue
+        found[first[order[1:-1]]] += (column[order[2:]] - column[order[:-2]]) / width
+        found[first[order[[0, -1]]]] = np.inf
+    return found
+
+
+def best_first(costs: Floats, violation: Floats) -> Indices:
+    """(n,) the order in which individuals are preferred: by front, in it the less crowded ones."""
+    front, apart = front_numbers(costs, violation), np.zeros(len(costs))
+    for number in np.unique(front):
+        own = front == number
+        apart[own] = crowding(costs[own])
+    return np.lexsort((-apart, front))
+
+
+def spread_out(costs: Floats, most: int) -> Indices:
+    """At most so many of a front, in their order, left when the most crowded has gone each time."""
+    kept = np.arange(len(costs))
+    while len(kept) > most:
+        kept = np.delete(kept, int(np.argmin(crowding(costs[kept]))))
+    return kept
+
+
+def knee(costs: Floats) -> int:
+    """Which point of a front (n, m) bends most: a little less of one cost takes much of another.
+
+    It is the farthest below the line, or plane, through the ends of the front, each cost scaled
+    from 0 at its best to 1 at its worst (Das, Structural Optimization 18, 1999).
+    """
+    return int(np.argmin(scaled(costs).sum(axis=1)))
+
+
+def scaled(costs: Floats) -> Floats:
+    """(n, m) each cost from 0 at its best to 1 at its worst on the front, 0 where all are equal."""
+    low, high = costs.min(axis=0), costs.max(axis=0)
+    return np.asarray((costs - low) / np.where(high > low, high - low, 1.0))

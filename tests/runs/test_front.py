@@ -1,0 +1,231 @@
+"""The front of a run: its file, its report, the designs of its points."""
+
+import json
+
+import numpy as np
+import pytest
+from run_folders import hfc, table
+
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.records import RunError
+from hfc_design.files.pairing import load_design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.report.trade_off import table as shown
+from hfc_design.runs import front as fronts
+from hfc_design.runs import run as design
+from hfc_design.simulation.evaluation import evaluate
+
+FRONT = {
+    "controller": {"kind": "pid"},
+    "search": {
+        "preset": "nsga-ii",
+        "objectives": ["tracking", "effort"],
+        "population": 24,
+        "generations": 9,
+    },
+    "simulation.duration_s": 0.1,
+}
+PID = ("--pareto", "tracking,effort", "--controller", "pid")
+MANY = {"robust": {"first": 3, "machines": 3, "elite": 3, "final": 5}}
+FILES = {"config.toml", "checkpoint.npz", "history.csv", "design.json", "front.csv"}
+
+
+def started(folder, changes=None):
+    return design.new_run(load_scenario("c-axis-ramp", FRONT | (changes or {})), folder)
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+@pytest.fixture(scope="module", params=[{}, MANY], ids=["one machine", "many"])
+def whole(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fronts") / "whole"
+    result = design.run(started(folder, request.param), folder)
+    return folder, request.param, result
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """A run on one machine as the command line makes it."""
+    folder = tmp_path_factory.mktemp("fronts") / "run"
+    small = ("--population", 24, "--generations", 9, "--set", "simulation.duration_s=0.1")
+    done = hfc("design", *PID, *small, "--out", folder)
+    assert done.exit_code == 0, done.output
+    return folder, done.stdout
+
+
+def test_the_folder_has_points_of_which_none_beats_another(whole):
+    folder, _, result = whole
+    assert set(contents(folder)) == FILES
+    rows = table(folder / "front.csv")
+    assert [*rows[0]] == ["point", "tracking_rad", "effort_V", "merit", "mark", "individual"]
+    costs = np.array([[float(row["tracking_rad"]), float(row["effort_V"])] for row in rows])
+    assert len(costs) > 4
+    assert (np.diff(costs[:, 0]) > 0.0).all()
+    assert (np.diff(costs[:, 1]) < 0.0).all()
+    merit = [float(row["merit"]) for row in rows]
+    assert "design" in rows[int(np.argmax(merit))]["mark"]
+    assert sum("knee" in row["mark"] for row in rows) == 1
+    assert design.finished_run(folder)[1].front.costs.tolist() == result.front.costs.tolist()
+
+
+@pytest.mark.parametrize("stop", [1, 5])
+def test_stopped_and_resumed_is_the_same(whole, tmp_path, stop):
+    folder, changes, _ = whole
+
+    def interrupt(search):
+        if search.generation == stop:
+            raise KeyboardInterrupt
+
+    part = tmp_path / "part"
+    with pytest.raises(KeyboardInterrupt):
+        design.run(started(part, changes), part, interrupt)
+    design.run(design.opened_run(part), part)
+    assert contents(part) == contents(folder)
+
+
+def test_a_point_costs_what_its_design_costs_by_the_metrics(alone, tmp_path):
+    """Metrics are computed from the recorded motion, costs are added up in the loop."""
+    folder, _ = alone
+    for k in (1, 4):
+        out = tmp_path / f"{k}.json"
+        done = hfc("pick", folder, "--point", k, "--out", out)
+        assert done.exit_code == 0, done.output
+        row = table(folder / "front.csv")[k - 1]
+        found = evaluate(load_design(str(out)), load_scenario(str(folder / "config.toml")))
+        effort = np.sqrt(np.mean(np.square(found.axes[0].motion.command)))
+        assert found.metrics["rms_error_rad"] == pytest.approx(float(row["tracking_rad"]), rel=1e-9)
+        assert effort == pytest.approx(float(row["effort_V"]), rel=1e-9)
+        assert found.merit == pytest.approx(float(row["merit"]), rel=1e-9)
+
+
+def test_the_marked_points_can_be_picked(alone, tmp_path):
+    folder, told = alone
+    rows = table(folder / "front.csv")
+    best = next(k for k, row in enumerate(rows, 1) if "design" in row["mark"])
+    hfc("pick", folder, "--point", best, "--out", tmp_path / "best.json")
+    own, design_of_run = (
+        json.loads(path.read_text()) for path in (tmp_path / "best.json", folder / "design.json")
+    )
+    assert design_of_run["score"].pop("usable")
+    assert own == design_of_run
+    hfc("pick", folder, "--knee", "--out", tmp_path / "knee.json")
+    knee = next(k for k, row in enumerate(rows, 1) if "knee" in row["mark"])
+    hfc("pick", folder, "--point", knee, "--out", tmp_path / "same.json")
+    assert (tmp_path / "knee.json").read_bytes() == (tmp_path / "same.json").read_bytes()
+    assert "trade-off" in told
+    assert "trade-off" in hfc("pick", folder).stdout
+    page = (folder / "report.html").read_text()
+    assert "What there was to choose from" in page
+
+
+def test_nearest_is_in_shares_of_the_front(alone):
+    folder, _ = alone
+    scenario, result = design.finished_run(folder)
+    front = result.front
+    effort = float(front.costs[3, 1])
+    assert fronts.nearest(front, {"effort": effort}, scenario) == 3
+    told = {"effort": f"{effort:.12f} V", "tracking": f"{1e6 * front.costs[3, 0]:.9f} urad"}
+    assert fronts.nearest(front, told, scenario) == 3
+    assert fronts.nearest(front, {"tracking": -1.0}, scenario) == 0
+
+
+def test_the_table_has_the_ends_and_the_marked_points(alone):
+    _, result = design.finished_run(alone[0])
+    head, rows = shown(result.front, 5)
+    numbers = [int(row[0]) - 1 for row in rows]
+    assert {0, result.front.knee, result.front.best, len(result.front.merit) - 1} <= {*numbers}
+    assert head[0] == "point"
+    assert head[1].startswith("tracking [")
+    assert len(rows) <= 5
+
+
+def test_nothing_allowed_is_the_least_broken_design_and_said(tmp_path, no_baselines):
+    small = ("--population", 8, "--generations", 2, "--set", "simulation.duration_s=0.1")
+    never = ("--set", "constraints={rms_command='0 V'}")
+    done = hfc("design", *PID, *small, *never, "--out", tmp_path / "r")
+    assert done.exit_code == 0, done.output
+    assert "No design kept every constraint" in done.stdout
+    assert table(tmp_path / "r" / "front.csv") == []
+    assert "No design kept every constraint" in (tmp_path / "r" / "report.html").read_text()
+    _, result = design.finished_run(tmp_path / "r")
+    assert result.front.costs.shape == (0, 2)
+    refused = hfc("pick", tmp_path / "r", "--knee", "--out", tmp_path / "x.json")
+    assert (refused.exit_code, refused.stderr) == (
+        2,
+        f"hfc: {tmp_path / 'r'}: its front is empty, no design kept every constraint\n",
+    )
+
+
+def refusal(*arguments):
+    done = hfc(*arguments)
+    assert done.exit_code == 2, done.output
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+def test_what_cannot_be_picked_is_told_in_a_line(alone, tmp_path):
+    folder, _ = alone
+    out = ("--out", tmp_path / "x.json")
+    last = len(table(folder / "front.csv"))
+    assert refusal("pick", folder, "--point", 0, *out) == (
+        f"hfc: --point 0: there are points 1 to {last}"
+    )
+    assert "--nearest chatter: is no objective here; there is tracking, effort" in refusal(
+        "pick", folder, "--nearest", "chatter=2", *out
+    )
+    assert "has to be a quantity in V" in refusal(
+        "pick", folder, "--nearest", "effort='2 rad'", *out
+    )
+    assert "has to be NAME=NUMBER" in refusal("pick", folder, "--nearest", "effort", *out)
+    assert "takes one of" in refusal("pick", folder, "--knee", "--point", 1, *out)
+    assert "needs --out FILE" in refusal("pick", folder, "--knee")
+    assert "needs --point, --nearest or --knee" in refusal("pick", folder, *out)
+    assert not (tmp_path / "x.json").exists()
+
+
+def test_a_run_without_a_front_has_nothing_to_pick(tmp_path, no_baselines):
+    small = ("--population", 6, "--generations", 1, "--set", "simulation.duration_s=0.1")
+    hfc("design", "--controller", "pd", *small, "--out", tmp_path / "r")
+    assert refusal("pick", tmp_path / "r", "--knee", "--out", tmp_path / "x.json") == (
+        f"hfc: {tmp_path / 'r'}: has no front; hfc design --pareto tracking,effort makes one"
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["tracking"], "--pareto tracking: has to be two or three objectives, not 1"),
+        (["tracking,speed"], "speed: is no objective; there is tracking, effort, units"),
+        (["a,b,c,d"], "a: is no objective"),
+        (["tracking,effort,iae,chatter"], "has to be two or three objectives, not 4"),
+        (["tracking,effort", "--preset", "race"], "race finds one design and no front; nsga-ii"),
+        (
+            ["tracking,effort", "--set", "search.preset=lin-lee-1999"],
+            "strategy lin-lee-1999 finds one design and no front",
+        ),
+        (["tracking,units", "--controller", "pid"], "has no hierarchy whose units"),
+    ],
+)
+def test_what_cannot_be_traded_is_told_in_a_line(arguments, why, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert why in refusal("design", "--pareto", *arguments)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_damaged_file_is_told(alone, tmp_path):
+    folder, _ = alone
+    kept = (folder / "front.csv").read_bytes()
+    other = kept.replace(b"tracking", b"speed")
+    for wrong in (
+        b"",
+        other,
+        kept + b"9,nan,1,1,,0\n",
+        kept[:-1] + b"99\n",
+    ):
+        write_whole(folder / "front.csv", wrong)
+        with pytest.raises(RunError, match=r"front.csv: is gone or damaged"):
+            design.finished_run(folder)
+    write_whole(folder / "front.csv", kept)
+    design.finished_run(folder)

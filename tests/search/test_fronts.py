@@ -1,0 +1,71 @@
+"""Sorting and crowding against their definitions, counted point by point."""
+
+import numpy as np
+import pytest
+
+from hfc_design.search import fronts
+
+
+def beats(one, other):
+    """Whether one point is nowhere worse than another, and somewhere better."""
+    return all(a <= b for a, b in zip(one, other, strict=True)) and any(
+        a < b for a, b in zip(one, other, strict=True)
+    )
+
+
+def peeled(points):
+    """Front of each point: the unbeaten ones taken away again and again."""
+    found, left = {}, [*range(len(points))]
+    while left:
+        front = [k for k in left if not any(beats(points[j], points[k]) for j in left)]
+        found |= dict.fromkeys(front, max(found.values(), default=-1) + 1)
+        left = [k for k in left if k not in front]
+    return [found[k] for k in range(len(points))]
+
+
+@pytest.mark.parametrize("objectives", [2, 3])
+@pytest.mark.parametrize("levels", [4, 1000])
+def test_fronts_are_what_is_left_when_the_unbeaten_ones_are_taken_away(objectives, levels):
+    points = np.random.default_rng(objectives).integers(levels, size=(80, objectives)).astype(float)
+    found = fronts.front_numbers(points, np.zeros(80))
+    assert found.tolist() == peeled(points.tolist())
+
+
+def test_blocks_change_nothing(monkeypatch):
+    points = np.random.default_rng(0).random((90, 2))
+    whole = fronts.dominated(points, points)
+    monkeypatch.setattr(fronts, "BLOCK", 7)
+    assert np.array_equal(fronts.dominated(points, points), whole)
+
+
+def test_who_breaks_less_comes_first_and_who_breaks_nothing_before_all():
+    costs = np.array([[1.0, 1.0], [9.0, 9.0], [0.0, 0.0], [0.0, 0.0], [5.0, 5.0]])
+    violation = np.array([0.0, 0.0, 0.2, 0.1, np.inf])
+    assert fronts.front_numbers(costs, violation).tolist() == [0, 1, 3, 2, 4]
+    assert fronts.best_first(costs, violation).tolist() == [0, 1, 3, 2, 4]
+
+
+def test_crowding_by_hand():
+    """Widths are 4 and 8: the point (1, 4) has neighbours 2 and 6 apart; (0, 8) stands twice."""
+    costs = np.array([[0.0, 8.0], [1.0, 4.0], [2.0, 2.0], [4.0, 0.0], [0.0, 8.0]])
+    own = [np.inf, 2 / 4 + 6 / 8, 3 / 4 + 4 / 8, np.inf, 0.0]
+    assert fronts.crowding(costs).tolist() == own
+
+
+def test_a_cost_in_which_all_are_equal_says_nothing():
+    costs = np.array([[0.0, 3.0, 1.0], [1.0, 2.0, 1.0], [3.0, 0.0, 1.0]])
+    assert fronts.crowding(costs).tolist() == [np.inf, 2.0, np.inf]
+
+
+def test_spread_out_keeps_the_ends_and_drops_the_crowded_ones_one_by_one():
+    x = np.array([0.0, 0.1, 0.2, 0.6, 1.0])
+    costs = np.stack([x, 1.0 - x], axis=1)
+    assert fronts.spread_out(costs, 4).tolist() == [0, 2, 3, 4]
+    assert fronts.spread_out(costs, 9).tolist() == [0, 1, 2, 3, 4]
+
+
+def test_the_knee_is_farthest_below_the_line_between_the_ends():
+    costs = np.array([[0.0, 100.0], [0.1, 30.0], [0.2, 10.0], [0.9, 5.0], [1.0, 0.0]])
+    ends = costs[-1] - costs[0]
+    away = [ends[0] * (p - costs[0])[1] - ends[1] * (p - costs[0])[0] for p in costs]
+    assert fronts.knee(costs) == int(np.argmax(np.abs(away))) == 2
