@@ -260,3 +260,18 @@ def test_a_folder_in_the_place_of_a_file_is_seen_before_the_first_is_written(tmp
     assert (found.exit_code, found.stderr.count("\n")) == (1, 1)
     assert f"{tmp_path / 'out' / 'lin_lee_1999_table_1.h'}: cannot be written" in found.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["lin_lee_1999_table_1.h"]
+
+
+def test_folders_of_files_stay_whatever_becomes_of_the_machine(tmp_path, monkeypatch):
+    """A new one and one that is written into: it, or the folder that names it, is synced last."""
+    synced, fsync = [], os.fsync
+
+    def noted(descriptor):
+        synced.append(os.readlink(f"/proc/self/fd/{descriptor}"))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", noted)
+    write(tmp_path / "tables", {"unit-0.csv": "1"})
+    assert synced[-1] == str(tmp_path)
+    write(tmp_path / "tables", {"unit-0.csv": "2", "unit-1.csv": "3"})
+    assert synced[-1] == str(tmp_path / "tables")

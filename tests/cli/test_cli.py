@@ -181,6 +181,29 @@ def test_an_interrupt_that_a_library_tells_as_a_fault_of_its_own_is_one(monkeypa
     assert (stopped.exit_code, stopped.output.strip()) == (1, "Aborted!")
 
 
+def test_an_interrupt_that_nobody_could_hear_is_not_told_as_a_fault():
+    """As in what a garbage collector calls; other faults there are told."""
+    code = """
+from hfc_design.core.interrupt import listen
+class Gone:
+    def __init__(self, fault): self.fault = fault
+    def __del__(self): raise self.fault
+listen()
+Gone(KeyboardInterrupt())
+Gone(ValueError("told"))
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "KeyboardInterrupt" not in ended.stderr
+    assert "ValueError: told" in ended.stderr
+
+
+def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
+    refused = hfc("design", "--population", "a" * 5000)
+    assert refused.exit_code == 2
+    assert len(refused.stderr.splitlines()[-1]) <= 310
+    assert refused.stderr.rstrip().endswith("is not a valid integer.")
+
+
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):
     know([])  # nothing of other tests
     with monkeypatch.context() as patched:
