@@ -74,6 +74,19 @@ def hierarchy_on_linear(seed, inputs=5, **changes):
     return Design.model_validate(json.loads(text))
 
 
+def scheduled_part(seed):
+    """What the root of a hierarchy scales: like a linear part, with its own kp and kd."""
+    random = np.random.default_rng([seed, 2])
+    gains = {"kp": random.normal(0.0, 100.0), "kd": random.normal(0.0, 10.0)}
+    return linear_part(seed + 1000) | gains | {"ki": random.normal(0.0, 5000.0)}
+
+
+def scheduling(seed, inputs=5, **changes):
+    """A hierarchy on a linear part, whose root scales a linear law."""
+    changes["scheduled"] = scheduled_part(seed)
+    return hierarchy_on_linear(seed, inputs, **changes)
+
+
 def fuzzy(kind, seed, **changes):
     """Random triangles, some overlapping by less than a step of the adaptation."""
     random = np.random.default_rng(seed)

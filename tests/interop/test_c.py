@@ -34,6 +34,11 @@ DESIGNS |= {
         made_up.hierarchy_on_linear(9, adaptation=ADAPTING), 300.0
     ),
 }
+DESIGNS |= {f"scheduling by {n} inputs": made_up.scheduling(n, n) for n in (2, 4, 6)}
+DESIGNS |= {
+    "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
+    "scheduling by what adapts": made_up.limited(made_up.scheduling(9, adaptation=ADAPTING), 300.0),
+}
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
 DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
@@ -125,7 +130,14 @@ def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
 
 # Rounding may decide which rules are judged; until then the commands differ by single precision.
 @pytest.mark.parametrize(
-    "name", ["lin-lee-1999-table-1", "linear part under 2 inputs", "jee-koren-2004-flc", "pd-only"]
+    "name",
+    [
+        "lin-lee-1999-table-1",
+        "linear part under 2 inputs",
+        "scheduling by 2 inputs",
+        "jee-koren-2004-flc",
+        "pd-only",
+    ],
 )
 def test_float_is_single_precision(compiler, name, tmp_path):
     design = DESIGNS[name]

@@ -52,13 +52,17 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
     for item in controller.inputs:
         unit = f"per {input_unit(units, item.name)}"
         rows.append((f"scale of {readable(item.name)}", item.scale, unit))
-    rows.append(("scale of the output", controller.output_scale, command))
+    if part := controller.scheduled_part:
+        rows += [(f"scheduled: {name}", x, unit) for name, x, unit in linear.rows(part, units)]
+    output_unit = "1" if controller.scheduled else command
+    rows.append(("scale of the output", controller.output_scale, output_unit))
     if adaptation := controller.adaptation:
         rows.append(("adaptation of the root: step", adaptation.k_c, "a sample"))
         rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
     return Listing(
-        f"Gains of the {_part(controller)} part, scales of the inputs of the hierarchy and of its "
-        "output.",
+        f"Gains of the {_part(controller)} part"
+        + ", of the scheduled law, which the hierarchy's output multiplies" * _schedules(controller)
+        + ", scales of the inputs of the hierarchy and of its output.",
         ["parameter", "value", "unit"],
         [[name, f"{value:.6g}", unit] for name, value, unit in rows],
     )
@@ -66,6 +70,10 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
 
 def _part(controller: HierarchicalDesign) -> str:
     return "PD" if controller.linear is None else "linear"
+
+
+def _schedules(controller: HierarchicalDesign) -> bool:
+    return controller.scheduled is not None
 
 
 def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
@@ -99,9 +107,8 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     x, y = place(f"unit-{controller.units[-1].id}", 0)
     arrow = {"arrowstyle": "-|>", "color": "0.3"}
     axes.annotate("", (x, y + 0.8), (x, y), arrowprops=arrow, zorder=0)
-    axes.text(
-        x + 0.06, y + 0.42, f"× {controller.output_scale:g} {drive.units['command']}", fontsize=10
-    )
+    unit = "× scheduled law" if _schedules(controller) else drive.units["command"]
+    axes.text(x + 0.06, y + 0.42, f"× {controller.output_scale:g} {unit}", fontsize=10)
     _box(axes, x, y + 1, f"{drive.command_name} = {_part(controller)} part + hierarchy")
     axes.set(xlim=(0, len(leaves)), ylim=(-deepest - 1.0, 1.4))
     axes.set_axis_off()
