@@ -39,6 +39,8 @@ DESIGNS |= {
     "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
     "scheduling by what adapts": made_up.limited(made_up.scheduling(9, adaptation=ADAPTING), 300.0),
 }
+ONE_VOLT = {"feed_forward": {"load": 1.0, "expected_load": 1.0}}
+DESIGNS["scheduling one volt"] = made_up.hierarchy_on_linear(4, 4, scheduled=ONE_VOLT)
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
 DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
@@ -183,9 +185,16 @@ def test_no_globals_no_library(program, name, tmp_path):
 
 @pytest.mark.parametrize("points", [2, 129])
 @pytest.mark.parametrize(
-    "name", ["lin-lee-1999-table-1", "hierarchy of 3 inputs", "linear part under 4 inputs"]
+    "name",
+    [
+        "lin-lee-1999-table-1",
+        "hierarchy of 3 inputs",
+        "linear part under 4 inputs",
+        "scheduling one volt",
+    ],
 )
 def test_the_lookup_error_that_is_named_is_true(compiler, name, points, tmp_path):
+    """Of what schedules it is that of the factor: of a law of 1 V the command's as well."""
     design = DESIGNS[name]
     named = lookup(design.controller, points).deviation
     found = built(compiler, design, tmp_path / "c", lookup=points)

@@ -35,14 +35,14 @@ def slopes(record: HierarchicalDesign) -> dict[str, float]:
     In units of the command for a unit of the input; without what a scheduled law grows by.
     """
     moves = STEP * np.eye(len(record.inputs))
-    steep = (_factor(record, moves) - _factor(record, -moves)) / (2.0 * STEP)
+    steep = (factor(record, moves) - factor(record, -moves)) / (2.0 * STEP)
     if part := record.scheduled_part:
         steep = steep * part.gains().load
     pairs = zip(record.inputs, steep.tolist(), strict=True)
     return {item.name: item.scale * slope for item, slope in pairs}
 
 
-def _factor(record: HierarchicalDesign, points: Floats) -> Floats:
+def factor(record: HierarchicalDesign, points: Floats) -> Floats:
     """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
     degrees = partial(memberships, ARRAYS, layout_of(record).terms)
     units, _ = outputs(ARRAYS, degrees, record.gains(), list(points.T))
@@ -57,11 +57,11 @@ def at_rest(record: HierarchicalDesign) -> LinearDesign | None:
     base, own = record.linear_part, record.scheduled_part
     if base is None or own is None:
         return base
-    factor = float(_factor(record, np.zeros((1, len(record.inputs))))[0])
+    share = float(factor(record, np.zeros((1, len(record.inputs))))[0])
     signals = dict(base.signals)
     for name, gain in own.signals.items():
-        signals[name] = signals.get(name, 0.0) + factor * gain
-    gains = {key: getattr(base, key) + factor * getattr(own, key) for key in ("kp", "ki", "kd")}
+        signals[name] = signals.get(name, 0.0) + share * gain
+    gains = {key: getattr(base, key) + share * getattr(own, key) for key in ("kp", "ki", "kd")}
     return base.model_copy(update={**gains, "signals": signals})
 
 

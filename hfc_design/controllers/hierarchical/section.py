@@ -10,6 +10,7 @@ from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.loop import open_loop
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear import section as linear
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Drawing, Listing, Section, heat_map
@@ -34,7 +35,12 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
         )
         for figure, unit in zip(rule_tables(record), units, strict=True)
     ]
-    found = [Section("The controller", "", _parameters(record, shown.units), [tree, *tables])]
+    drawn = [tree, *tables]
+    if record.scheduled is not None:
+        names = [item.name for item in record.inputs]
+        told = {name: readable(name) for name in names}
+        drawn.insert(1, schedule(record, told, {x: input_unit(shown.units, x) for x in names}))
+    found = [Section("The controller", "", _parameters(record, shown.units), drawn)]
     if record.linear is not None:
         found.append(linear.loop_section(record, shown, open_loop))
     return found
@@ -49,11 +55,11 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
     ]
     if part := controller.linear_part:
         rows = linear.rows(part, units)
+    if part := controller.scheduled_part:
+        rows += [(f"scheduled: {name}", x, unit) for name, x, unit in linear.rows(part, units)]
     for item in controller.inputs:
         unit = f"per {input_unit(units, item.name)}"
         rows.append((f"scale of {readable(item.name)}", item.scale, unit))
-    if part := controller.scheduled_part:
-        rows += [(f"scheduled: {name}", x, unit) for name, x, unit in linear.rows(part, units)]
     output_unit = "1" if controller.scheduled else command
     rows.append(("scale of the output", controller.output_scale, output_unit))
     if adaptation := controller.adaptation:

@@ -10,6 +10,7 @@ from wiring import units
 
 from hfc_design import api
 from hfc_design.controllers.hierarchical.loop import open_loop
+from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
 from hfc_design.controllers.linear import model as linear
 from hfc_design.files.design import Design, design_json
@@ -302,6 +303,24 @@ def population_of(gains):
     return one(gains)
 
 
+def test_the_drawing_is_of_the_root_s_output():
+    """Of each input, all others 0; what was a sample before is an input of its own."""
+    design = made_up.scheduling(9)
+    own = design.controller
+    names = {item.name: item.name for item in own.inputs}
+    (axes,) = schedule(own, names, dict.fromkeys(names, "rad")).figure.axes
+    assert len(axes.lines) == len(own.inputs)
+    for line, item in zip(axes.lines, own.inputs, strict=True):
+        u, found = line.get_data()
+        assert line.get_label() == f"{item.name}, 1 is {1.0 / item.scale:.3g} rad"
+        for k in range(0, len(u), 25):
+            told = dict.fromkeys(design.kind.reads(own), 0.0)
+            before = {}
+            where = before if item.name.startswith("previous_") else told
+            where[item.name.removeprefix("previous_")] = u[k] / item.scale
+            assert found[k] == pytest.approx(10.0 * root(design, told, before), rel=1e-12)
+
+
 def test_the_page_shows_both_laws(tmp_path):
     small = {"simulation.duration_s": 0.2, "search.population": 6, "search.generations": 4}
     inputs = [{"name": "reference_rate", "scale": 50.0}, {"name": "error", "scale": 3000.0}]
@@ -315,3 +334,4 @@ def test_the_page_shows_both_laws(tmp_path):
     assert "scheduled: kp, on the error" in page
     assert f"{found.controller.scheduled.kp:.6g}" in page
     assert "more or less of that law" in page
+    assert "The factor on the scheduled law against each scaled input" in page
