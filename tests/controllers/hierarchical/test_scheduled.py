@@ -233,6 +233,16 @@ def test_a_file_of_rules_says_what_it_lacks(name, tmp_path):
     assert about["scheduled"]["reads"].keys() >= about["scheduled"]["signals"].keys()
 
 
+def test_controller_m_names_every_signal(tmp_path):
+    """Those too that the scheduled law alone reads."""
+    design = made_up.scheduling(9)
+    FORMATS["fis"].write(design, tmp_path / "out")
+    lines = (tmp_path / "out" / "controller.m").read_text().splitlines()
+    (told,) = (line for line in lines if line.startswith("% Fields of signals: "))
+    named = {field.split()[0] for field in told.removeprefix("% Fields of signals: ").split(", ")}
+    assert named == set(design.kind.reads(design.controller))
+
+
 def test_without_exp_the_factor_s_deviation_is_told(tmp_path):
     (tmp_path / "design.json").write_text(design_json(made_up.scheduling(7)))
     arguments = (tmp_path / "design.json", "--to", "c", "--out", tmp_path / "c", "--lookup", 33)
