@@ -71,9 +71,10 @@ class Ensemble(NamedTuple):
         values = judged.values[..., judged.values.shape[-1] - len(self.constraints) :]
         most = np.array([one.most for one in self.constraints])
         scale = np.where(most > 0.0, most, 1.0)
-        over = np.nan_to_num((values - most) / scale, nan=1.0, posinf=1.0)
-        # Of what runs away only that it does counts, not how fast.
-        return np.concatenate([failed, np.where(failed, 1.0, np.clip(over, 0.0, 1.0))], axis=-1)
+        over = np.nan_to_num(np.maximum(values - most, 0.0) / scale, nan=np.inf)
+        # More is always worse, but of what runs away only that it does counts, not how fast.
+        over = 1.0 - 1.0 / (1.0 + over)
+        return np.concatenate([failed, np.where(failed, 1.0, over)], axis=-1)
 
     def _kept(self, merit: Floats) -> Floats:
         """(designs,) one merit of all machines."""
