@@ -146,6 +146,7 @@ def score(
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
+    from hfc_design.files.pairing import machine
     from hfc_design.files.together import kept
 
     given = {name: value for name, value in options.items() if value is not None}
@@ -153,6 +154,8 @@ def score(
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
     if "plot" in given and len(scenarios) > 1:
         raise UserError("--plot draws one scenario; name only one")
+    for where in scenarios:  # before the first one takes its time
+        machine(found, where)
     for k, where in enumerate(scenarios):
         if k and not as_json:
             click.echo()

@@ -19,6 +19,8 @@ from hfc_design.objectives.stick_share import is_stuck
 
 Moments: TypeAlias = tuple[Moment, ...]
 Term: TypeAlias = Callable[[Moment], Scalar]
+#: The measure that needs a band of the error.
+BAND_TIME = "band_time"
 #: What grows within the last quarter counts by no more than this factor.
 MOST_GROWTH = 10.0
 #: Samples of the control in which what swings fast goes about as far as its amplitude.
@@ -120,7 +122,7 @@ def band_time(band: float) -> Measure:
         return jnp.where(off > band, moments[0].time + moments[0].sample_time, sums)
 
     meaning = f"from then on the error stays within {band:g}"
-    return Measure("band_time", "s", meaning, lambda zero: zero, update, lambda sums: sums)
+    return Measure(BAND_TIME, "s", meaning, lambda zero: zero, update, lambda sums: sums)
 
 
 def _unsettled() -> Measure:
@@ -222,12 +224,12 @@ MEASURES: dict[str, Measure] = {
 @cache
 def measure(name: str, band: Any = None) -> Measure:
     """The measure with a name; ValueError: there is none, or it needs a ``band`` of the error."""
-    if name == "band_time":
+    if name == BAND_TIME:
         if band is None:
             return band_time(0.0)
         return band_time(band)
     if name not in MEASURES:
-        known = ", ".join([*MEASURES, "band_time"])
+        known = ", ".join([*MEASURES, BAND_TIME])
         raise ValueError(f"{name}: is no measure; there is {known}")
     return MEASURES[name]
 
