@@ -19,6 +19,7 @@ class RobustSettings(Record):
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"
     keep: Keep = "mean"
     quantile: Share = 0.1  # that ``keep = "quantile"`` keeps
+    forgiven: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share that may break a constraint
     margin: Annotated[float, Field(ge=1, le=2)] = 1.2  # of the search's spread beyond these
     first: Count = 24  # machines for every candidate, the nominal one among them
     machines: Count = 24  # for those that survive these
