@@ -146,8 +146,8 @@ def score(
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
+    from hfc_design.files.kept import kept
     from hfc_design.files.pairing import machine
-    from hfc_design.files.together import kept
 
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
