@@ -92,7 +92,7 @@ def write_page(
         used=_used(scenario, result, folder),
         several=_motions(own, scenario),
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
-        errors=plots.errors(evaluations),
+        errors=(plots.motion_errors if own.motions else plots.errors)(evaluations),
         sections=_sections(design, own, scenario),
         front=front and trade_off.section(front),
         tables=tables,
