@@ -60,6 +60,11 @@ class Ensemble(NamedTuple):
         lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
         return Verdict(np.where(lost, -np.inf, rank), merit, broken)
 
+    def tighter(self, factor: float) -> "Ensemble":
+        """One that allows less by a ``factor``: few machines stand for many."""
+        less = [one._replace(most=one.most / factor) for one in self.constraints]
+        return self._replace(constraints=tuple(less))
+
     def costs(self, values: Floats) -> Floats:
         """(designs, measures) of ``values`` (designs, machines, motions, measures).
 

@@ -31,7 +31,7 @@ from hfc_design.simulation.population import Machines
 FINALISTS = 16
 #: A search whose scores are compared within a generation only begins with broken constraints of
 #: so much, which it narrows down over this share of its generations.
-LENIENT, NARROWED = 0.05, 0.6
+LENIENT, NARROWED = 0.2, 0.6
 #: What to try where a search found nothing that stays finite.
 HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
@@ -45,7 +45,7 @@ LEAST_VIOLATED = "least_violated"
 class Problem:
     """A scenario as what a search needs of it; UserError: its controller cannot be searched."""
 
-    def __init__(self, scenario: Scenario, margin: float | None = None):
+    def __init__(self, scenario: Scenario, final: bool = False):
         with own_code("", *_kinds(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
             design = design_of(taken(self.genome.empty(), slice(1)), scenario)
@@ -57,8 +57,10 @@ class Problem:
         self._dtype = np.dtype(scenario.run.precision)
         self._ensemble, self._robust = scenario.ensemble, scenario.robust
         if self._robust:
-            wider = self._robust.margin if margin is None else margin
+            wider = 1.0 if final else self._robust.margin
             self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+        if self._robust and self._ensemble and not final:
+            self._ensemble = self._ensemble.tighter(self._robust.tighter)
         self._traded, self._record = scenario.traded, design.controller
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets
         self._generations = scenario.search.generations
@@ -233,7 +235,7 @@ def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population
 def final_problem(scenario: Scenario) -> Problem:
     """Where finalists compete: in float64, on machines within the tolerances themselves."""
     own = scenario.run.model_copy(update={"precision": "float64"})
-    return Problem(scenario.model_copy(update={"run": own}), margin=1.0)
+    return Problem(scenario.model_copy(update={"run": own}), final=True)
 
 
 def _why(search: Search, scenario: Scenario) -> str:

@@ -87,6 +87,14 @@ def test_a_search_may_narrow_down_what_it_allows():
     assert ensemble.verdict(told, 0.2).sound.ravel().tolist() == [True, False, False]
 
 
+def test_a_search_may_allow_less():
+    ensemble = Ensemble((1.0,), (STUCK, LATE)).tighter(2.0)
+    assert [one.most for one in ensemble.constraints] == [0.0, 0.005]
+    assert ensemble.verdict(judged([[[1.0]]], stick=0.0, late=0.006)).rank == pytest.approx(
+        [-1 / 6]
+    )
+
+
 def test_what_fails_breaks_everything_and_only_what_always_fails_is_lost():
     ensemble = Ensemble((1.0,), (STUCK, LATE))
     failed = [[[True], [False]], [[True], [True]]]
