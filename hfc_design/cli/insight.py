@@ -172,7 +172,8 @@ def _open_loops(design: "Design", axes: "list[Axis]") -> "Loops":
         loop = part.kind.open_loop(part.controller, axis.drive, axis.parameters)
         if loop is None:
             return {}
-        found[axis.name if len(axes) > 1 else ""] = loop
+        delay = design.limits.of(axis.name).delay_samples
+        found[axis.name if len(axes) > 1 else ""] = loop.delayed(delay)
     return found
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from rich.table import Table
 
 from hfc_design.core.console import ProgressBar, plain_table, terminal
-from hfc_design.core.records import UserError, writing
+from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation, evaluate, motion_rows, notes, score_rows
@@ -134,8 +134,6 @@ def score_usable(
     from hfc_design.simulation.monte_carlo import check_draw
     from hfc_design.simulation.usable import usable
 
-    if plot is not None:
-        raise UserError("--plot draws one motion, and there are several or [robust]")
     if spread is not None:
         check_draw(spread, samples or 1, seed or 0)
     found = usable(design, scenario, spread, samples, seed)
@@ -147,6 +145,11 @@ def score_usable(
     else:
         print(f"{design.name} on {scenario.name}")
         show_usable(found.numbers())
+    if plot is not None:
+        from hfc_design.pictures.figure import save
+        from hfc_design.report.usable_plots import distributions
+
+        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
 
 
 def score_spread(

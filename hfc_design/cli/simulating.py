@@ -147,13 +147,16 @@ def score(
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
-    from hfc_design.files.together import kept
+    from hfc_design.files.kept import kept
+    from hfc_design.files.pairing import machine
 
     given = {name: value for name, value in options.items() if value is not None}
     if spread is None and given:
         raise UserError(f"--{next(iter(given))} needs --spread, as in --spread 0.2")
     if "plot" in given and len(scenarios) > 1:
         raise UserError("--plot draws one scenario; name only one")
+    for where in scenarios:  # before the first one takes its time
+        machine(found, where)
     for k, where in enumerate(scenarios):
         if k and not as_json:
             click.echo()

@@ -80,12 +80,13 @@ class Shown(NamedTuple):
     parameters: tuple[Parameters, ...]  # the record of each axis
     #: What each axis told the control, signal -> (steps,); None where that is not known.
     signals: dict[str, dict[str, Floats]] | None
+    delays: tuple[int, ...] = ()  # samples until the command of each axis acts; () for none
 
     def of(self, axis: str) -> "Shown":
         """The same of one axis."""
         k = self.machine.axes.index(axis)
         own = None if self.signals is None else {axis: self.signals[axis]}
-        return Shown(self.machine.only(k), (self.parameters[k],), own)
+        return Shown(self.machine.only(k), (self.parameters[k],), own, self.delays[k : k + 1])
 
     @property
     def units(self) -> dict[str, str]:

@@ -39,7 +39,7 @@ class Record(BaseModel):
 
 
 #: Characters of a message: nobody reads more.
-LONGEST = 300
+LONGEST = 400
 
 
 def in_a_line(message: str) -> str:
@@ -147,7 +147,8 @@ def _place(location: tuple[int | str, ...], data: Plain, missing: bool) -> tuple
     keys = []
     for k, part in enumerate(location):
         last = k + 1 == len(location)
-        if isinstance(data, dict) and part not in data and not (last and missing):
+        branch = part not in data if isinstance(data, dict) else not isinstance(data, list | tuple)
+        if branch and not (last and missing):
             continue
         keys.append(str(part))
         try:

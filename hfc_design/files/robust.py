@@ -32,4 +32,10 @@ class RobustSettings(Record):
     def _more_and_more(self) -> "RobustSettings":
         if not self.first <= self.machines <= self.elite <= self.final:
             raise ValueError("first <= machines <= elite <= final does not hold")
+        for key, spread in {"spread": self.spread, **self.tolerances}.items():
+            if self.margin * spread >= 1.0:
+                told = key if key == "spread" else f"tolerances.{key}"
+                raise ValueError(
+                    f"{told} = {spread:g}: times margin = {self.margin:g} it has to stay below 1"
+                )
         return self

@@ -11,6 +11,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.kept import dotted
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design, machine
 from hfc_design.files.scenario import Scenario, load_scenario
@@ -90,7 +91,7 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
     """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
-    if own := _dotted(design.limits.model_dump(exclude_none=True)):
+    if own := dotted(design.limits.model_dump(exclude_none=True)):
         yield "own limits kept: " + ", ".join(f"{key} = {x}" for key, x in own.items())
     each = zip(machine(design, scenario).each(), shared.plant.each(), strict=True)
     for before, here in each:
@@ -107,32 +108,9 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
         for key in ("limits", "sensors") if isinstance(told, dict) else ():
             part = getattr(shared, key)
             made = type(part).model_validate(told.get(key) or {})
-            pair = (_dotted(x.model_dump(mode="json")) for x in (made, part))
+            pair = (dotted(x.model_dump(mode="json")) for x in (made, part))
             if changed := _changed(*pair):
                 yield f"made with other {key}: {changed}"
-
-
-def kept(design: Design, scenario: Scenario) -> list[str]:
-    """Lines on what a design keeps of its own, and was made with and does not have here."""
-    found = list(differences(design, scenario, on_one_machine({design.name: design}, scenario)))
-    told: Any = design.provenance.get("scenario")
-    with suppress(UserError, ValueError):
-        made = load_scenario(told) if isinstance(told, str) else None
-        load = (
-            made.load if made else type(scenario.load).model_validate((told or {}).get("load", {}))
-        )
-        if not scenario.motions and load != scenario.load:
-            found.append("made under another load")
-    return found
-
-
-def _dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
-    """A table of tables as one of dotted keys."""
-    found: Json = {}
-    for key, value in table.items():
-        inside = isinstance(value, Mapping)
-        found |= _dotted(value, f"{prefix}{key}.") if inside else {prefix + key: value}
-    return found
 
 
 def _changed(made: Json, here: Json) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 from pydantic import AfterValidator
 
 from hfc_design.core.quantities import Quantity
-from hfc_design.objectives.measures import Measure, Units, in_units, measure
+from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure
 
 #: In a table of constraints the width that ``band_time`` is about.
 BAND = "band"
@@ -30,8 +30,14 @@ Constraints: TypeAlias = Annotated[dict[str, Quantity], AfterValidator(_known)]
 
 
 def constraints_on(most: Constraints, units: Units) -> tuple[Constraint, ...]:
-    """With numbers in the units of a machine; ValueError: one has another unit, or is below 0."""
+    """With numbers in the units of a machine.
+
+    Raises:
+        ValueError: one has another unit, is below 0, or lacks its band.
+    """
     found, band = [], most.get(BAND)
+    if BAND_TIME in most and band is None:
+        raise ValueError(f"constraints.{BAND_TIME}: needs constraints.{BAND}")
     width = None if band is None else in_units(f"constraints.{BAND}", band, "error", units)
     for name, quantity in most.items():
         if name == BAND:

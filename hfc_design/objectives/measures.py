@@ -19,6 +19,8 @@ from hfc_design.objectives.stick_share import is_stuck
 
 Moments: TypeAlias = tuple[Moment, ...]
 Term: TypeAlias = Callable[[Moment], Scalar]
+#: The measure that needs a band of the error.
+BAND_TIME = "band_time"
 #: What grows within the last quarter counts by no more than this factor.
 MOST_GROWTH = 10.0
 #: Samples of the control in which what swings fast goes about as far as its amplitude.
@@ -120,7 +122,7 @@ def band_time(band: float) -> Measure:
         return jnp.where(off > band, moments[0].time + moments[0].sample_time, sums)
 
     meaning = f"from then on the error stays within {band:g}"
-    return Measure("band_time", "s", meaning, lambda zero: zero, update, lambda sums: sums)
+    return Measure(BAND_TIME, "s", meaning, lambda zero: zero, update, lambda sums: sums)
 
 
 def _unsettled() -> Measure:
@@ -130,7 +132,9 @@ def _unsettled() -> Measure:
     them. Loops that swing by themselves do so each in its own phase. Friction may let the two rest
     at different places: what counts are the variances within each half of the last quarter, of the
     distance and of ``SWING`` samples times its rate (an amplitude, of what swings that fast; faster
-    swinging counts more), and where the second half has more, by the factor by which it has.
+    swinging counts more). What grows counts by the factor by which it does, if it does so in the
+    distance and in the rate: of a steady swing that is slower than a half, one of them has less in
+    the second half whenever the other has more.
     """
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
@@ -145,16 +149,21 @@ def _unsettled() -> Measure:
             found.append((count + here, *(a + here * b for a, b in zip(each, more, strict=True))))
         return tuple(found)
 
-    def swinging(sums: Sums) -> Scalar:
+    def variances(sums: Sums) -> tuple[Scalar, Scalar]:
+        """Of the distance and of the rate in a half."""
         count, *each = sums
         mean, square, mean_rate, square_rate = (one / jnp.maximum(count, 1.0) for one in each)
-        variance = square - mean * mean + square_rate - mean_rate * mean_rate
-        return jnp.sqrt(jnp.where(variance < 0.0, 0.0, variance))
+        found = square - mean * mean, square_rate - mean_rate * mean_rate
+        return jnp.maximum(found[0], 0.0), jnp.maximum(found[1], 0.0)
+
+    def growth(before: Scalar, after: Scalar) -> Scalar:
+        least = after / MOST_GROWTH**2 + jnp.finfo(jnp.float32).tiny
+        return after / jnp.maximum(before, least)
 
     def value(sums: Sums) -> Scalar:
-        before, after = map(swinging, sums)
-        least = after / MOST_GROWTH + jnp.finfo(jnp.float32).tiny
-        return after * jnp.maximum(after / jnp.maximum(before, least), 1.0)
+        before, after = map(variances, sums)
+        grown = jnp.minimum(*map(growth, before, after))
+        return jnp.sqrt((after[0] + after[1]) * jnp.maximum(grown, 1.0))
 
     def empty(zero: Scalar) -> Sums:
         return (zero,) * 5, (zero,) * 5
@@ -222,12 +231,12 @@ MEASURES: dict[str, Measure] = {
 @cache
 def measure(name: str, band: Any = None) -> Measure:
     """The measure with a name; ValueError: there is none, or it needs a ``band`` of the error."""
-    if name == "band_time":
+    if name == BAND_TIME:
         if band is None:
             return band_time(0.0)
         return band_time(band)
     if name not in MEASURES:
-        known = ", ".join([*MEASURES, "band_time"])
+        known = ", ".join([*MEASURES, BAND_TIME])
         raise ValueError(f"{name}: is no measure; there is {known}")
     return MEASURES[name]
 

@@ -10,7 +10,7 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.quantities import Quantity
 from hfc_design.core.records import Positive, Record
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.measures import Measure, Units, in_units, measure, path_fault
+from hfc_design.objectives.measures import BAND_TIME, Measure, Units, in_units, measure, path_fault
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
 
 
@@ -39,14 +39,21 @@ class TolerancesSettings(ObjectiveSettings):
         return tolerances
 
     def on(self, units: Units) -> "TolerancesSettings":
-        """The same with plain numbers in the units of a machine; ValueError: one has another."""
-        band = None if self.band is None else in_units("band", self.band, "error", units)
+        """The same with plain numbers in the units of a machine.
+
+        Raises:
+            ValueError: one has another unit, is not above 0, or lacks its band.
+        """
+        band = None if self.band is None else in_units("fitness.band", self.band, "error", units)
+        if BAND_TIME in self.tolerances and band is None:
+            raise ValueError(f"fitness.tolerances.{BAND_TIME}: needs fitness.band")
         found: dict[str, Any] = {}
         for name, tolerated in self.tolerances.items():
             own = tolerated if isinstance(tolerated, Weighed) else Weighed(tolerance=tolerated)
-            number = in_units(f"tolerances.{name}", own.tolerance, measure(name).unit, units)
+            key = f"fitness.tolerances.{name}"
+            number = in_units(key, own.tolerance, measure(name).unit, units)
             if not number > 0.0:
-                raise ValueError(f"tolerances.{name} = {own.tolerance!r}: has to be more than zero")
+                raise ValueError(f"{key} = {own.tolerance!r}: has to be more than zero")
             found[name] = Weighed(tolerance=number, weight=own.weight)
         return self.model_copy(update={"tolerances": found, "band": band})
 

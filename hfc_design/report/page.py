@@ -15,7 +15,7 @@ from hfc_design.core.plugins import own_code, uses
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
-from hfc_design.files.pairing import load_design
+from hfc_design.files.pairing import load_design, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
@@ -92,7 +92,7 @@ def write_page(
         used=_used(scenario, result, folder),
         several=_motions(own, scenario),
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
-        errors=plots.errors(evaluations),
+        errors=(plots.motion_errors if own.motions else plots.errors)(evaluations),
         sections=_sections(design, own, scenario),
         front=front and trade_off.section(front),
         tables=tables,
@@ -164,7 +164,9 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
     # With sensors of the scenario's own nobody knows what the control has measured.
     known = scenario.sensors == SensorSettings() and not own.diverged
     signals = {axis.name: axis.told() for axis in own.axes} if known else None
-    shown = Shown(plant.machine, plant.values(), signals)
+    limits, axes = with_converter(scenario, design).limits, plant.machine.axes
+    delays = tuple(limits.of(axis).delay_samples for axis in axes)
+    shown = Shown(plant.machine, plant.values(), signals, delays)
     kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
     with own_code(", sections of the report (the design is saved)", *kinds):
         return [Section(*section) for section in design.kind.sections(design.controller, shown)]

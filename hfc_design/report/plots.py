@@ -189,6 +189,31 @@ def beside(samples: PathSamples, left: float) -> Floats:
     return moved
 
 
+def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
+    """As ``errors``, a small panel for each axis in each motion, two in a row."""
+    first = next(iter(evaluations.values()))
+    axes = [""] if first.contour or len(first.axes) == 1 else [axis.name for axis in first.axes]
+    pairs = [(name, k) for name in first.motions for k in range(len(axes))]
+    rows = -(-len(pairs) // 2)
+    top = 0.45 + 0.2 * -(-len(evaluations) // 2)  # the legend
+    figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
+    shape = {"hspace": 0.6, "wspace": 0.28}
+    panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
+    for place, (panel, (name, k)) in enumerate(zip(panels, pairs, strict=False)):
+        each = {label: one.motions[name] for label, one in evaluations.items()}
+        unit = _draw_errors(panel, each, k)
+        gridded(panel, "time [s]" if place + 2 >= len(pairs) else "")
+        panel.set_title(plain(f"{name} {axes[k]}".strip(), 16), fontsize=9, loc="left")
+        panel.set_title(f"error [{unit}]", fontsize=8, loc="right")
+        panel.tick_params(labelsize=7)
+        logarithmic(panel)
+        panel.margins(x=0)
+    for panel in panels[len(pairs) :]:
+        panel.set_visible(False)
+    above(figure, panels[0])
+    return figure
+
+
 def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """Largest error in each hundredth of the time, logarithmic; the first stands out.
 
@@ -202,21 +227,28 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     figure = framed(2.65 * count + 0.5 + top, top=top)
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for k, axes in enumerate(panels):
-        factor, unit = _error_unit(first, first.axes[k])
-        styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
-        for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
-            drawn = drawn_samples(evaluation)
-            starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
-            error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
-            largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
-            label = f"{name} (diverged)" if evaluation.diverged else name
-            axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
+        unit = _draw_errors(axes, evaluations, k)
         named = f"{first.axes[k].name} " if count > 1 else ""
         finish(axes, f"largest {named}error [{unit}]", "time [s]" if k + 1 == count else "")
         logarithmic(axes)
         axes.margins(x=0)
     above(figure, panels[0])
     return figure
+
+
+def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> str:
+    """A curve for each design of the errors of axis ``k``, or of the contour; their unit."""
+    first = next(iter(evaluations.values()))
+    factor, unit = _error_unit(first, first.axes[k])
+    styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
+    for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
+        drawn = drawn_samples(evaluation)
+        starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
+        error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
+        largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
+        label = f"{name} (diverged)" if evaluation.diverged else name
+        axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
+    return unit
 
 
 def _error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:

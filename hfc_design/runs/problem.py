@@ -37,6 +37,9 @@ HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
     "simulation.duration_s, another run.seed or start"
 )
+SPREAD_HINT = ", or a smaller robust.spread"
+#: In the score of a design: none that was tried keeps every constraint, this one breaks them least.
+LEAST_VIOLATED = "least_violated"
 
 
 class Problem:
@@ -166,7 +169,7 @@ def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) ->
     even = robust.sample == "latin-hypercube"
     wider = {name: margin * spread for name, spread in robust.tolerances.items()}
     parts = (scenario.plant, margin * robust.spread, count, seed, wider, even)
-    return drawn(*parts)[0]
+    return drawn(*parts, key="robust.spread")[0]
 
 
 def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:
@@ -200,24 +203,33 @@ def champion(
     Raises:
         RunError: all have diverged.
     """
-    finalists = _finalists(search) if one is None else [one]
+    finalists, sound = _finalists(search) if one is None else [one], True
     if not finalists:
-        raise RunError(f"no design: every individual diverged{_why(search, scenario)}; {HINTS}")
+        tried = f"every individual diverged{_why(search, scenario)}"
+        raise RunError(f"no design: {tried}; {HINTS}{SPREAD_HINT if scenario.robust else ''}")
     if scenario.ensemble and one is None:
-        finalists = [_best_of_many(joined(*finalists), scenario)]
+        best, sound = _best_of_many(joined(*finalists), scenario)
+        finalists = [best]
     designs = [design_of(individual, scenario) for individual in finalists]
     found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
     design, evaluation = max(found, key=lambda item: item[1].merit)
     if evaluation.diverged:
         why = f" ({evaluation.divergence})" if evaluation.divergence else ""
         raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
-    return with_score(design, evaluation, scenario), evaluation
+    design = with_score(design, evaluation, scenario)
+    if not sound:
+        design = design.model_copy(update={"score": {**design.score, LEAST_VIOLATED: True}})
+    return design, evaluation
 
 
-def _best_of_many(finalists: Population, scenario: Scenario) -> Population:
-    """The finalist that ranks first on machines within the tolerances, in float64."""
+def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:
+    """The finalist that ranks first on machines within the tolerances, in float64.
+
+    And whether it keeps every constraint on all of them; if not, nobody does.
+    """
     rank = final_problem(scenario).rank_of_finalists(finalists)
-    return taken(finalists, np.array([int(np.argmax(rank))]))
+    best = int(np.argmax(rank))
+    return taken(finalists, np.array([best])), bool(rank[best] >= 0.0)
 
 
 def final_problem(scenario: Scenario) -> Problem:

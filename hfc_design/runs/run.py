@@ -15,7 +15,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.runs import stored
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
-from hfc_design.runs.problem import Problem, champion, check_memory, with_score
+from hfc_design.runs.problem import LEAST_VIOLATED, Problem, champion, check_memory, with_score
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 from hfc_design.simulation.usable import usable
@@ -29,6 +29,8 @@ HISTORY, DESIGN = "history.csv", "design.json"
 GIVEN = "given.json"
 #: Seconds between checkpoints of a search that is faster than that.
 CHECKPOINT_EVERY = 2.0
+#: Of constraints that contradict each other, or a spread that no design stands.
+NO_DESIGN = "no design that was tried keeps every constraint, this one breaks them least"
 HINT = "; with --anyway it goes on all the same"
 
 
@@ -161,6 +163,8 @@ def used(scenario: Scenario, result: Result, folder: Path) -> Json:
     if asked and (stored := kept_use(folder)) is not None:
         return stored
     numbers = usable(result.design, scenario).numbers()
+    if result.design.score.get(LEAST_VIOLATED) and not numbers["usable"]:
+        numbers["answer"] = f"no: {NO_DESIGN}: {numbers['answer'].removeprefix('no: ')}"
     checkpoint.write_whole(folder / USABLE, (json.dumps(numbers, indent=1) + "\n").encode())
     return numbers
 

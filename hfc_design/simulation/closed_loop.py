@@ -2,9 +2,11 @@
 
 Sensors, controller, drives, objectives. ``population`` runs it over the samples, for many::
 
-    carry = start(loop, zero, samples.start, samples.beside)
-    carry, recorded = sample(loop, told, fixed, sample_time, gains, carry, row)  # once a sample
-    judged = loop.judge.judged(carry.sums, positions(loop, carry))
+    machine = start(loop, zero, samples.start)
+    watch = watching(loop, zero, machine)
+    after = moved(loop, told, fixed, sample_time, gains, machine, row)  # once a sample
+    watch, recorded = watched(loop, fixed, sample_time, machine, after.commands, watch, row)
+    judged = loop.judge.judged(watch.sums, positions(loop, after.states))
 """
 
 from typing import NamedTuple
@@ -74,8 +76,8 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
 STANDING = 0.01
 
 
-class Carry(NamedTuple):
-    """What the machine carries from sample to sample."""
+class Moving(NamedTuple):
+    """What a machine and its controller carry from sample to sample."""
 
     states: tuple[State, ...]  # of each drive
     angles: tuple[Angles, ...]  # that its encoders read, or its observers had, before
@@ -83,16 +85,14 @@ class Carry(NamedTuple):
     waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
+
+
+class Watch(NamedTuple):
+    """What is carried from sample to sample by those who look at the machine."""
+
     means: tuple[Scalar, ...]  # of the velocities, over the last ``STANDING``
     sums: tuple[Sums, ...]  # of the objectives
-    beside: "Beside | None" = None
-
-
-class Beside(NamedTuple):
-    """A copy of the machine with a controller of its own, that began a little off."""
-
-    carry: Carry
-    off: tuple[Scalar, ...]  # of each axis, by how much
+    off: tuple[Scalar, ...] = ()  # of each axis, by how much a copy of the machine began off
 
 
 class Recorded(NamedTuple):
@@ -107,122 +107,125 @@ class Recorded(NamedTuple):
     state: State
 
 
-def start(
-    loop: Loop, zero: Scalar, started: tuple[State, ...], beside: tuple[State, ...] = ()
-) -> Carry:
-    """A machine before the first sample, at ``started`` and with nothing to remember.
-
-    Where the loop is ``doubled`` a copy begins at ``beside``.
-    """
+def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Moving:
+    """A machine before the first sample, at ``started`` and with nothing to remember."""
     states = tuple(type(state)(*(zero + x for x in state)) for state in started)
-    angles, rates, pairs = [], [], [*zip(loop.machine.drives, states, strict=True)]
+    angles, rates = [], []
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
         angles.append({angle: getattr(state, angle) for angle in drive.encoders})
         each = drive.encoders.items() if observed else ()
         rates.append({angle: getattr(state, velocity) for angle, velocity in each})
-    carry = Carry(
+    return Moving(
         states,
         tuple(angles),
         tuple(rates),
         tuple(zero if later else None for later in loop.delayed),
         loop.controller.initial_memory(zero),
         (zero,) * len(states),
-        tuple(getattr(state, drive.velocity) for drive, state in pairs),
-        loop.judge.initial(zero),
     )
-    if not loop.doubled or not beside:
-        return carry
-    copy = start(loop, zero, beside)
-    off = (b - a for a, b in zip(positions(loop, carry), positions(loop, copy), strict=True))
-    return carry._replace(beside=Beside(copy._replace(sums=()), tuple(off)))
 
 
-def positions(loop: Loop, carry: Carry) -> list[Scalar]:
+def watching(loop: Loop, zero: Scalar, machine: Moving, copy: Moving | None = None) -> Watch:
+    """What is known of a machine before the first sample, and of a ``copy`` that began off it."""
+    pairs = zip(loop.machine.drives, machine.states, strict=True)
+    means = tuple(getattr(state, drive.velocity) for drive, state in pairs)
+    watch = Watch(means, loop.judge.initial(zero))
+    if copy is None:
+        return watch
+    places = (positions(loop, each.states) for each in (machine, copy))
+    return watch._replace(off=tuple(b - a for a, b in zip(*places, strict=True)))
+
+
+def positions(loop: Loop, states: tuple[State, ...]) -> list[Scalar]:
     """Where each axis is."""
-    pairs = zip(loop.machine.drives, carry.states, strict=True)
+    pairs = zip(loop.machine.drives, states, strict=True)
     return [getattr(state, drive.position) for drive, state in pairs]
 
 
-def sample(
+def moved(
     loop: Loop,
     told: tuple[Parameters, ...],
     fixed: tuple[Parameters, ...],
     sample_time: Scalar,
     gains: Gains,
-    carry: Carry,
+    before: Moving,
     row: Samples,
-) -> tuple[Carry, tuple[Recorded, ...]]:
+) -> Moving:
     """One control sample of one machine: measure, control, hold the commands, move.
 
     ``told`` are the parameters that the control believes in, ``fixed`` what ``coefficients``
     makes of the true ones, ``row`` one column of the samples, with loads and noise as tuples of
-    scalars and ``sample_time`` [s] apart from it.
+    scalars and ``sample_time`` [s] apart from it. The commands afterwards are those that acted.
     """
-    about = (told, fixed, sample_time, gains)
-    after, commands = _moved(loop, *about, carry, row)
-    moments, outputs = [], []
-    happening = row._replace(sample_time=sample_time)
-    for k, command in enumerate(commands):
-        moment = _moment(loop, k, fixed[k], carry, command, happening)
-        moments.append(moment)
-        outputs.append(Recorded(moment.error, moment.error_rate, command, carry.states[k]))
-    if carry.beside is not None:
-        other, off = carry.beside
-        moments = [_apart(loop, k, one, carry, other, off[k]) for k, one in enumerate(moments)]
-        after = after._replace(beside=Beside(_moved(loop, *about, other, row)[0], off))
-    sums = loop.judge.update(carry.sums, tuple(moments), row.path)
-    means = tuple(moment.velocity for moment in moments)
-    return after._replace(means=means, sums=sums), tuple(outputs)
-
-
-def _moved(
-    loop: Loop,
-    told: tuple[Parameters, ...],
-    fixed: tuple[Parameters, ...],
-    sample_time: Scalar,
-    gains: Gains,
-    carry: Carry,
-    row: Samples,
-) -> tuple[Carry, tuple[Scalar, ...]]:
-    """The machine a sample later, its sums as they were, and the commands that acted on it."""
     machine, axes = loop.machine, range(len(loop.machine.drives))
-    each = (_sensed(loop, k, fixed[k], carry, row.axes[k], sample_time) for k in axes)
+    each = (_sensed(loop, k, fixed[k], before, row.axes[k], sample_time) for k in axes)
     seen, signals, angles, rates = zip(*each, strict=True)
     view = View(signals, _path_view(loop, seen, row), told)
-    asked, memory = loop.controller.step(LANES, gains, carry.memory, view)
+    asked, memory = loop.controller.step(LANES, gains, before.memory, view)
     held = tuple(converted(asked[k], loop.limits[k], loop.resolutions[k]) for k in axes)
-    acting = tuple(carry.waiting[k] if loop.delayed[k] else held[k] for k in axes)
+    acting = tuple(before.waiting[k] if loop.delayed[k] else held[k] for k in axes)
     waiting = tuple(held[k] if loop.delayed[k] else None for k in axes)
     commands = tuple(machine.drives[k].accepted(fixed[k], acting[k]) for k in axes)
     loads = tuple(axis.loads for axis in row.axes)
-    states = machine.moved(fixed, carry.states, commands, loads, sample_time, loop.substeps)
-    after = Carry(states, angles, rates, waiting, memory, commands, carry.means, carry.sums)
-    return after, commands
+    states = machine.moved(fixed, before.states, commands, loads, sample_time, loop.substeps)
+    return Moving(states, angles, rates, waiting, memory, commands)
+
+
+def watched(
+    loop: Loop,
+    fixed: tuple[Parameters, ...],
+    sample_time: Scalar,
+    before: Moving,
+    commands: tuple[Scalar, ...],
+    watch: Watch,
+    row: Samples,
+    copy: tuple[State, ...] = (),
+) -> tuple[Watch, tuple[Recorded, ...]]:
+    """What is seen of a sample, which the machine began as ``before``, by the ``commands`` in it.
+
+    ``copy`` are the states of a copy of the machine that began a little off.
+    """
+    moments, outputs = [], []
+    happening = row._replace(sample_time=sample_time)
+    for k, command in enumerate(commands):
+        before_it, mean = before.commands[k], watch.means[k]
+        moment = _moment(loop, k, fixed[k], before.states[k], command, before_it, mean, happening)
+        outputs.append(Recorded(moment.error, moment.error_rate, command, before.states[k]))
+        if copy:
+            moment = _apart(loop, k, moment, before.states[k], copy[k], watch.off[k])
+        moments.append(moment)
+    sums = loop.judge.update(watch.sums, tuple(moments), row.path)
+    means = tuple(moment.velocity for moment in moments)
+    return Watch(means, sums, watch.off), tuple(outputs)
 
 
 def _sensed(
-    loop: Loop, k: int, fixed: Parameters, carry: Carry, row: AxisSamples, sample_time: Scalar
+    loop: Loop, k: int, fixed: Parameters, before: Moving, row: AxisSamples, sample_time: Scalar
 ) -> tuple[State, dict[str, Scalar], Angles, Angles]:
     """State and signals of axis ``k`` as the controller sees them; angles and rates to carry on."""
-    drive, sensors, before = (
-        loop.machine.drives[k],
-        loop.sensors[k],
-        (carry.angles[k], carry.rates[k]),
-    )
-    found = measured(sensors, drive, fixed, carry.states[k], before, row, sample_time)
+    drive, sensors = loop.machine.drives[k], loop.sensors[k]
+    known = before.angles[k], before.rates[k]
+    found = measured(sensors, drive, fixed, before.states[k], known, row, sample_time)
     seen, angles, rates = found
     return seen, read(sensors, drive, axis_signals(drive, fixed, seen, row), row), angles, rates
 
 
 def _moment(
-    loop: Loop, k: int, fixed: Parameters, carry: Carry, command: Scalar, row: Samples
+    loop: Loop,
+    k: int,
+    fixed: Parameters,
+    state: State,
+    command: Scalar,
+    previous: Scalar,
+    before: Scalar,
+    row: Samples,
 ) -> Moment:
-    """What the objectives see of axis ``k``."""
-    drive, state, happens = loop.machine.drives[k], carry.states[k], row.axes[k]
+    """What the objectives see of axis ``k``; ``before`` is the mean of its velocity."""
+    drive, happens = loop.machine.drives[k], row.axes[k]
     position, limit = getattr(state, drive.position), loop.limits[k]
     rate = happens.reference_rate
-    velocity, before = getattr(state, drive.velocity), carry.means[k]
+    velocity = getattr(state, drive.velocity)
     taken = row.sample_time / (row.sample_time + STANDING)
     limit = jnp.inf if limit is None else limit
     low, high = drive.accepted(fixed, -limit), drive.accepted(fixed, limit)
@@ -233,7 +236,7 @@ def _moment(
         command=command,
         reference_rate=rate,
         settled=row.settled,
-        command_change=command - carry.commands[k],
+        command_change=command - previous,
         limited=(command <= low) | (command >= high),
         sliding=happens.sliding,
         beyond=jnp.maximum((position - happens.end) * jnp.sign(happens.end), 0.0),
@@ -244,9 +247,9 @@ def _moment(
     )
 
 
-def _apart(loop: Loop, k: int, moment: Moment, carry: Carry, other: Carry, off: Scalar) -> Moment:
+def _apart(loop: Loop, k: int, moment: Moment, mine: State, theirs: State, off: Scalar) -> Moment:
     """The moment with how far the copy of axis ``k`` is from it, at each of its encoders."""
-    drive, mine, theirs = loop.machine.drives[k], carry.states[k], other.states[k]
+    drive = loop.machine.drives[k]
     places = {drive.position: drive.velocity, **drive.encoders}
     apart, rate = 0.0, 0.0
     for share, (place, velocity) in enumerate(places.items(), 1):  # unlike: see ``unsettled``

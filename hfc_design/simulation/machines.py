@@ -29,12 +29,14 @@ def drawn(
     seed: int,
     tolerances: Mapping[str, float] = NONE,
     even: bool = False,
+    key: str = "--spread",
 ) -> tuple[Machines, int]:
     """The nominal machine and ``samples`` others, and how many draws gave no possible one.
 
     ``tolerances`` are the spreads of single parameters. ``even`` is a Latin hypercube: of every
     parameter each of ``samples`` parts of its range is met once, machines apart that had to be
     drawn again. Otherwise the first machines of a seed are the same for every number of samples.
+    ``key`` is where the user told the spread.
 
     Raises:
         UserError: nearly no draw gives a possible machine, or a parameter is unknown.
@@ -67,8 +69,9 @@ def drawn(
             continue
         refused += 1
         if refused > MAX_DRAWS * samples:
+            told = f"{key}{' = ' if '.' in key else ' '}{spread:g}"
             raise UserError(
-                f"--spread {spread}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
+                f"{told}: of {refused + len(kept) - 1} draws only {len(kept) - 1} "
                 f"gave a possible {settings.machine.name}; a smaller spread is needed"
             )
     true = jax.tree.map(lambda *numbers: np.array(numbers, np.float64), *kept)

@@ -27,7 +27,17 @@ from hfc_design.core.numbers import Floats, Gains, Integers, Parameters, State
 from hfc_design.core.plugins import own_code
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
-from hfc_design.simulation.closed_loop import Carry, Loop, Recorded, positions, sample, start
+from hfc_design.simulation.closed_loop import (
+    Loop,
+    Moving,
+    Recorded,
+    Watch,
+    moved,
+    positions,
+    start,
+    watched,
+    watching,
+)
 
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
 CHUNK = 64
@@ -35,6 +45,7 @@ LANES = 16
 
 #: A number of one individual, or the rows of a table as tuples of tuples.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
+Carry: TypeAlias = tuple[Moving, Watch]  # the machines with their copies, what is seen of them
 Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
 
 
@@ -270,7 +281,7 @@ def _each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
             return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
 
         carry = lax.fori_loop(bounds[0], bounds[1], at, started(*starts))
-        return told(loop.judge.judged(carry.sums, positions(loop, carry)))
+        return told(_judged(loop, carry))
 
     samples = inputs.samples
     each: Array = lax.map(one, (inputs.bounds, samples.start, samples.beside))
@@ -282,27 +293,62 @@ def _run(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[J
     body, rows, started = _stepping(loop, own_machine, inputs, record)
     samples = inputs.samples
     carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
-    return loop.judge.judged(carry.sums, positions(loop, carry)), outputs
+    return _judged(loop, carry), outputs
+
+
+def _judged(loop: Loop, carry: Carry) -> Judged:
+    """What the judge says in the end; the copies come last in the states."""
+    machines, watch = carry
+    places = [place[: watch.means[0].shape[0]] for place in positions(loop, machines.states)]
+    return loop.judge.judged(watch.sums, places)
 
 
 def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Any, Any, Any]:
-    """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry."""
+    """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry.
+
+    Copies of the machines, where the loop has them, are individuals like the others behind them:
+    the program is no larger for them.
+    """
     told, true, samples, gains, _ = inputs
-    zeros = jnp.zeros(_count(gains), samples.settled.dtype)
+    count = _count(gains)
+    zeros = jnp.zeros(count, samples.settled.dtype)
     fixed = loop.machine.coefficients(true)
+    doubled = loop.doubled and bool(samples.beside)
     own = 0 if own_machine else None
-    step = jax.vmap(partial(sample, loop), in_axes=(None, own, None, 0, 0, None))
+    step = jax.vmap(partial(moved, loop), in_axes=(None, own, None, 0, 0, None))
+    look = jax.vmap(partial(watched, loop), in_axes=(own, None, 0, 0, 0, None, 0))
+    both = _both if doubled else lambda tree, _: tree
+    every, all_fixed = both(gains, gains), both(fixed, fixed) if own_machine else fixed
+
+    def first(tree: PyTree) -> PyTree:
+        return jax.tree.map(lambda leaf: leaf[:count], tree) if doubled else tree
 
     def body(carry: Carry, row: Samples) -> tuple[Carry, Any]:
+        before, watch = carry
         # Slicing here and not outside keeps each leaf one operand of the compiled loop.
-        numbers = jax.tree.map(_rows, gains)
-        carry, outputs = step(told, fixed, samples.sample_time, numbers, carry, row)
-        return carry, outputs if record else None
+        numbers = jax.tree.map(_rows, every)
+        after = step(told, all_fixed, samples.sample_time, numbers, before, row)
+        copy = jax.tree.map(lambda leaf: leaf[count:], before.states) if doubled else ()
+        seen = (first(before), first(after.commands), watch, row, copy)
+        watch, outputs = look(fixed, samples.sample_time, *seen)
+        return (after, watch), outputs if record else None
+
+    def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
+        machine = start(loop, zeros, here)
+        if not doubled:
+            return machine, watching(loop, zeros, machine)
+        copy = start(loop, zeros, off)
+        return _both(machine, copy), watching(loop, zeros, machine, copy)
 
     # Loads and noise as tuples, so that the loop hands out scalars.
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
     rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), beside=())
-    return body, rows, partial(start, loop, zeros)
+    return body, rows, started
+
+
+def _both(one: PyTree, other: PyTree) -> PyTree:
+    """Individuals and then others, along the trailing axis."""
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves, axis=-1), one, other)
 
 
 def _rows(leaf: Array) -> Rows:

@@ -144,7 +144,8 @@ def usable(
         robust = robust.model_copy(update={"spread": spread, "tolerances": {}})
     seed = scenario.run.seed + BEYOND if seed is None else seed
     parts = (robust.spread, machines or robust.unseen, seed, robust.tolerances)
-    some, _ = drawn(machine(design, scenario), *parts)
+    key = "robust.spread" if spread is None else "--spread"
+    some, _ = drawn(machine(design, scenario), *parts, key=key)
     motions = scenario.each_motion()
     judged = _on_machines(design, scenario, some)
     exact, gain = _gain(design, scenario, some.take(np.zeros(1, int)))

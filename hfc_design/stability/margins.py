@@ -31,6 +31,17 @@ class OpenLoop(NamedTuple):
         )
         return np.asarray(-(answers[..., 0] @ self.c))
 
+    def delayed(self, samples: int) -> "OpenLoop":
+        """The loop whose command acts so many samples later: ``L(z) z^-samples``."""
+        a, b, c = self.a, self.b, self.c
+        for _ in range(samples):  # another state: the command of the sample before
+            size = len(b)
+            a = np.block([[a, b[:, None]], [np.zeros((1, size + 1))]])
+            b, c = np.append(np.zeros(size), 1.0), np.append(c, 0.0)
+        waits = f"With the delay of {samples} sample{'s' * (samples > 1)} that the drive has"
+        about = ". ".join(filter(None, (self.about, waits if samples else "")))
+        return OpenLoop(a, b, c, about)
+
 
 class Margins(NamedTuple):
     """How far a loop is from where it swings by itself; None: nothing of that kind does it."""

@@ -176,6 +176,21 @@ def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path
     assert "delay margin [samples]" in told.stdout
 
 
+def test_the_delay_of_the_drive_is_in_the_margins(tmp_path):
+    """One sample less is left, and its lag is off the phase margin, at every crossing the same."""
+    own, late = (
+        json.loads(hfc(linear(tmp_path), "--change", f"limits.delay_samples={k}", "--json").stdout)
+        for k in (0, 1)
+    )
+    (before,), (found,) = own["axes"].values(), late["axes"].values()
+    assert found["delay"] == pytest.approx(before["delay"] - 1.0)
+    crossing = np.radians(before["phase"]) / before["delay"]  # rad a sample
+    assert found["phase"] == pytest.approx(before["phase"] - np.degrees(crossing))
+    assert found["gain_up"] < before["gain_up"]
+    told = hfc(linear(tmp_path), "--change", "limits.delay_samples=1").stdout
+    assert "With the delay of 1 sample that the drive has" in told
+
+
 def test_each_axis_has_margins_of_its_own(tmp_path):
     data = json.loads(linear(tmp_path).read_text())
     data["plant"]["axes"] = {"x": {}, "y": {"gain": 20.0}}

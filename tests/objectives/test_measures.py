@@ -1,5 +1,7 @@
 """Measures that add up while a loop runs, against NumPy on its recorded motion."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import scipy.signal
@@ -7,6 +9,7 @@ import scipy.signal
 from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.objectives.measures import MEASURES, band_time, measure
+from hfc_design.objectives.objective import Moment
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
@@ -96,9 +99,57 @@ def test_what_a_disturbance_of_the_start_leaves_is_that_of_two_motions(gain):
 
     place, speed = apart("spindle_angle", "rotor_angle"), apart(*SPEEDS)
     swing = np.hypot(place.std(axis=1), 0.01 * speed.std(axis=1))  # ten samples are 10 ms
-    expected = swing[1] * np.clip(swing[1] / swing[0], 1.0, 10.0)
+    growth = min(x.std(axis=1)[1] / x.std(axis=1)[0] for x in (place, speed))
+    expected = swing[1] * np.clip(growth, 1.0, 10.0)
     (found,) = measured(design, MOVE, [measure("unsettled")])
     assert found == pytest.approx(expected, rel=1e-6)
+
+
+def unsettled(rate, period, phase=0.0, offset=0.0, size=1.0):
+    """Of a swing of a ``size`` in the end that grows by e^(rate t), in a quarter of 0.6 s."""
+    time, own = np.arange(-600, 0) * 1e-3, measure("unsettled")
+    turn = (2j * np.pi / period if period else 0.0) + rate
+    swing = size * np.exp(turn * time + 1j * phase)
+    late = np.repeat([1.0, 2.0], 300)
+    moment = Moment(*[jnp.zeros(())] * 6, sample_time=jnp.asarray(1e-3))
+
+    def one(sums, row):
+        apart, speed, half = row
+        here = moment._replace(apart=apart, apart_rate=speed, late=half)
+        return own.update(sums, (here,), None), None
+
+    with jax.enable_x64(True):
+        rows = (offset + swing.real, (turn * swing).real, late)
+        sums, _ = jax.lax.scan(one, own.initial(jnp.zeros(())), rows)
+        return float(own.value(sums))
+
+
+@pytest.mark.parametrize("phase", np.linspace(0.0, np.pi, 7))
+def test_a_steady_swing_is_its_amplitude_however_slow(phase):
+    """Its rms is 0.71 of the amplitude where a half holds it whole, and never more than 0.8."""
+    assert unsettled(0.0, 0.3, phase, offset=5.0) == pytest.approx(np.sqrt(0.5), rel=0.03)
+    for period in (0.25, 0.35, 0.4, 0.45, 0.5, 0.6, 0.8, 1.0, 2.0):  # the rate adds a little
+        assert unsettled(0.0, period, phase, offset=5.0, size=0.1) < 0.08
+    for period in (0.25, 0.4, 0.5):  # of a half that does not hold it whole
+        assert unsettled(0.0, period, phase) > 0.4
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0, 3.0])
+def test_what_decays_counts_by_what_is_left_of_it(phase):
+    """At e^(-3 t) the last half begins with 2.46 and ends with 1."""
+    for period in (0.2, 0.3, 0.4, 0.5):
+        assert 0.6 < unsettled(-3.0, period, phase) < 1.4
+        assert unsettled(-3.0, period, phase, size=0.1) < 0.14
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0, 3.0])
+def test_what_grows_is_seen_while_it_is_small(phase):
+    """By e^(8 * 0.3) = 11 in a half: ten times; by e^(3 * 0.3) = 2.46: that many times."""
+    for period in (0.02, 0.1, 0.3):
+        alone = unsettled(0.0, period, phase)
+        assert unsettled(8.0, period, phase, size=0.12, offset=0.5) > 0.3
+        assert unsettled(3.0, period, phase) > 1.4 * alone
+    assert unsettled(8.0, 0.0, size=0.13) > 0.3  # runs away without a swing
 
 
 def test_contour_error_and_vectors_of_two_axes():

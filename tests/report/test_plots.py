@@ -7,6 +7,7 @@ from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
 from hfc_design.pictures.figure import WIDTH, finish, framed, image
 from hfc_design.report import plots
+from hfc_design.simulation.evaluation import evaluate
 
 
 def contour(trajectory, time, actual, title):
@@ -86,3 +87,23 @@ def test_long_numbers_leave_room_for_the_label():
     for axes in (few, long):
         left = min(tick.get_window_extent().x0 for tick in axes.get_yticklabels())
         assert axes.yaxis.label.get_window_extent().x1 < left
+
+
+def test_errors_beside_rivals_in_every_motion():
+    """A panel each, in its own unit; curves are the largest errors in slices of the time."""
+    moves = [{"name": "ramp"}, {"name": "creep", "duration_s": 0.2}, {"name": "c", "weight": 2.0}]
+    scenario = {"name": "three", "simulation": {"duration_s": 0.3}, "motions": moves}
+    both = {name: evaluate(name, scenario) for name in ("pd-only", "lin-lee-1999-table-1")}
+    figure = plots.motion_errors(both)
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_title("left") for axes in shown] == ["ramp", "creep", "c"]
+    assert len(figure.axes) == 4  # the place of a fourth stays empty
+    for axes, (name, one) in zip(shown, both["pd-only"].motions.items(), strict=True):
+        lines, (axis,) = lines_of(axes), one.axes
+        assert list(lines) == [*both]
+        unit = axes.get_title("right")
+        factor = {"error [mrad]": 1e3, "error [µrad]": 1e6}[unit]
+        assert lines["pd-only"][1].max() == pytest.approx(factor * abs(axis.motion.error).max())
+        other = both["lin-lee-1999-table-1"].motions[name].axes[0].motion.error
+        assert lines["lin-lee-1999-table-1"][1].max() == pytest.approx(factor * abs(other).max())
+    assert image(figure, "png").startswith(b"\x89PNG")

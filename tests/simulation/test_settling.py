@@ -8,6 +8,7 @@ from hfc_design.files.pairing import controller_of, load_design, with_converter
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.monte_carlo import robustness
 from hfc_design.simulation.settling import STABILITY, measuring, settled
 
 SHORT = ["simulation.duration_s=3"]
@@ -60,6 +61,25 @@ def test_integral_action_that_hunts_within_friction_is_not_stable():
         assert (measured["unsettled"] > 1.0) == (integral > 0.0)
         late.append(measured["late_error"])
     assert late[1] < 0.2 * late[0]  # the error alone would call it the better one
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("design", "name"),
+    [
+        ("lin-lee-1999-table-1", "c-axis-ramp"),
+        ("lin-lee-1999-table-2", "c-axis-ramp-cutting"),
+        ("pd-only", "c-axis-ramp"),
+    ],
+)
+def test_the_same_machines_are_stable_in_48_substeps(design, name):
+    """What is called stable is the loop's and not the step's: one of 100 may be at the border."""
+    own, fine = (
+        robustness(design, load_scenario(name, ["simulation.duration_s=2", *steps]), 0.2, 100)
+        for steps in ([], ["simulation.substeps=48"])
+    )
+    assert 0 < own.stable.sum() < 100  # there is something to tell apart
+    assert (own.stable != fine.stable).sum() <= 1
 
 
 def test_the_rule_by_hand():

@@ -97,3 +97,19 @@ def test_a_design_that_diverges_everywhere():
 def test_without_tolerances_two_hundred_machines_within_a_fifth():
     found = usable("pd-only", load_scenario("c-axis-ramp", {"simulation.duration_s": 1.0}))
     assert (len(found.good), found.spread) == (200, 0.2)
+
+
+@pytest.mark.slow
+def test_a_controller_that_adapts_is_judged_like_the_others():
+    """Its copy adapts too; the errors are those of the machine alone."""
+    changes = {"simulation.duration_s": 1.0, "run.precision": "float64"}
+    scenario = load_scenario("feed-drive-circle", changes)
+    found = usable("jee-koren-2004-aflc", scenario, spread=0.05, machines=4)
+    (motion,) = found.motions
+    alone = evaluate("jee-koren-2004-aflc", scenario)
+    error = np.sqrt(np.mean(alone.contour.error**2))
+    assert motion.nominal["rms_contour_error"] == pytest.approx(error, rel=2e-2)  # linearised
+    peak = max(abs(axis.motion.command).max() for axis in alone.axes)
+    assert motion.nominal["peak_command"] == pytest.approx(peak)
+    assert len(found.good) == 4
+    assert found.gain is None or found.gain[0] <= 1.0 <= found.gain[1]

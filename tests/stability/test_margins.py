@@ -33,6 +33,29 @@ def test_a_loop_that_is_not_stable_says_so():
     assert found.phase is None  # sin does not reach 1.25
 
 
+@pytest.mark.parametrize("gain", [0.02, 0.3])
+def test_a_sample_of_delay_takes_its_lag_off_the_phase_margin(gain):
+    """By hand: it turns the loop by its angle; z^2 - z + k has its poles inside up to k = 1."""
+    before, found = margins(integrator(gain)), margins(integrator(gain).delayed(1))
+    crossing = 2.0 * np.arcsin(gain / 2.0)  # rad a sample, where it was: |z^-1| = 1
+    assert found.phase == pytest.approx(before.phase - np.degrees(crossing))
+    assert found.delay == pytest.approx(before.delay - 1.0)
+    assert found.gain_up == pytest.approx(1.0 / gain)
+    roots = np.roots([1.0, -1.0, gain])
+    assert sorted(map(abs, found.poles)) == pytest.approx(sorted(map(abs, roots)))
+    again = margins(integrator(gain).delayed(0))
+    assert (again.phase, again.delay) == (before.phase, before.delay)
+
+
+@pytest.mark.parametrize("samples", [1, 3])
+def test_a_delayed_loop_is_the_loop_times_its_delay(samples):
+    loop, angles = random_loop(1, False), np.linspace(0.01, 3.0, 50)
+    turned = np.exp(-1j * samples * angles)
+    np.testing.assert_allclose(
+        loop.delayed(samples).transfer(angles), loop.transfer(angles) * turned, rtol=1e-9
+    )
+
+
 def random_loop(seed, unstable):
     """A drive of three states, two of them slow, and gains that place stable poles."""
     random = np.random.default_rng(seed)

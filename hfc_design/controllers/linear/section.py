@@ -26,11 +26,16 @@ def loop_section(
     """Margins and response of the loop of every axis."""
     axes, every = shown.machine.axes, record.sample_time_s
     each = zip(axes, shown.machine.drives, shown.parameters, strict=True)
+    delays = dict(zip(axes, shown.delays, strict=False))
     try:
-        found = {axis if len(axes) > 1 else "": loop_of(record, *own) for axis, *own in each}
+        found = {axis: loop_of(record, *own) for axis, *own in each}
     except UserError as error:
         return Section("The linear loop", f"{error}.", None, [])
-    loops = {axis: loop for axis, loop in found.items() if loop}
+    loops = {
+        axis if len(axes) > 1 else "": loop.delayed(delays.get(axis, 0))
+        for axis, loop in found.items()
+        if loop
+    }
     told = [loop_report.rows(margins(loop), every) for loop in loops.values()]
     rows = [[own[0][0], *(text for _, text in own)] for own in zip(*told, strict=True)]
     listing = Listing(loop_report.about(loops), ["", *(axis or "value" for axis in loops)], rows)

@@ -183,6 +183,11 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
         return None
     if "linear" in type(controller).model_fields:
         return "searches hierarchies on a linear part: add [controller.linear], or use race"
+    if hasattr(controller, "axes"):
+        return (
+            "searches one kind for all axes, as controller.kind = 'pid+ff'; "
+            f"for {controller.kind} use race"
+        )
     return f"does not search controllers of kind {controller.kind}; use race"
 
 

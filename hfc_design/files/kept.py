@@ -1,0 +1,109 @@
+"""A design on a scenario that it was not made with: what of its own it keeps there."""
+
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import machine, with_converter
+from hfc_design.files.scenario import Scenario, load_scenario
+
+HEAD = "Of what it was made with, the design keeps here:"
+KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"
+
+
+def kept(design: Design, scenario: Scenario) -> list[str]:
+    """Lines on machine, limits, sensors and load: what is the design's, and what the scenario's.
+
+    Raises:
+        UserError: the two are for different plants or sample times.
+    """
+    told = {
+        "machine": _machine(design, scenario),
+        "limits": _limits(design, scenario),
+        "sensors": _told(design, scenario, "sensors"),
+        "load": _told(design, scenario, "load"),
+    }
+    return [HEAD, *(f"  {name:8} {text}" for name, text in told.items())]
+
+
+def _machine(design: Design, scenario: Scenario) -> str:
+    """The parameters that the scenario lays over those of the design."""
+    free: Json = {"parameters": {}, "axes": {axis: {} for axis in scenario.plant.axes}}
+    plain = scenario.model_copy(update={"plant": scenario.plant.model_copy(update=free)})
+    head = len(scenario.plant.machine.axes) > 1
+    own, here = (
+        {
+            (f"{axis.name}." if head else "") + key: number
+            for axis in plant.each()
+            for key, number in axis.parameters._asdict().items()
+        }
+        for plant in (machine(design, plain), machine(design, scenario))
+    )
+    changes = _changes(own, here)
+    return f"{KEPT}, but for {', '.join(changes)}" if changes else KEPT
+
+
+def _limits(design: Design, scenario: Scenario) -> str:
+    """The controller keeps to its own largest command, the drive has what the scenario says."""
+    here = with_converter(scenario, design).limits
+    axes = scenario.plant.machine.axes
+    parts, asked = [], []
+    for axis in axes:
+        head = f"{axis}." if len(axes) > 1 else ""
+        own = design.limits.of(axis)
+        keys = [key for key in type(own).model_fields if key != "axes"]
+        pair = ({head + key: getattr(x, key) for key in keys} for x in (own, here.of(axis)))
+        parts += _changes(*pair)
+        if own.command is not None:
+            asked.append(f"{head}command {own.command:g}")
+    if not parts:
+        return KEPT
+    inside = f"kept by the controller ({', '.join(asked)}); " if asked else ""
+    return f"{inside}the drive here has {', '.join(parts)}"
+
+
+def _told(design: Design, scenario: Scenario, key: str) -> str:
+    """Sensors or load, which are the scenario's."""
+    made: Any = design.provenance.get("scenario")
+    with suppress(UserError, ValueError):  # of an earlier version, or edited
+        if isinstance(made, str):
+            made = load_scenario(made).model_dump(mode="json")
+        if not isinstance(made, dict):
+            return UNKNOWN
+        here = getattr(scenario, key)
+        if key == "load" and (scenario.motions or made.get("motions")):
+            each = ({**made, **one} for one in made.get("motions") or [{}])
+            loads = [type(here).model_validate(one.get(key) or {}) for one in each]
+            same = loads == [one.load for one in scenario.each_motion()]
+            return KEPT if same else "this scenario's, in each motion"
+        own = type(here).model_validate(made.get(key) or {})
+        changes = _changes(*(dotted(x.model_dump(mode="json")) for x in (own, here)))
+        return f"this scenario's: {', '.join(changes)}" if changes else KEPT
+    return UNKNOWN
+
+
+def _changes(made: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
+    """What is here, and what it was made with where that is something else."""
+    keys: Iterable[str] = {**made, **here}
+    differ = (key for key in keys if made.get(key) != here.get(key))
+    return [f"{key} {_word(here.get(key))} (made with {_word(made.get(key))})" for key in differ]
+
+
+def _word(value: Any) -> str:
+    if value is None or value == []:
+        return "none"
+    if isinstance(value, list):
+        return f"{len(value)} of them"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def dotted(table: Mapping[str, Any], prefix: str = "") -> Json:
+    """A table of tables as one of dotted keys."""
+    found: Json = {}
+    for key, value in table.items():
+        inside = isinstance(value, Mapping)
+        found |= dotted(value, f"{prefix}{key}.") if inside else {prefix + key: value}
+    return found

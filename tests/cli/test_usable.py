@@ -1,0 +1,137 @@
+"""What the terminal says of whether a design can be used: the table, the picture, one motion."""
+
+import json
+
+import numpy as np
+import pytest
+from run_folders import hfc
+
+from hfc_design.cli.usable_table import WARNING, show_usable
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation.evaluation import evaluate
+
+MOTIONS = """
+[simulation]
+duration_s = 1.0
+[fitness]
+settled_after_s = 0.6
+[[motions]]
+name = "ramp"
+[[motions]]
+name = "creep"
+reference = { kind = "ramp", velocity = 0.002 }
+duration_s = 0.8
+"""
+
+
+@pytest.fixture
+def two(tmp_path):
+    """A scenario of two motions without tolerances."""
+    (tmp_path / "two.toml").write_text(MOTIONS)
+    return tmp_path / "two.toml"
+
+
+def of_motion(share, factor, limited):
+    quantiles = {"nominal": 1.0, "median": 2.0, "q95": 3.0, "largest": 4.0}
+    scaled = {key: factor * x for key, x in quantiles.items()}
+    return {
+        "share": share,
+        "measures": {
+            "settled_rms_error": {key: 1e-6 * x for key, x in scaled.items()},
+            "chatter": scaled,
+            "peak_command": {key: 10.0 * x for key, x in scaled.items()},
+            "limit_share": {**quantiles, "largest": limited},
+        },
+    }
+
+
+ANSWER = {
+    "usable": False,
+    "answer": "no: only 98 % of 50 unseen machines within +-20 % keep everything; 1 swings in b",
+    "share": 0.98,
+    "interval": [0.8935, 0.9995],
+    "gain": [0.5, 1.26],
+    "precision": 0.012,
+    "substeps": 0.0034,
+    "units": {"settled_rms_error": "rad", "chatter": "V", "peak_command": "V"},
+    "motions": {"a": of_motion(1.0, 1.0, 0.0), "b": of_motion(0.98, 2.0, 0.25)},
+}
+
+
+def test_the_table_by_hand(capsys):
+    show_usable(ANSWER)
+    told = capsys.readouterr()
+    lines = told.out.splitlines()
+    assert lines[0].startswith("Can I use it? no: only 98 % of 50 unseen machines")
+    assert max(map(len, lines)) <= 80
+    rows = {line.split()[0]: line.split()[1:] for line in lines if line[:2] in ("a ", "b ")}
+    # Share, error [urad] median and 95 %, chatter median and largest, peak the same, at limit.
+    assert rows["a"] == ["100", "2", "3", "2", "4", "20", "40", "0"]
+    assert rows["b"] == ["98", "4", "6", "4", "8", "40", "80", "25"]
+    text = " ".join(told.out.split())
+    assert "[urad]" in text
+    assert "98 % keep everything (89.35 to 99.95 % with 95 % confidence)" in text
+    assert "keeps everything from 0.5 to 1.26 times the command" in text
+    assert "merit changes by 1.2 % from float32 to float64, 0.34 % in finer steps" in text
+    assert told.err == WARNING + "\n"
+
+
+def test_a_design_that_can_be_used_is_not_warned_of(capsys):
+    show_usable(ANSWER | {"usable": True, "answer": "yes: all", "gain": None})
+    told = capsys.readouterr()
+    assert told.out.startswith("Can I use it? yes: all\n")
+    assert told.err == ""
+    assert "gain: the nominal machine does not keep everything as it is" in told.out
+
+
+def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
+    show_usable(None)
+    assert "cannot be said" in capsys.readouterr().out
+
+
+def test_several_motions_within_a_spread_are_told_and_drawn(two, tmp_path):
+    given = ["score", "pd-only", "--scenario", two, "--spread", "0.1", "--samples", "12"]
+    done = hfc(*given, "--plot", tmp_path / "d.svg")
+    assert done.exit_code == 0, done.output
+    first, second, *_ = done.stdout.splitlines()
+    assert first == "pd-only on two"
+    assert second.startswith("Can I use it? ")
+    found = json.loads(hfc(*given, "--json").stdout)["can_i_use_it"]
+    assert (found["machines"], found["spread"]) == (12, 0.1)
+    for name, one in found["motions"].items():
+        (row,) = [line for line in done.stdout.splitlines() if line.startswith(f"{name} ")][:1]
+        assert float(row.split()[1]) == pytest.approx(100 * one["share"], rel=1e-3)
+    picture = (tmp_path / "d.svg").read_text()
+    share = f"{100 * found['share']:.4g} % keep everything"
+    for text in (
+        "pd-only on two",
+        "12 machines within",
+        share,
+        "error once settled",
+        "chatter [",
+    ):
+        assert text in picture
+
+
+def test_one_motion_of_several_is_simulated(two, tmp_path):
+    done = hfc("simulate", "pd-only", "--scenario", two, "--motion", "creep")
+    assert done.exit_code == 0, done.output
+    names, *rows = done.stdout.splitlines()
+    columns = dict(
+        zip(names.split(","), np.array([r.split(",") for r in rows], float).T, strict=True)
+    )
+    scenario = load_scenario(str(two))
+    (axis,) = evaluate("pd-only", scenario).motions["creep"].axes
+    np.testing.assert_array_equal(columns["error_rad"], axis.motion.error)
+    assert columns["reference_rad"][-1] == pytest.approx(0.002 * 0.8, rel=2e-3)
+    first = hfc("simulate", "pd-only", "--scenario", two).stdout
+    assert first == hfc("simulate", "pd-only", "--scenario", two, "--motion", "ramp").stdout
+    assert first != done.stdout
+    drawn = ["--motion", "creep", "--plot", tmp_path / "c.png"]
+    assert hfc("simulate", "pd-only", "--scenario", two, *drawn).exit_code == 0
+    assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+    for name, scene in (("crawl", two), ("creep", "c-axis-ramp")):
+        lost = hfc("simulate", "pd-only", "--scenario", scene, "--motion", name)
+        assert lost.exit_code == 2
+        assert lost.stderr.startswith(f"hfc: --motion {name}: scenario ")
+        assert lost.stderr.count("\n") == 1
