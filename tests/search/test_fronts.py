@@ -57,11 +57,28 @@ def test_a_cost_in_which_all_are_equal_says_nothing():
     assert fronts.crowding(costs).tolist() == [np.inf, 2.0, np.inf]
 
 
-def test_spread_out_keeps_the_ends_and_drops_the_crowded_ones_one_by_one():
+def test_spread_out_keeps_the_ends_and_drops_who_counts_least_one_by_one():
+    """Areas at first are 0.01, 0.04, 0.16 and, without the second point, 0.08 and 0.16."""
     x = np.array([0.0, 0.1, 0.2, 0.6, 1.0])
     costs = np.stack([x, 1.0 - x], axis=1)
+    assert fronts.share(costs)[1:-1] == pytest.approx([0.01, 0.04, 0.16])
     assert fronts.spread_out(costs, 4).tolist() == [0, 2, 3, 4]
+    assert fronts.spread_out(costs, 3).tolist() == [0, 3, 4]
     assert fronts.spread_out(costs, 9).tolist() == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("objectives", [2, 3])
+def test_who_counts_least_lies_between_two_that_are_near(objectives):
+    rng = np.random.default_rng(objectives)
+    costs = rng.random((40, objectives))
+    costs /= costs.sum(axis=1, keepdims=True)  # on a plane nobody dominates
+    near = costs[7] + 1e-4 * rng.standard_normal((2, objectives))
+    near -= (near.sum(axis=1, keepdims=True) - 1.0) / objectives
+    both = np.concatenate([costs, near])
+    assert int(np.argmin(fronts.share(both))) in (7, 40, 41)
+    ends = both.argmin(axis=0)
+    assert np.isinf(fronts.share(both)[ends]).all()
+    assert set(ends.tolist()) <= set(fronts.spread_out(both, 10).tolist())
 
 
 def test_the_knee_is_farthest_below_the_line_between_the_ends():
