@@ -33,6 +33,7 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 )
 @output("--out", help="Folder for page, CSV and JSON.")
 @output("--html", help="Write the page alone.")
+@output("--plot", help="Draw the errors on all machines.")
 @output("--csv", "csv_file", help="A row for each design, motion and machine.")
 @force
 @memory
@@ -47,6 +48,7 @@ def compare(
     seed: int,
     out: Path | None,
     html: Path | None,
+    plot: Path | None,
     csv_file: Path | None,
     as_json: bool,
 ) -> None:
@@ -63,6 +65,8 @@ def compare(
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.scenario import load_scenario
     from hfc_design.files.together import labelled
+    from hfc_design.pictures.figure import save
+    from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.simulation.comparing import compare
 
     where = [load_scenario(name, changes) for name in scenarios]
@@ -78,6 +82,9 @@ def compare(
     again = ["hfc", "compare", *designs]
     again += [part for option, values in options.items() for x in values for part in (option, x)]
     written = _written(found, harmless(shlex.join(again)), {out: "", html: PAGE, csv_file: TABLE})
+    if plot is not None:
+        save(machines_drawn(found), plot)
+        written.append(plot)
     if as_json:
         click.echo(json.dumps(found.numbers()))
         return

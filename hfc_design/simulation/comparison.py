@@ -68,6 +68,10 @@ class Side(NamedTuple):
         found = float(np.quantile(self.costs(key), share, method="inverted_cdf"))
         return None if found == np.inf else (-found if key in SCORES else found)
 
+    def span(self, key: str) -> tuple[float | None, float | None, float | None]:
+        """The metric of the 5 %, the median and the 95 % machine."""
+        return self.quantile(key, 0.05), self.quantile(key, 0.5), self.quantile(key, 0.95)
+
     def of_nominal(self, key: str) -> float | None:
         """The metric of the nominal machine; None: it has none."""
         found = self.nominal[key]

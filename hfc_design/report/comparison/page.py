@@ -5,7 +5,7 @@ from typing import Any
 from hfc_design.pictures.figure import small_address
 from hfc_design.report import inside, plots, rendered
 from hfc_design.report.comparison import traces
-from hfc_design.report.comparison.plots import contours, motions, ratios
+from hfc_design.report.comparison.plots import contours, machines, motions, ratios
 from hfc_design.report.comparison.tables import (
     DIFFERENCE_HEAD,
     called,
@@ -35,6 +35,7 @@ def page(comparison: Comparison, command: str = "") -> bytes:
         failures=list(failures(comparison)),
         together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
         motions=[_moved(comparison, *each) for each in zip(moved, shown, strict=True)],
+        machines_drawn=machines(comparison),
         ratios=ratios(comparison),
         head=DIFFERENCE_HEAD,
         count=len(comparison.differences),

@@ -15,6 +15,7 @@ from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
 from hfc_design.pictures.figure import above, finish, framed, gridded, plain, round_above
 from hfc_design.report.batch_plots import COLOURS, STYLES
+from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
 from hfc_design.report.plots import POINTS, SHARE, SMALLEST, beside
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
@@ -99,6 +100,47 @@ def _forest(axes: Axes, drawn: Sequence[tuple[int, int, Difference]]) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
     axes.tick_params(axis="y", length=0)
     gridded(axes)
+
+
+def machines(comparison: Comparison) -> Figure:
+    """Error of every design in every motion: from the 5 % to the 95 % machine, and the median.
+
+    A line that ends in a triangle goes on to machines that are not stable; the share of those that
+    are stands at its right.
+    """
+    bouts = [bout for bout in comparison.bouts if bout.scenario is not None]
+    names, rows = list(comparison.designs), len(comparison.designs) + 1
+    spans = [[side.span(bout.compared()[0]) for side in bout.sides.values()] for bout in bouts]
+    known = [x for row in spans for span in row for x in span if x is not None and x > 0.0]
+    _, factor = named(bouts[0], bouts[0].compared()[0], known)
+    low, high = (factor * x for x in (min(known, default=1.0), max(known, default=1.0)))
+    edge = high * (high / low) ** 0.1
+    top = 0.15 + _top(len(names), 2)
+    figure = framed(0.75 + top + 0.14 * rows * len(bouts), top=top, left=1.35, right=0.5)
+    axes = figure.subplots()
+    for k, (bout, row) in enumerate(zip(bouts, spans, strict=True)):
+        for j, (span, side) in enumerate(zip(row, bout.sides.values(), strict=True)):
+            where, ends = k * rows + j, [edge if x is None else factor * x for x in span]
+            axes.plot([ends[0], ends[2]], [where] * 2, color=colour(j), lw=2)
+            if span[1] is not None:
+                axes.plot(ends[1], where, "o", ms=4.5, mew=0, color=colour(j))
+            if span[2] is None:
+                axes.plot(edge, where, ">", ms=4.5, mew=0, color=colour(j), clip_on=False)
+            told: dict[str, Any] = {"fontsize": 6, "va": "center", "color": colour(j)}
+            share = f"  {100 * side.stable.mean():.3g} %"
+            axes.annotate(share, (1.0, where), xycoords=("axes fraction", "data"), **told)
+    middle = np.arange(len(bouts)) * rows + 0.5 * (len(names) - 1)
+    axes.set_yticks(middle, [plain(x.name, 18) for x in bouts], fontsize=8, parse_math=False)
+    axes.set_ylim(rows * len(bouts) - 1.3, -0.7)
+    axes.set_xscale("log")
+    axes.set_xlim(low / 1.2, edge)
+    axes.set_xlabel(named(bouts[0], bouts[0].compared()[0], known)[0], fontsize=8)
+    axes.tick_params(axis="y", length=0)
+    gridded(axes)
+    for j, name in enumerate(names):
+        axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=plain(name, 30))
+    above(figure, axes, 8)
+    return figure
 
 
 def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
