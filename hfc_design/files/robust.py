@@ -25,7 +25,7 @@ class RobustSettings(Record):
     first: Count = 24  # machines for every candidate, the nominal one among them
     machines: Count = 24  # for those that survive these
     elite: Count = 24  # for the best of them
-    final: Count = 256  # for the choice in the end
+    final: Count = 512  # for the choice in the end
     unseen: Count = 1000  # other ones, that the result is judged on
 
     @model_validator(mode="after")

@@ -201,3 +201,13 @@ def test_it_searches_what_has_stages_and_refuses_the_rest_in_a_line(name, contro
     assert str(refusal.value).endswith("use race")
     kind = scenario.controller.kind
     assert ("[controller.linear]" in str(refusal.value)) == (kind == "pd+hierarchical-fuzzy")
+
+
+def test_means_of_the_last_half_are_kept_on_the_way(genome):
+    """As they were before generations 72, 75, ... 117 of 120: the best of the islands."""
+    own, best = searcher(CMA, Task(genome)), {}
+    for search in generations(own, genome, CMA.generations, 0, hill):
+        state = search.state
+        best[search.generation] = taken(state.population, np.array([np.argmax(state.score)]))
+    for k, wanted in enumerate(best[generation] for generation in range(72, 120, 3)):
+        assert same(taken(state.trail, np.array([k])), wanted)

@@ -113,9 +113,10 @@ class Cma(NamedTuple):
 
     def _remembered(self, state: CmaState, generation: int) -> CmaState:
         """With the best mean of now in the trail, if it is time."""
-        behind = 2 * generation - self.settings.generations  # over the last half
-        every = max(self.settings.generations // TRAIL, 1)
-        if behind < 0 or behind % every or behind // every >= TRAIL:
+        total = self.settings.generations
+        every = max(total // (2 * TRAIL), 1)
+        behind = generation - (total - every * TRAIL)
+        if behind < 0 or behind % every:
             return state
         best = taken(state.population, np.array([int(np.argmax(state.score))]))
         return state._replace(trail=replaced(state.trail, np.array([behind // every]), best))
