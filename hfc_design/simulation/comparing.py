@@ -44,10 +44,12 @@ def compare(
     if not 1 <= machines <= MAX_SAMPLES:
         raise UserError(f"--machines {machines}: has to lie between 1 and {MAX_SAMPLES}")
     where: list[Scenario] = []
+    asked: list[bool] = []  # of all machines
     notes: dict[str, list[str]] = {}  # of which designs each is
     for scenario in _scenarios(designs, named, scenarios):
         shared = on_one_machine(named, scenario)
         where += shared.each_motion()
+        asked += [not alone for alone in shared.nominal_only]
         for name, design in named.items():
             for note in differences(design, scenario, shared):
                 members = notes.setdefault(note, [])
@@ -69,7 +71,9 @@ def compare(
         sides = {name: _side(x) for name, x in found.items()}
         told = {**motion.judge().titles, **meanings(motion)}
         bouts.append(Bout(motion.name, motion, sides, found, told))
-    bouts += _together(bouts)
+    bouts += _together(
+        [bout for bout, all_of_them in zip(bouts, asked, strict=True) if all_of_them]
+    )
     said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
     return Comparison(named, spread, seed, machines, bouts, _differences(bouts), said)
 

@@ -112,11 +112,12 @@ def machines(comparison: Comparison) -> Figure:
     names, rows = list(comparison.designs), len(comparison.designs) + 1
     spans = [[side.span(bout.compared()[0]) for side in bout.sides.values()] for bout in bouts]
     known = [x for row in spans for span in row for x in span if x is not None and x > 0.0]
-    _, factor = named(bouts[0], bouts[0].compared()[0], known)
+    label, factor = named(bouts[0], bouts[0].compared()[0], known)
     low, high = (factor * x for x in (min(known, default=1.0), max(known, default=1.0)))
     edge = high * (high / low) ** 0.1
     top = 0.15 + _top(len(names), 2)
-    figure = framed(0.75 + top + 0.14 * rows * len(bouts), top=top, left=1.35, right=0.5)
+    height = 0.85 + top + 0.13 * rows * len(bouts)
+    figure = framed(height, top=top, left=1.0, right=0.5, bottom=0.55)
     axes = figure.subplots()
     for k, (bout, row) in enumerate(zip(bouts, spans, strict=True)):
         for j, (span, side) in enumerate(zip(row, bout.sides.values(), strict=True)):
@@ -130,13 +131,14 @@ def machines(comparison: Comparison) -> Figure:
             share = f"  {100 * side.stable.mean():.3g} %"
             axes.annotate(share, (1.0, where), xycoords=("axes fraction", "data"), **told)
     middle = np.arange(len(bouts)) * rows + 0.5 * (len(names) - 1)
-    axes.set_yticks(middle, [plain(x.name, 18) for x in bouts], fontsize=8, parse_math=False)
+    heads = {bout.name.rpartition(".")[0] for bout in bouts}
+    alone = [bout.name.rpartition(".")[2] if len(heads) == 1 else bout.name for bout in bouts]
+    axes.set_yticks(middle, [plain(x, 14) for x in alone], fontsize=8, parse_math=False)
     axes.set_ylim(rows * len(bouts) - 1.3, -0.7)
     axes.set_xscale("log")
     axes.set_xlim(low / 1.2, edge)
-    axes.set_xlabel(named(bouts[0], bouts[0].compared()[0], known)[0], fontsize=8)
     axes.tick_params(axis="y", length=0)
-    gridded(axes)
+    gridded(axes, label)
     for j, name in enumerate(names):
         axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=plain(name, 30))
     above(figure, axes, 8)
