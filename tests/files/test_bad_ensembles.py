@@ -29,10 +29,13 @@ def refused(*arguments):
             ["motions.1.simulation: all motions have the clock of the scenario"],
         ),
         (["robust.spread=1"], ["robust.spread = 1: ", "less than 1"]),
-        (["robust.spread=0.9"], ["robust.spread = 0.9: times margin = 1.2 it has to stay below 1"]),
         (
-            ["robust.tolerances.stiffness=0.9"],
-            ["robust.tolerances.stiffness = 0.9: times margin = 1.2 "],
+            ["robust.spread=0.95"],
+            ["robust.spread = 0.95: times margin = 1.1 it has to stay below 1"],
+        ),
+        (
+            ["robust.tolerances.stiffness=0.95"],
+            ["robust.tolerances.stiffness = 0.95: times margin = 1.1 "],
         ),
         (["robust.keep=best"], ["robust.keep = 'best': ", "'worst', 'quantile' or 'mean'"]),
         (["constraints.speed=1"], ["constraints.speed: is no measure; there is rms_error, max_er"]),

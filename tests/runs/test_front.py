@@ -212,7 +212,7 @@ def test_a_run_without_a_front_has_nothing_to_pick(tmp_path, no_baselines):
 )
 def test_what_cannot_be_traded_is_told_in_a_line(arguments, why, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert why in refusal("design", "--pareto", *arguments)
+    assert why in refusal("design", "c-axis-ramp", "--pareto", *arguments)
     assert not [*tmp_path.iterdir()]
 
 
