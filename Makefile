@@ -75,7 +75,7 @@ dist: $(TOOLS)/installed
 	for wheel in dist/*.whl; do $(TOOLS)/bin/cyclonedx-py environment .venv-dist \
 		--pyproject pyproject.toml --output-reproducible -o $${wheel%%-py3*}.cdx.json; done
 	folder=$$(mktemp -d) && cd "$$folder" && hfc=$(CURDIR)/.venv-dist/bin/hfc && $$hfc --version && \
-		$$hfc list scenarios >list && $$hfc design --population 16 --generations 2 \
+		$$hfc list scenarios >list && $$hfc design c-axis-ramp --population 16 --generations 2 \
 		--set simulation.duration_s=0.1 --out run >design && $$hfc export run --to c --out c >export && \
 		rm -r "$$folder"
 
