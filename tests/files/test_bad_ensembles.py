@@ -3,7 +3,7 @@
 import pytest
 from run_folders import hfc
 
-PLAIN = ["c-axis-ramp", "--quiet"]
+PLAIN = ["c-axis-ramp", "--quiet", "--population", "4", "--generations", "1"]
 TOLERANCES = ["fitness.kind=tolerances"]
 
 
@@ -29,9 +29,12 @@ def refused(*arguments):
             ["motions.1.simulation: all motions have the clock of the scenario"],
         ),
         (["robust.spread=1"], ["robust.spread = 1: ", "less than 1"]),
-        (["robust.spread=0.9"], ["robust.spread = 0.9: times margin = 1.2 it has to stay below 1"]),
         (
-            ["robust.tolerances.stiffness=0.9"],
+            ["robust.margin=1.2", "robust.spread=0.9"],
+            ["robust.spread = 0.9: times margin = 1.2 it has to stay below 1"],
+        ),
+        (
+            ["robust.margin=1.2", "robust.tolerances.stiffness=0.9"],
             ["robust.tolerances.stiffness = 0.9: times margin = 1.2 "],
         ),
         (["robust.keep=best"], ["robust.keep = 'best': ", "'worst', 'quantile' or 'mean'"]),
