@@ -73,7 +73,7 @@ def test_a_scenario_that_cannot_be(changes, words, tmp_path):
 
 def test_an_unknown_objective_of_a_front_is_told_all_that_there_are(tmp_path):
     line = refused("design", *PLAIN, "--pareto", "tracking,fun", "--out", tmp_path / "run")
-    assert "--pareto tracking,fun: fun: is no objective; there is tracking, effort, " in line
+    assert "--pareto fun: is no objective; there is tracking, effort, " in line
     assert " ... " not in line
     assert not (tmp_path / "run").exists()
 
