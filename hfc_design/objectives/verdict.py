@@ -52,7 +52,9 @@ class Ensemble(NamedTuple):
             costs = np.where(judged.failed | ~(judged.merit > 0.0), np.inf, 1.0 / judged.merit)
             merit = 1.0 / np.where(weights > 0.0, weights * costs, 0.0).sum(axis=-1)
         broken = np.where(weights[..., None] > 0.0, self._broken(judged), 0.0)
-        violation = broken.mean(axis=2).sum(axis=-1)  # (designs, machines)
+        # What is asked of one machine alone counts as if it had been asked of all of them.
+        often = np.where(self._nominal, len(weights), 1)
+        violation = (often * broken.sum(axis=-1)).mean(axis=2)  # (designs, machines)
         asked = self._asked(violation)
         violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
         most = violation.mean(axis=1)
@@ -80,10 +82,15 @@ class Ensemble(NamedTuple):
             }
             return np.asarray(ways[self.keep]())
 
+    @property
+    def _nominal(self) -> Mask:
+        """(motions,)."""
+        return np.array(self.nominal or [False] * len(self.weights))
+
     def _shares(self, machines: int) -> Floats:
         """(machines, motions) that add up to 1 in every machine; the nominal one is the first."""
         counts = np.tile(self.weights, (machines, 1))
-        counts[1:, np.flatnonzero(self.nominal)] = 0.0
+        counts[1:, self._nominal] = 0.0
         return np.asarray(counts / counts.sum(axis=1, keepdims=True))
 
     def _asked(self, violation: Floats) -> Integers:

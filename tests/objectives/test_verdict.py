@@ -50,7 +50,7 @@ def test_a_motion_for_the_nominal_machine_alone():
     nominal = 1 / (0.25 / 2 + 0.75 / 6)
     assert found.merit == pytest.approx(np.array([[nominal, 4.0]] * 3))
     third = 0.5 / 1.5  # of what is one half over
-    assert found.rank == pytest.approx([2 / (1 / nominal + 1 / 4), -third / 4, -third / 4])
+    assert found.rank == pytest.approx([2 / (1 / nominal + 1 / 4), -third / 2, -third / 4])
     assert found.sound.tolist() == [[True, True], [False, True], [True, False]]
     costs = ensemble.costs(np.array([[[[1.0], [2.0]], [[3.0], [np.inf]]]]))
     assert costs.ravel() == pytest.approx([((0.25 + 1.5) + 3.0) / 2])
