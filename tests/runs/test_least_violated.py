@@ -21,7 +21,7 @@ NEVER = ["constraints.peak_command=0.001", "constraints.late_error='1 nrad'"]  #
 
 def designed(folder, *changes):
     options = [text for change in (*SMALL, *changes) for text in ("--set", change)]
-    return hfc("design", "--quiet", "--out", folder, *options)
+    return hfc("design", "c-axis-ramp", "--quiet", "--out", folder, *options)
 
 
 @pytest.mark.usefixtures("no_baselines")
