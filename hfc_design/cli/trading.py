@@ -34,7 +34,9 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
     try:
         check_names(each)
     except ValueError as error:
-        raise UserError(f"--pareto {names}: {error}") from None
+        about = str(error).partition(":")[0]  # which has the room for all that there are
+        head = "--pareto" if about in each else f"--pareto {names}:"
+        raise UserError(f"{head} {error}") from None
     own = load_scenario(scenario, others).search.preset
     preset = told.get("search.preset")
     if any(change.startswith("search.preset=") for change in others):

@@ -39,7 +39,7 @@ class Record(BaseModel):
 
 
 #: Characters of a message: nobody reads more.
-LONGEST = 400
+LONGEST = 300
 
 
 def in_a_line(message: str) -> str:

@@ -37,7 +37,7 @@ HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
     "simulation.duration_s, another run.seed or start"
 )
-SPREAD_HINT = ", or a smaller robust.spread"
+SPREAD_HINT = "try a smaller robust.spread; "
 #: In the score of a design: none that was tried keeps every constraint, this one breaks them least.
 LEAST_VIOLATED = "least_violated"
 
@@ -206,7 +206,7 @@ def champion(
     finalists, sound = _finalists(search) if one is None else [one], True
     if not finalists:
         tried = f"every individual diverged{_why(search, scenario)}"
-        raise RunError(f"no design: {tried}; {HINTS}{SPREAD_HINT if scenario.robust else ''}")
+        raise RunError(f"no design: {tried}; {SPREAD_HINT if scenario.robust else ''}{HINTS}")
     if scenario.ensemble and one is None:
         best, sound = _best_of_many(joined(*finalists), scenario)
         finalists = [best]

@@ -200,7 +200,7 @@ Gone(ValueError("told"))
 def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
     refused = hfc("design", "c-axis-ramp", "--population", "a" * 5000)
     assert refused.exit_code == 2
-    assert len(refused.stderr.splitlines()[-1]) <= 410
+    assert len(refused.stderr.splitlines()[-1]) <= 310
     assert refused.stderr.rstrip().endswith("is not a valid integer.")
 
 

@@ -67,6 +67,6 @@ def test_a_spread_that_no_machine_survives(tmp_path):
     done = designed(tmp_path / "run", *wild)
     assert done.exit_code == 1, done.output
     assert done.stderr.startswith("hfc: no design: every individual diverged (")
-    assert "or a smaller robust.spread" in done.stderr
+    assert "; try a smaller robust.spread; try a larger " in done.stderr
     assert done.stderr.count("\n") == 1
     assert load_scenario(str(tmp_path / "run" / "config.toml")).robust.spread == 0.5
