@@ -44,7 +44,7 @@ def export(
         FORMATS[target].write(found, path)
     else:
         deviation = code.write_lookup(found, path, lookup)
-        click.echo(f"largest deviation from the exact command: {deviation}")
+        click.echo(f"largest deviation from the exact {deviation}")
     click.echo(path)
 
 

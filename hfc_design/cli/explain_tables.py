@@ -73,11 +73,19 @@ def _unit(console: Console, unit: Json, least: float) -> None:
 
 def _command(console: Console, found: Json) -> None:
     unit = found["command_unit"]
+    if "scheduled" in found:
+        law = _table(f"scheduled law [{unit}]", "part", unit)
+        for name, value in found["scheduled"].items():
+            law.add_row(PARTS.get(name, name), f"{value:.6g}")
+        law.add_section()
+        law.add_row("scheduled law", f"{sum(found['scheduled'].values()):.6g}")
+        console.print(law)
     table = _table(f"command [{unit}]", "part", unit)
     for name, value in found["parts"].items():
         line = PARTS.get(name, name)
         if name == "fuzzy" and "output_scale" in found:
             line = f"fuzzy, {found['units'][-1]['unit']} x {found['output_scale']:g}"
+            line += " x scheduled law" * ("scheduled" in found)
         table.add_row(line, f"{value:.6g}")
     table.add_section()
     table.add_row("command", f"{found['command']:.6g}")

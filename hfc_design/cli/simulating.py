@@ -39,7 +39,7 @@ KEYS = {
 }
 PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
 ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
-DEFAULT = "c-axis-ramp"
+DEFAULT = "c-axis-practical"
 BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
@@ -70,7 +70,8 @@ def design(
 ) -> None:
     """Search a controller for SCENARIO (a built-in name or a TOML file).
 
-    Without arguments: the no-load ramp of the C-axis.
+    Without arguments: c-axis-practical, the C-axis within tolerances, in several motions, with
+    sensors and limits as drives have them.
     """
     from hfc_design.cli import shown
     from hfc_design.cli.usable_table import show_usable

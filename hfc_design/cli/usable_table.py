@@ -42,7 +42,8 @@ def show_usable(found: Json | None) -> None:
             *((1, told[key][which]) for key in (chatter, peak) for which in ("median", "largest")),
             (100, told["limit_share"]["largest"]),
         ]
-        table.add_row(name, *(_short(factor, value) for factor, value in cells))
+        mark = "" if one.get("asked_of") != "nominal" else " *"
+        table.add_row(name + mark, *(_short(factor, value) for factor, value in cells))
     terminal().print(table)
 
 
@@ -80,6 +81,8 @@ def _caption(found: Json) -> str:
         if found["substeps"] is not None:
             changes += f", {100 * found['substeps']:.2g} % in finer steps"
         lines.append(changes)
+    if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
+        lines.append("* asked of the nominal machine alone")
     return "\n".join(lines)
 
 

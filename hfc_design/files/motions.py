@@ -1,7 +1,7 @@
 """The motions that a scenario judges together."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -27,6 +27,7 @@ class Motion(Record):
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
     weight: Positive = 1.0  # of its cost among those of the others
+    machines: Literal["all", "nominal"] = "all"  # on which it is judged
     duration_s: Positive | None = None
     settled_after_s: NotNegative | None = None
     reference: AnyReference | None = None

@@ -19,7 +19,9 @@ class RobustSettings(Record):
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"
     keep: Keep = "mean"
     quantile: Share = 0.1  # that ``keep = "quantile"`` keeps
-    margin: Annotated[float, Field(ge=1, le=2)] = 1.2  # of the search's spread beyond these
+    forgiven: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share that may break a constraint
+    margin: Annotated[float, Field(ge=1, le=2)] = 1.1  # of the search's spread beyond these
+    tighter: Annotated[float, Field(ge=1, le=10)] = 2.0  # factor by which a search allows less
     first: Count = 24  # machines for every candidate, the nominal one among them
     machines: Count = 24  # for those that survive these
     elite: Count = 24  # for the best of them

@@ -81,6 +81,8 @@ class Scenario(Record):
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
         names = [motion.name for motion in self.motions]
+        if self.motions and all(self.nominal_only):
+            raise ValueError("motions: one at least needs machines = 'all'")
         for k, motion in enumerate(self.each_motion()):
             if names[k : k + 1] and names[k] in names[:k]:
                 raise ValueError(f"motions.{k}.name = {names[k]!r}: stands there twice")
@@ -261,7 +263,13 @@ class Scenario(Record):
         weights = tuple(motion.weight for motion in self.motions) or (1.0,)
         robust = self.robust or RobustSettings()  # whatever it keeps of one machine
         bounds = constraints_on(self.constraints, self.units)
-        return Ensemble(weights, bounds, robust.keep, robust.quantile)
+        kept = (robust.keep, robust.quantile, robust.forgiven)
+        return Ensemble(weights, bounds, *kept, self.nominal_only)
+
+    @property
+    def nominal_only(self) -> tuple[bool, ...]:
+        """Of each motion whether it is judged on the nominal machine alone."""
+        return tuple(motion.machines == "nominal" for motion in self.motions) or (False,)
 
     @property
     def traded(self) -> tuple[Traded, ...]:

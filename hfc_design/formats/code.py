@@ -74,7 +74,8 @@ def write_lookup(design: Design, path: Path, points: int) -> str:
     """Write the same without ``exp``: degrees tabulated at ``points`` values, linear in between.
 
     Returns:
-        The largest deviation from the exact command that was found, with the command's unit.
+        What deviates most from what is exact, and by how much: the command with its unit, or a
+        factor in it.
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``sources``.
@@ -83,7 +84,8 @@ def write_lookup(design: Design, path: Path, points: int) -> str:
     lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
     values = lookup(design.controller, points)
     write(path, sources(design, **values))
-    return f"{values['deviation']:.2g} {signal_units(design).get('command', '')}"
+    of = values.get("deviates", "command")
+    return f"{of}: {values['deviation']:.2g} {signal_units(design).get(of, '')}".rstrip()
 
 
 def c_name(design: Design) -> str:

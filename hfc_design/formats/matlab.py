@@ -74,6 +74,7 @@ def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
     earlier = {item["signal"] for item in about["inputs"] if item["samples_ago"]}
     linear = about.get("linear", {})
     found = {name: units.get(name, "") for name in names} | linear.get("reads", {})
+    found |= about.get("scheduled", {}).get("reads", {})
     return found, [*sorted(earlier), *(["integral"] if linear else [])]
 
 

@@ -2,15 +2,16 @@
 
 Motions are averaged as one long motion would be: a merit is the inverse of a cost, and costs add
 up. Of the machines the worst, a lower quantile or the mean is kept. A design that breaks a
-constraint anywhere ranks below every one that breaks none, and the more it breaks, the lower
-(Deb 2000, feasible ones first), so that no merit buys it off.
+constraint ranks below every one that breaks none, and the more it breaks, the lower (Deb 2000,
+feasible ones first), so that no merit buys it off. Of very many machines some may be forgiven,
+as a chance constraint does, never the nominal one.
 """
 
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
 
@@ -37,34 +38,67 @@ class Ensemble(NamedTuple):
     constraints: tuple[Constraint, ...] = ()
     keep: Keep = "mean"
     quantile: float = 0.1
+    forgiven: float = 0.0  # share of the machines that need not keep the constraints
+    nominal: tuple[bool, ...] = ()  # of the motions, which count on the nominal machine alone
 
-    def verdict(self, judged: Judged) -> Verdict:
-        """Of ``judged`` (designs, machines, motions); constraints are its last values."""
-        weights = np.array(self.weights) / sum(self.weights)
+    def verdict(self, judged: Judged, lenient: float = 0.0) -> Verdict:
+        """Of ``judged`` (designs, machines, motions); constraints are its last values.
+
+        Of a search that narrows down what it allows (the epsilon level of Takahama and Sakai,
+        CEC 2006), ``lenient`` is how much may still be broken.
+        """
+        weights = self._shares(judged.failed.shape[1])
         with np.errstate(all="ignore"):
             costs = np.where(judged.failed | ~(judged.merit > 0.0), np.inf, 1.0 / judged.merit)
-            merit = 1.0 / (costs @ weights)
-        broken = self._broken(judged)
-        violation = broken.mean(axis=(1, 2)).sum(axis=-1)
-        kept = self._kept(merit)
-        rank = np.where(violation > 0.0, -violation, kept)
-        lost = judged.failed.all(axis=(1, 2))
+            merit = 1.0 / np.where(weights > 0.0, weights * costs, 0.0).sum(axis=-1)
+        broken = np.where(weights[..., None] > 0.0, self._broken(judged), 0.0)
+        # What is asked of one machine alone counts as if it had been asked of all of them.
+        often = np.where(self._nominal, len(weights), 1)
+        violation = (often * broken.sum(axis=-1)).mean(axis=2)  # (designs, machines)
+        asked = self._asked(violation)
+        violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
+        most = violation.mean(axis=1)
+        rank = np.where(most > lenient, -most, self._kept(some))
+        lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
         return Verdict(np.where(lost, -np.inf, rank), merit, broken)
+
+    def tighter(self, factor: float) -> "Ensemble":
+        """One that allows less by a ``factor``: few machines stand for many."""
+        less = [one._replace(most=one.most / factor) for one in self.constraints]
+        return self._replace(constraints=tuple(less))
 
     def costs(self, values: Floats) -> Floats:
         """(designs, measures) of ``values`` (designs, machines, motions, measures).
 
         As merits become one: means of the motions, and of the machines what is kept.
         """
-        weights = np.array(self.weights) / sum(self.weights)
+        weights = self._shares(values.shape[1])[..., None]
         with np.errstate(all="ignore"):
-            each = np.einsum("dmtk,t->dmk", values, weights)
+            each = np.where(weights > 0.0, weights * values, 0.0).sum(axis=2)
             ways = {
                 "worst": lambda: each.max(axis=1),
                 "quantile": lambda: np.quantile(each, 1 - self.quantile, axis=1, method="higher"),
                 "mean": lambda: each.mean(axis=1),
             }
             return np.asarray(ways[self.keep]())
+
+    @property
+    def _nominal(self) -> Mask:
+        """(motions,)."""
+        return np.array(self.nominal or [False] * len(self.weights))
+
+    def _shares(self, machines: int) -> Floats:
+        """(machines, motions) that add up to 1 in every machine; the nominal one is the first."""
+        counts = np.tile(self.weights, (machines, 1))
+        counts[1:, self._nominal] = 0.0
+        return np.asarray(counts / counts.sum(axis=1, keepdims=True))
+
+    def _asked(self, violation: Floats) -> Integers:
+        """(designs, some) machines that have to keep everything, the nominal one always."""
+        others = violation.shape[1] - 1
+        order = np.argsort(violation[:, 1:], axis=1, kind="stable") + 1
+        order = np.sort(order[:, : others - int(self.forgiven * others)], axis=1)
+        return np.concatenate([np.zeros_like(order, shape=(len(order), 1)), order], axis=1)
 
     def _broken(self, judged: Judged) -> Floats:
         failed = judged.failed[..., None].astype(float)

@@ -29,6 +29,9 @@ from hfc_design.simulation.population import Machines
 
 #: This many of the archive's best are simulated again in float64 before one is chosen.
 FINALISTS = 16
+#: A search whose scores are compared within a generation only begins with broken constraints of
+#: so much, which it narrows down over this share of its generations.
+LENIENT, NARROWED = 0.2, 0.6
 #: What to try where a search found nothing that stays finite.
 HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
@@ -39,7 +42,7 @@ HINTS = (
 class Problem:
     """A scenario as what a search needs of it; UserError: its controller cannot be searched."""
 
-    def __init__(self, scenario: Scenario, margin: float | None = None):
+    def __init__(self, scenario: Scenario, final: bool = False):
         with own_code("", *_kinds(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
             design = design_of(taken(self.genome.empty(), slice(1)), scenario)
@@ -51,10 +54,13 @@ class Problem:
         self._dtype = np.dtype(scenario.run.precision)
         self._ensemble, self._robust = scenario.ensemble, scenario.robust
         if self._robust:
-            wider = self._robust.margin if margin is None else margin
+            wider = 1.0 if final else self._robust.margin
             self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+        if self._robust and self._ensemble and not final:
+            self._ensemble = self._ensemble.tighter(self._robust.tighter)
         self._traded, self._record = scenario.traded, design.controller
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets
+        self._generations = scenario.search.generations
 
     def rank(self, population: Population, generation: int = 0) -> Floats:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
@@ -62,16 +68,16 @@ class Problem:
         Of many machines everybody meets a few, the best of them more. Where scores of different
         generations are never compared, each generation has others of the same machines.
         """
-        robust = self._robust
+        robust, lenient = self._robust, self._lenient(generation)
         if robust is None:
-            return self._ranked(population, np.zeros(1, int))
-        rank = self._ranked(population, self._some(robust.first, generation))
+            return self._ranked(population, np.zeros(1, int), lenient)
+        rank = self._ranked(population, self._some(robust.first, generation), lenient)
         for count in (robust.machines, robust.elite):
             if count == robust.first:
                 continue
             # So many that it costs no more than the first round; the others cannot pass them.
             best = np.argsort(-rank, kind="stable")[: max(len(rank) * robust.first // count, 1)]
-            found = self._ranked(taken(population, best), self._some(count, generation))
+            found = self._ranked(taken(population, best), self._some(count, generation), lenient)
             rank = np.minimum(rank, found.min())
             rank[best] = found
         return rank
@@ -101,22 +107,26 @@ class Problem:
         """What they are ranked by on all the machines that were drawn."""
         return self._ranked(population, np.arange(self._machines.size))
 
+    def _lenient(self, generation: int) -> float:
+        left = 1.0 - generation / (NARROWED * self._generations)
+        return LENIENT * max(left, 0.0) ** 2 if self._fresh else 0.0
+
     def _some(self, count: int, generation: int) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
         start = generation * (count - 1) if self._fresh else 0
         return np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
 
-    def _ranked(self, population: Population, machines: Integers) -> Floats:
-        return self._rank(self._judged(self.genome.gains(population), machines))
+    def _ranked(self, population: Population, machines: Integers, lenient: float = 0.0) -> Floats:
+        return self._rank(self._judged(self.genome.gains(population), machines), lenient)
 
     def _judged(self, gains: Gains, machines: Integers) -> Judged:
         some = self._machines.take(machines)
         return simulate.scores(self._loop, some, self._samples, gains, self._dtype)
 
-    def _rank(self, judged: Judged) -> Floats:
+    def _rank(self, judged: Judged, lenient: float = 0.0) -> Floats:
         if self._ensemble is None:
             return np.asarray(judged.rank[:, 0, 0])
-        return self._ensemble.verdict(judged).rank
+        return self._ensemble.verdict(judged, lenient).rank
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """(n, objectives) what the search trades off."""
@@ -213,7 +223,7 @@ def _best_of_many(finalists: Population, scenario: Scenario) -> Population:
 def final_problem(scenario: Scenario) -> Problem:
     """Where finalists compete: in float64, on machines within the tolerances themselves."""
     own = scenario.run.model_copy(update={"precision": "float64"})
-    return Problem(scenario.model_copy(update={"run": own}), margin=1.0)
+    return Problem(scenario.model_copy(update={"run": own}), final=True)
 
 
 def _why(search: Search, scenario: Scenario) -> str:
@@ -237,6 +247,9 @@ def _finalists(search: Search) -> list[Population]:
         order = np.argsort(-source.score, kind="stable")[:FINALISTS]
         ranked = order[np.isfinite(source.score[order])]
         found += [taken(source.population, np.array([k])) for k in ranked]
+    trail = getattr(search.state, "trail", None)
+    if trail is not None:  # whatever they were worth on a few machines
+        found += [taken(trail, np.array([k])) for k in range(len(trail.tree))]
     return found
 
 

@@ -45,6 +45,7 @@ class InMotion(NamedTuple):
     told: dict[str, Floats]  # measure -> (machines,)
     nominal: dict[str, float]
     nominal_reasons: tuple[str, ...]  # "" of a nominal machine that keeps everything
+    everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
 
 
 class Usable(NamedTuple):
@@ -61,7 +62,12 @@ class Usable(NamedTuple):
     @property
     def good(self) -> Mask:
         """(machines,) that keep everything in every motion."""
-        return np.logical_and.reduce([one.good for one in self.motions])
+        return np.logical_and.reduce([one.good for one in self.asked])
+
+    @property
+    def asked(self) -> tuple[InMotion, ...]:
+        """The motions that are asked of all machines."""
+        return tuple(one for one in self.motions if one.everywhere)
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -89,7 +95,7 @@ class Usable(NamedTuple):
         if why := self._nominal:
             more = f" and {len(why) - 1} more" if len(why) > 1 else ""
             return f"no: on the nominal machine {why[0]}{more}; {machines} keep everything{every}"
-        worst = min(self.motions, key=lambda one: float(one.good.mean()))
+        worst = min(self.asked, key=lambda one: float(one.good.mean()))
         reason = max(worst.reasons, key=lambda why: worst.reasons[why])
         lost = f"{worst.reasons[reason]} {several(reason)}"
         if not share:
@@ -233,6 +239,7 @@ def _told(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMot
         {name: column[1:] for name, column in columns.items()},
         {name: float(column[0]) for name, column in columns.items()},
         tuple(why for why, mask in reasons.items() if mask[0]),
+        not scenario.nominal_only[k],
     )
 
 
@@ -336,5 +343,6 @@ def _motion_numbers(one: InMotion) -> Json:
         "share": float(one.good.mean()),
         "reasons": one.reasons,
         "nominal": list(one.nominal_reasons),
+        "asked_of": "all" if one.everywhere else "nominal",
         "measures": found,
     }

@@ -34,6 +34,14 @@ SEARCHES = {
     "lin-lee": ("c-axis-ramp", ["search.preset=lin-lee-1999", "simulation.duration_s=0.1"]),
     "race": ("c-axis-ramp", ["simulation.duration_s=0.1"]),
     "cma": ("c-axis-ramp", [ON_LINEAR, "search.preset=cma", "simulation.duration_s=0.1"]),
+    "scheduling": (
+        "c-axis-ramp",
+        [
+            ON_LINEAR.replace("linear=", "schedules=true, linear="),
+            "search.preset=cma",
+            "simulation.duration_s=0.1",
+        ],
+    ),
     "flc": ("feed-drive-circle", ["controller.kind=flc", "simulation.duration_s=1.0"]),
     "aflc": ("feed-drive-contour", ["controller.kind=aflc", "simulation.duration_s=1.0"]),
     "per-axis": ("feed-drive-circle", [PER_AXIS, "simulation.duration_s=1.0"]),

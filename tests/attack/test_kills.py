@@ -89,7 +89,7 @@ def contents(folder):
 def test_designs_that_are_killed(preset, tmp_path):
     settings = [*SMALL, f"search.preset={preset}"]
     options = [text for setting in settings for text in ("--set", setting)]
-    fresh = ["design", "--quiet", *options, "--out"]
+    fresh = ["design", "c-axis-ramp", "--quiet", *options, "--out"]
     seconds = timed(*fresh, tmp_path / "whole")
     whole = contents(tmp_path / "whole")
     attack, chance = Attack(f"kills of design, {preset}"), random.Random(SEED)

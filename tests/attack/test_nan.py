@@ -84,6 +84,10 @@ KIND_OF = {
     "adapting hierarchy on a linear part": lambda seed: made_up.hierarchy_on_linear(
         seed, 2 + seed % 5, adaptation=ADAPTATION
     ),
+    "hierarchy that schedules": lambda seed: made_up.scheduling(seed, 2 + seed % 5),
+    "adapting hierarchy that schedules": lambda seed: made_up.scheduling(
+        seed, 2 + seed % 5, adaptation=ADAPTATION
+    ),
     "toy": toy,
 }
 

@@ -116,7 +116,7 @@ def test_simulate_writes_files(tmp_path):
 
 
 def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
-    done = hfc("design", *SMALL, "--out", tmp_path / "run")
+    done = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 0, done.output
     for part in ("this design", "fitness", "PD only", str(tmp_path / "run"), "report.html"):
         assert part in done.stdout
@@ -126,7 +126,7 @@ def test_design_makes_a_run_and_shows_it_beside_the_published_ones(tmp_path):
         "config.toml", "checkpoint.npz", "history.csv", "design.json", "report.html", "tables",
         "usable.json",
     }  # fmt: skip
-    again = hfc("design", *SMALL, "--out", tmp_path / "run")
+    again = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert again.exit_code == 2
     assert "already holds a run" in again.stderr
     resumed = hfc("design", "--resume", "--out", tmp_path / "run", "--quiet")
@@ -141,7 +141,7 @@ def _interrupted(self, search):
 
 def test_interrupted_design_says_how_to_go_on(tmp_path, monkeypatch):
     monkeypatch.setattr(shown.Watch, "generation", _interrupted)
-    done = hfc("design", *SMALL, "--out", tmp_path / "run")
+    done = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert f"hfc design --resume --out {tmp_path / 'run'}" in done.stderr
     assert (tmp_path / "run" / "checkpoint.npz").exists()
@@ -160,7 +160,7 @@ def test_an_interrupt_that_a_library_has_ignored_is_heard_after_the_generation(
             signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(shown.Watch, "generation", ignored)
-    done = hfc("design", *SMALL, "--out", tmp_path / "run")
+    done = hfc("design", "c-axis-ramp", *SMALL, "--out", tmp_path / "run")
     assert done.exit_code == 1
     assert "interrupted" in done.stderr
     assert len((tmp_path / "run" / "history.csv").read_text().splitlines()) == 3
@@ -198,7 +198,7 @@ Gone(ValueError("told"))
 
 
 def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
-    refused = hfc("design", "--population", "a" * 5000)
+    refused = hfc("design", "c-axis-ramp", "--population", "a" * 5000)
     assert refused.exit_code == 2
     assert len(refused.stderr.splitlines()[-1]) <= 310
     assert refused.stderr.rstrip().endswith("is not a valid integer.")
@@ -219,7 +219,7 @@ def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_base
 def test_design_without_out_finds_a_free_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for number in (1, 2):
-        assert hfc("design", *SMALL, "--quiet").exit_code == 0
+        assert hfc("design", "c-axis-ramp", *SMALL, "--quiet").exit_code == 0
         assert (tmp_path / "runs" / f"c-axis-ramp-{number}" / "design.json").exists()
 
 

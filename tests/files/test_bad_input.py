@@ -52,7 +52,7 @@ def refused(*arguments, code=2):
     ],
 )
 def test_values_that_are_not_allowed(change, words, tmp_path):
-    line = refused("design", "--out", tmp_path / "run", "--set", change)
+    line = refused("design", "c-axis-ramp", "--out", tmp_path / "run", "--set", change)
     for word in words:
         assert word in line
     assert not (tmp_path / "run").exists()
@@ -60,7 +60,7 @@ def test_values_that_are_not_allowed(change, words, tmp_path):
 
 def test_population_zero_by_its_option(tmp_path):
     assert "search.population = 0" in refused(
-        "design", "--population", "0", "--out", tmp_path / "r"
+        "design", "c-axis-ramp", "--population", "0", "--out", tmp_path / "r"
     )
 
 
@@ -91,7 +91,7 @@ def test_csv_export_of_a_design_without_tables(tmp_path):
 
 
 def test_folder_that_cannot_be_made():
-    line = refused("design", "--out", "/proc/nothing/run", code=1)
+    line = refused("design", "c-axis-ramp", "--out", "/proc/nothing/run", code=1)
     assert "/proc/nothing/run: cannot be written" in line
 
 

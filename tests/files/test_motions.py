@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hfc_design import api
+from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation import population
@@ -37,6 +38,14 @@ def test_what_a_motion_leaves_out_is_the_scenarios():
     assert creep.reference.velocity == 0.002
     assert step.samples().start[0].spindle_angle == 0.001
     assert ramp.each_motion() == (ramp,)
+
+
+def test_one_motion_at_least_is_for_all_machines():
+    some = [{**motion, "machines": "nominal"} for motion in MOTIONS]
+    found = load_scenario({**SEVERAL, "motions": [*some[:3], MOTIONS[3]]})
+    assert found.nominal_only == (True, True, True, False)
+    with pytest.raises(UserError, match="motions: one at least needs machines = 'all'"):
+        load_scenario({**SEVERAL, "motions": some})
 
 
 def test_several_are_judged_as_each_alone():

@@ -41,6 +41,7 @@ def stepped(design, signals):
 
 
 LINEAR = {"ki": 9e3, "signals": {"current": -2.0}, "feed_forward": {"velocity": 40.0}}
+SCHEDULED = {"kp": -30.0, "ki": -700.0, "signals": {"deflection": 9.0}}
 FORMS = {
     **{name: (name, {}) for name in builtin_designs()},
     "flc that integrates": ("jee-koren-2004-flc", {"controller.integral_gain": 40.0}),
@@ -50,6 +51,10 @@ FORMS = {
     "adapting hierarchy on a linear part": (
         "lin-lee-1999-table-1",
         {"controller.linear": LINEAR, "controller.adaptation": {"largest_move": 1.0}},
+    ),
+    "hierarchy that schedules": (
+        "lin-lee-1999-table-1",
+        {"controller.linear": LINEAR, "controller.scheduled": SCHEDULED},
     ),
     "root that adapts": ("lin-lee-1999-table-1", {"controller.adaptation": {"largest_move": 1.0}}),
 }
@@ -117,6 +122,7 @@ def test_a_sum_does_not_wind_up():
         ("lin-lee-1999-table-1", "c-axis-step"),
         ("hierarchy on a linear part", "c-axis-step"),
         ("adapting hierarchy on a linear part", "c-axis-step"),
+        ("hierarchy that schedules", "c-axis-step"),
         ("jee-koren-2004-pid", "feed-drive-line"),
         pytest.param("jee-koren-2004-aflc", "feed-drive-line", marks=pytest.mark.slow),
     ],

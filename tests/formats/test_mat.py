@@ -43,13 +43,16 @@ def test_scipy_reads_the_design_file_back_bit_for_bit(name, read):
 
 
 @pytest.mark.parametrize("seed", [3, 7])
-def test_a_linear_part_is_read_back_too(seed, read):
-    """Of seed 3 without signals, which is a struct without fields."""
-    design = made_up.hierarchy_on_linear(seed)
+def test_a_linear_part_and_a_scheduled_law_are_read_back_too(seed, read):
+    """One of them without signals, which is a struct without fields."""
+    design = made_up.scheduling(seed)
     found, wanted = read(design)["controller"], design.model_dump(mode="json")["controller"]
-    signals = wanted["linear"].pop("signals")
-    assert same(found["linear"].pop("signals"), signals) if signals else seed == 3
-    found["linear"].pop("signals", None)
+    bare = []
+    for part in ("linear", "scheduled"):
+        signals = wanted[part].pop("signals")
+        bare += [] if signals else [part]
+        assert same(found[part].pop("signals"), signals) or not signals
+    assert bare == ["linear"] * (seed == 3)
     assert same(found, wanted)
 
 

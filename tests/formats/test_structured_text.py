@@ -55,6 +55,8 @@ CASES = {
     "random": (design("random-1"),) * 2,
     "on a linear part": (made_up.hierarchy_on_linear(4),) * 2,
     "on a linear part within a limit": (made_up.limited(made_up.hierarchy_on_linear(5), 60.0),) * 2,
+    "scheduling": (made_up.scheduling(4),) * 2,
+    "scheduling within a limit": (made_up.limited(made_up.scheduling(5), 60.0),) * 2,
     "silent": (silent(),) * 2,
     "aflc": (
         named_design("jee-koren-2004-aflc"),

@@ -68,10 +68,29 @@ def linear_part(seed):
 def hierarchy_on_linear(seed, inputs=5, **changes):
     """On a linear part; of five or six inputs one is what the axis follows."""
     found = hierarchy(seed, inputs, linear=linear_part(seed), **changes).model_dump(mode="json")
-    text = json.dumps(found)
+    own = found["controller"]
     if inputs > 4:
-        text = text.replace('"deflection_rate"', '"reference_rate"')
-    return Design.model_validate(json.loads(text))
+        for key in ("inputs", "units"):
+            text = json.dumps(own[key]).replace('"deflection_rate"', '"reference_rate"')
+            own[key] = json.loads(text)
+    return Design.model_validate(found)
+
+
+def scheduled_part(seed):
+    """What the root of a hierarchy scales by up to 15: a tenth as large, with its own kp and kd."""
+    random = np.random.default_rng([seed, 2])
+    gains = {"kp": random.normal(0.0, 20.0), "kd": random.normal(0.0, 2.0)}
+    found = linear_part(seed + 1000) | gains | {"ki": random.normal(0.0, 500.0)}
+    found["signals"] = {name: 0.1 * gain for name, gain in found["signals"].items()}
+    for name in ("velocity", "acceleration", "coulomb", "load"):
+        found["feed_forward"][name] *= 0.1
+    return found
+
+
+def scheduling(seed, inputs=5, **changes):
+    """A hierarchy on a linear part, whose root scales a linear law."""
+    changes["scheduled"] = scheduled_part(seed)
+    return hierarchy_on_linear(seed, inputs, **changes)
 
 
 def fuzzy(kind, seed, **changes):

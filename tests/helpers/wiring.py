@@ -22,13 +22,14 @@ DESIGNS = [
     "random-1",
     "random-2",
     "random-1-on-linear",
+    "random-2-on-linear-scheduled",
 ]
 
 
 def design(name):
     """A built-in design, or Table I with other rules, terms, scales and order of the units.
 
-    Some have a linear part too.
+    Some have a linear part too, some of them a scheduled one.
     """
     if not name.startswith("random-"):
         return named_design(name)
@@ -43,8 +44,10 @@ def design(name):
         term |= {"half_width": rng.uniform(0.0, 0.2), "rate": rng.uniform(2.0, 40.0)}
     for unit in controller["units"]:
         unit["consequents"] = rng.uniform(-1.5, 1.5, (7, 7)).tolist()
-    if name.endswith("linear"):
+    if "linear" in name:
         controller["linear"] = made_up.linear_part(seed)
+    if name.endswith("scheduled"):
+        controller["scheduled"] = made_up.scheduled_part(seed)
     return Design.model_validate(data)
 
 
@@ -212,9 +215,15 @@ def command(folder, signals, evaluate):
     output, largest = values[about["output"]], about.get("largest_command", np.inf)
     if "inputs" in about:
         proportional = about["kp"] * signals["error"] + about["kd"] * signals["error_rate"]
-        found = proportional + about["output_scale"] * output
+        factor = about["output_scale"] * output
+        if "scheduled" not in about:
+            found = proportional + factor
+        else:
+            own = about["scheduled"]
+            errors = own["kp"] * signals["error"] + own["kd"] * signals["error_rate"]
+            found = proportional + factor * (errors + of_signals(own, signals))
         if "linear" in about:
-            found = with_linear(found, about, signals, largest)
+            found = with_linear(found, about, signals, largest, factor)
         return np.clip(found, -largest, largest)
     low = about["low_velocity"]
     pushed = compensation(low, **signals) if low else np.zeros(len(output))
@@ -233,17 +242,23 @@ def command(folder, signals, evaluate):
     return np.array(found)
 
 
-def with_linear(others, about, signals, largest):
-    """Commands of which ``others`` are the rest, as the steps in controller.json say it."""
-    own = about["linear"]
-    whole = others + sum((gain * signals[name] for name, gain in own["signals"].items()), 0.0)
-    whole += own["velocity"] * signals["reference_rate"] + own["load"]
+def of_signals(own, signals):
+    """What a law adds to kp and kd, as the steps in controller.json say it."""
+    whole = sum((gain * signals[name] for name, gain in own["signals"].items()), 0.0)
+    whole = whole + own["velocity"] * signals["reference_rate"] + own["load"]
     whole += own["acceleration"] * signals["reference_acceleration"]
-    whole += own["coulomb"] * np.clip(signals["reference_rate"] / own["coulomb_width"], -1.0, 1.0)
+    direction = np.clip(signals["reference_rate"] / own["coulomb_width"], -1.0, 1.0)
+    return whole + own["coulomb"] * direction
+
+
+def with_linear(others, about, signals, largest, factor):
+    """Commands of which ``others`` are the rest, as the steps in controller.json say it."""
+    whole = others + of_signals(about["linear"], signals)
+    ki = about["linear"]["ki"] + factor * about.get("scheduled", {"ki": 0.0})["ki"]
     integral, found = 0.0, []
-    for rest, error in zip(whole, signals["error"], strict=True):
+    for rest, error, gain in zip(whole, signals["error"], ki, strict=True):
         found.append(rest + integral)
-        step = own["ki"] * about["sample_time_s"] * error
+        step = gain * about["sample_time_s"] * error
         if abs(found[-1]) <= largest or step * found[-1] <= 0.0:
             integral += step
     return np.array(found)

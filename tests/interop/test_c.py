@@ -34,6 +34,13 @@ DESIGNS |= {
         made_up.hierarchy_on_linear(9, adaptation=ADAPTING), 300.0
     ),
 }
+DESIGNS |= {f"scheduling by {n} inputs": made_up.scheduling(n, n) for n in (2, 4, 6)}
+DESIGNS |= {
+    "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
+    "scheduling by what adapts": made_up.limited(made_up.scheduling(9, adaptation=ADAPTING), 300.0),
+}
+ONE_VOLT = {"feed_forward": {"load": 1.0, "expected_load": 1.0}}
+DESIGNS["scheduling one volt"] = made_up.hierarchy_on_linear(4, 4, scheduled=ONE_VOLT)
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
 DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
@@ -125,7 +132,14 @@ def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
 
 # Rounding may decide which rules are judged; until then the commands differ by single precision.
 @pytest.mark.parametrize(
-    "name", ["lin-lee-1999-table-1", "linear part under 2 inputs", "jee-koren-2004-flc", "pd-only"]
+    "name",
+    [
+        "lin-lee-1999-table-1",
+        "linear part under 2 inputs",
+        "scheduling by 2 inputs",
+        "jee-koren-2004-flc",
+        "pd-only",
+    ],
 )
 def test_float_is_single_precision(compiler, name, tmp_path):
     design = DESIGNS[name]
@@ -171,9 +185,16 @@ def test_no_globals_no_library(program, name, tmp_path):
 
 @pytest.mark.parametrize("points", [2, 129])
 @pytest.mark.parametrize(
-    "name", ["lin-lee-1999-table-1", "hierarchy of 3 inputs", "linear part under 4 inputs"]
+    "name",
+    [
+        "lin-lee-1999-table-1",
+        "hierarchy of 3 inputs",
+        "linear part under 4 inputs",
+        "scheduling one volt",
+    ],
 )
 def test_the_lookup_error_that_is_named_is_true(compiler, name, points, tmp_path):
+    """Of what schedules it is that of the factor: of a law of 1 V the command's as well."""
     design = DESIGNS[name]
     named = lookup(design.controller, points).deviation
     found = built(compiler, design, tmp_path / "c", lookup=points)

@@ -56,8 +56,9 @@ def around(design, count):
         named_design("pd-only"),
         made_up.limited(made_up.linear("lqi", 6), 300.0),
         made_up.limited(made_up.hierarchy_on_linear(5), 300.0),
+        made_up.limited(made_up.scheduling(5), 300.0),
     ],
-    ids=["table-1", "table-2", "random", "adapts", "pd", "lqi", "on-linear"],
+    ids=["table-1", "table-2", "random", "adapts", "pd", "lqi", "on-linear", "scheduling"],
 )
 def test_c_axis_controllers_do_what_the_runtime_does(hal, design, tmp_path):
     folder = exported(hal, design, tmp_path / "out")

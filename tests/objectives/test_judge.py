@@ -175,7 +175,7 @@ def test_where_everything_fails_the_run_ends_and_says_so(tmp_path, own_plugins, 
 
 def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baselines):
     small = ("--set", "simulation.duration_s=0.3", "--population", 8, "--generations", 2)
-    done = hfc("design", "--controller", "pd", *small, "--out", tmp_path / "run")
+    done = hfc("design", "c-axis-ramp", "--controller", "pd", *small, "--out", tmp_path / "run")
     assert done.exit_code == 0, done.output
     assert f"generation 2/2  {TITLE}: best" in done.stderr
     assert "fitness, LL eq. 5\n" not in done.stdout  # a row, with numbers

@@ -40,15 +40,59 @@ def test_machines(keep, rank):
     assert found.sound.tolist() == [[True] * 4]
 
 
+def test_a_motion_for_the_nominal_machine_alone():
+    """It counts there as others do; elsewhere neither its cost nor what it breaks does."""
+    ensemble = Ensemble((1.0, 3.0), (STUCK,), nominal=(False, True))
+    merit = [[[2.0, 6.0], [4.0, 1e-9]], [[2.0, 6.0], [4.0, 5.0]], [[2.0, 6.0], [4.0, 5.0]]]
+    stick = [[[0.0, 0.0], [0.0, 0.9]], [[0.0, 0.5], [0.0, 0.0]], [[0.0, 0.0], [0.5, 0.9]]]
+    failed = [[[False, False], [False, True]], *[[[False] * 2] * 2] * 2]
+    found = ensemble.verdict(judged(merit, failed, stick=stick))
+    nominal = 1 / (0.25 / 2 + 0.75 / 6)
+    assert found.merit == pytest.approx(np.array([[nominal, 4.0]] * 3))
+    third = 0.5 / 1.5  # of what is one half over
+    assert found.rank == pytest.approx([2 / (1 / nominal + 1 / 4), -third / 2, -third / 4])
+    assert found.sound.tolist() == [[True, True], [False, True], [True, False]]
+    costs = ensemble.costs(np.array([[[[1.0], [2.0]], [[3.0], [np.inf]]]]))
+    assert costs.ravel() == pytest.approx([((0.25 + 1.5) + 3.0) / 2])
+
+
+def test_a_share_of_the_machines_is_forgiven_but_never_the_nominal_one():
+    """Of five beside the nominal one a fifth: the worst, whose cost does not count then."""
+    ensemble = Ensemble((1.0,), (STUCK,), forgiven=0.2)
+    stick = np.array([[0.0, 0, 0.5, 0, 0, 0], [0.5, 0, 0, 0, 0, 0], [0, 0, 0.1, 0, 1.0, 0]])
+    merit = np.array([[1.0, 2, 1e-9, 2, 4, 4]] * 3)
+    found = ensemble.verdict(judged(merit[..., None], stick=stick[..., None]))
+    kept = 5 / (1 + 1 / 2 + 1 / 2 + 1 / 4 + 1 / 4)
+    assert found.rank == pytest.approx([kept, -(0.5 / 1.5) / 5, -(0.1 / 1.1) / 5])
+    assert found.sound[0].tolist() == [True, True, False, True, True, True]
+
+
 def test_no_merit_buys_a_constraint_off():
-    """Two machines, one motion; by how much it is broken decides, at most once a constraint."""
+    """Two machines, one motion; by how much it is broken decides, less than once a constraint."""
     ensemble = Ensemble((1.0,), (STUCK, LATE))
     stick = [[[0.0], [0.0]], [[0.1], [0.0]], [[0.0], [0.0]], [[0.0], [0.0]]]
     late = [[[0.01], [0.002]], [[0.0], [0.0]], [[0.012], [0.0]], [[9.9], [0.0]]]
     merit = [[[1e-3]] * 2, [[1e6]] * 2, [[1e6]] * 2, [[1e6]] * 2]
     found = ensemble.verdict(judged(merit, stick=stick, late=late))
-    assert found.rank == pytest.approx([1e-3, -0.1 / 2, -0.2 / 2, -1.0 / 2])
+    assert found.rank == pytest.approx([1e-3, -0.1 / 1.1 / 2, -0.2 / 1.2 / 2, -989 / 990 / 2])
     assert found.sound.tolist() == [[True, True], [False, True], [False, True], [False, True]]
+
+
+def test_a_search_may_narrow_down_what_it_allows():
+    ensemble = Ensemble((1.0,), (STUCK,))
+    stick = [[[0.0]], [[0.1]], [[0.5]]]
+    told = judged([[[2.0]], [[9.0]], [[99.0]]], stick=stick)
+    assert ensemble.verdict(told).rank == pytest.approx([2.0, -0.1 / 1.1, -1 / 3])
+    assert ensemble.verdict(told, 0.2).rank == pytest.approx([2.0, 9.0, -1 / 3])
+    assert ensemble.verdict(told, 0.2).sound.ravel().tolist() == [True, False, False]
+
+
+def test_a_search_may_allow_less():
+    ensemble = Ensemble((1.0,), (STUCK, LATE)).tighter(2.0)
+    assert [one.most for one in ensemble.constraints] == [0.0, 0.005]
+    assert ensemble.verdict(judged([[[1.0]]], stick=0.0, late=0.006)).rank == pytest.approx(
+        [-1 / 6]
+    )
 
 
 def test_what_fails_breaks_everything_and_only_what_always_fails_is_lost():

@@ -50,7 +50,7 @@ def alone(tmp_path_factory):
     """A run on one machine as the command line makes it."""
     folder = tmp_path_factory.mktemp("fronts") / "run"
     small = ("--population", 24, "--generations", 9, "--set", "simulation.duration_s=0.1")
-    done = hfc("design", *PID, *small, "--out", folder)
+    done = hfc("design", "c-axis-ramp", *PID, *small, "--out", folder)
     assert done.exit_code == 0, done.output
     return folder, done.stdout
 
@@ -146,7 +146,7 @@ def test_the_table_has_the_ends_and_the_marked_points(alone):
 def test_nothing_allowed_is_the_least_broken_design_and_said(tmp_path, no_baselines):
     small = ("--population", 8, "--generations", 2, "--set", "simulation.duration_s=0.1")
     never = ("--set", "constraints={rms_command='0 V'}")
-    done = hfc("design", *PID, *small, *never, "--out", tmp_path / "r")
+    done = hfc("design", "c-axis-ramp", *PID, *small, *never, "--out", tmp_path / "r")
     assert done.exit_code == 0, done.output
     assert "No design kept every constraint" in done.stdout
     assert table(tmp_path / "r" / "front.csv") == []
@@ -189,7 +189,7 @@ def test_what_cannot_be_picked_is_told_in_a_line(alone, tmp_path):
 
 def test_a_run_without_a_front_has_nothing_to_pick(tmp_path, no_baselines):
     small = ("--population", 6, "--generations", 1, "--set", "simulation.duration_s=0.1")
-    hfc("design", "--controller", "pd", *small, "--out", tmp_path / "r")
+    hfc("design", "c-axis-ramp", "--controller", "pd", *small, "--out", tmp_path / "r")
     assert refusal("pick", tmp_path / "r", "--knee", "--out", tmp_path / "x.json") == (
         f"hfc: {tmp_path / 'r'}: has no front; hfc design --pareto tracking,effort makes one"
     )

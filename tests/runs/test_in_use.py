@@ -30,14 +30,14 @@ def contents(folder):
 @pytest.mark.usefixtures("no_baselines")
 def test_a_folder_in_use_is_left_alone(tmp_path):
     folder = tmp_path / "run"
-    assert hfc("design", "--quiet", "--out", folder, *OPTIONS).exit_code == 0
+    assert hfc("design", "c-axis-ramp", "--quiet", "--out", folder, *OPTIONS).exit_code == 0
     whole = contents(folder)
     assert LOCK not in whole
     assert {"config.toml", "checkpoint.npz", "history.csv", "design.json"} < set(whole)
     (folder / "design.json").unlink()
     with alone(folder):
         before = contents(folder)
-        for command in (["--resume"], OPTIONS):
+        for command in (["--resume"], ["c-axis-ramp", *OPTIONS]):
             found = hfc("design", "--quiet", "--out", folder, *command)
             assert found.exit_code == 1
             assert f"hfc: {folder} is in use by process " in found.stderr
@@ -54,7 +54,7 @@ def test_a_folder_in_use_is_left_alone(tmp_path):
 @pytest.mark.slow
 def test_two_designs_at_once(tmp_path):
     """On one folder the second is refused; without --out each has a folder of its own."""
-    command = [sys.executable, "-m", "hfc_design", "design", "--quiet", *OPTIONS]
+    command = [sys.executable, "-m", "hfc_design", "design", "c-axis-ramp", "--quiet", *OPTIONS]
     for out, codes in ((["--out", "run"], [0, 1]), ([], [0, 0])):
         pipes = {"cwd": tmp_path, "stderr": subprocess.PIPE, "stdout": subprocess.DEVNULL}
         both = [subprocess.Popen([*command, *out], text=True, **pipes) for _ in range(2)]

@@ -116,7 +116,7 @@ def test_another_text_of_an_own_part(own, no_baselines):
     (own / "hunt.py").write_text(MODULE)
     options = ("--strategy", "hunt:CLIMB", "--preset", "climb", "--controller", "pd")
     small = [item for change in SIZES for item in ("--set", change)]
-    assert hfc("design", *options, *small, "--out", "run", "--quiet").exit_code == 0
+    assert hfc("design", "c-axis-ramp", *options, *small, "--out", "run", "--quiet").exit_code == 0
     told = json.loads(str(archive.unpacked((own / "run/checkpoint.npz").read_bytes())["made_by"]))
     assert len(told["strategy 'climb'"]) == 64
     resume = ("design", "--resume", "--out", "run", "--use", "hunt:CLIMB", "--quiet")

@@ -171,6 +171,7 @@ SETTINGS = {
         {"kind": "lqi"},
         {"inputs": INPUTS},
         {"inputs": INPUTS, "linear": {}},
+        {"inputs": INPUTS, "linear": {}, "schedules": True},
     ],
     "feed-drive-circle": [
         {"kind": "pid"},

@@ -31,7 +31,18 @@ def searching(own):
 def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines):
     option = ("--strategy", f"hunt:{name.upper()}")
     small = SMALL if kind == "pd" else (*SMALL, "--set", f"controller.inputs=[{TWO_TOLD}]")
-    done = hfc("design", *option, "--preset", name, "--controller", kind, "--out", "run", *small)
+    done = hfc(
+        "design",
+        "c-axis-ramp",
+        *option,
+        "--preset",
+        name,
+        "--controller",
+        kind,
+        "--out",
+        "run",
+        *small,
+    )
     assert done.exit_code == 0, done.output
     design = json.loads((searching / "run" / "design.json").read_text())
     assert design["controller"]["kind"] == kind
@@ -147,7 +158,7 @@ def test_names_of_strategies(searching):
 )
 def test_a_strategy_that_lacks_something_is_told_so_in_a_line(reference, words, searching):
     options = ("--strategy", f"hunt:{reference}", "--preset", "climb", "--controller", "pd")
-    line = refused("design", *options, "--out", "run", *SMALL)
+    line = refused("design", "c-axis-ramp", *options, "--out", "run", *SMALL)
     for word in words:
         assert word in line
 

@@ -239,6 +239,6 @@ def test_the_converter_of_a_design_goes_with_its_plant():
     ],
 )
 def test_sensors_and_limits_that_are_not_allowed(change, words, tmp_path):
-    line = refused("design", "--out", tmp_path / "run", "--set", change)
+    line = refused("design", "c-axis-ramp", "--out", tmp_path / "run", "--set", change)
     for word in words:
         assert word in line

@@ -26,12 +26,13 @@ def _c(record: HierarchicalDesign) -> Json:
     adaptation = record.adaptation
     scales = {item.name: item.scale for item in record.inputs}
     places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
-    part = record.linear_part
+    part, own = record.linear_part, record.scheduled_part
     return (linear.c_values(part) if part else {}) | {
         "exponential": True,
         # Where a linear part remembers too, all of it together tells whether the command is finite.
         "in_place": adaptation is not None and part is None,
         "linear": part is not None,
+        "scheduled": own and linear.c_values(own),
         "lookup": None,
         "pd": record.pd,
         "inputs": [
@@ -67,17 +68,35 @@ def _st(record: HierarchicalDesign) -> Json:
     part: Json = {"constants": {}, "remembered": [], "within": []}
     if record.linear_part:
         part = linear.st_values(record.linear_part)
+    scheduled = _scheduled_st(record)
     return part | {
-        "constants": part["constants"] | gains | scales | terms,
+        "constants": part["constants"] | scheduled["constants"] | gains | scales | terms,
         "previous": previous,
         "remembered": [*previous, *part["remembered"]],
-        "within": ["distance", *(f"scaled_{n}" for n in names), *part["within"]],
+        "within": [
+            "distance",
+            *(f"scaled_{n}" for n in names),
+            *part["within"],
+            *scheduled["within"],
+        ],
         "linear": record.linear_part is not None,
+        "scheduled": scheduled if record.scheduled else None,
         "units": own,
         "inputs": names,
         "leaves_out": record.adaptation is not None,
         "scaled": lambda source: source if source in units_named else f"scaled_{source}",
     }
+
+
+def _scheduled_st(record: HierarchicalDesign) -> Json:
+    """Constants and variables of the law that the root scales."""
+    if (part := record.scheduled_part) is None:
+        return {"constants": {}, "within": []}
+    values = linear.st_values(part)
+    shared = ("filter_kept", "filter_taken", "sample_time")
+    own = {f"scheduled_{key}": x for key, x in values["constants"].items() if key not in shared}
+    within = ["scheduled", "scheduled_direction", "factor"]
+    return {"constants": own, "within": within, "fed_back": values["fed_back"]}
 
 
 C = Template((HERE, *ADAPTATION, *linear.PLACES), _c)
@@ -92,13 +111,15 @@ class Lookup(NamedTuple):
     high: float
     per_unit: float  # points in a unit of the normalised universe
     table: list[list[float]]  # (points, 7)
-    deviation: float  # largest one found from the exact command
+    deviation: float  # largest one found from the exact command, or from what ``of`` says
+    of: str = "command"
 
 
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
     """What the C template needs to go without ``exp``."""
     found = lookup(design, points)
-    return {"lookup": found, "exponential": False, "deviation": found.deviation}
+    told = {"deviation": found.deviation, "deviates": found.of}
+    return {"lookup": found, "exponential": False, **told}
 
 
 def lookup(design: HierarchicalDesign, points: int) -> Lookup:
@@ -119,11 +140,13 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
         return list((table[k] + (place - k)[:, None] * (table[k + 1] - table[k])).T)
 
     found = _largest_deviation(design, exact, between)
-    return Lookup(points, low, high, per_unit, table.tolist(), found)
+    # What a law is multiplied by has no bound in units of the command.
+    of = "factor of the scheduled law" if design.scheduled else "command"
+    return Lookup(points, low, high, per_unit, table.tolist(), found, of)
 
 
 def _largest_deviation(design: HierarchicalDesign, exact: Graded, other: Graded) -> float:
-    """The largest difference of two commands that a search over the inputs finds.
+    """The largest difference of two commands, or factors, that a search over the inputs finds.
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.
     """

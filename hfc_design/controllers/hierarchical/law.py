@@ -117,7 +117,7 @@ class HierarchyParts(NamedTuple):
     units: list[Firing]
     proportional: Scalar
     derivative: Scalar
-    fuzzy: Scalar  # the root's output, scaled
+    fuzzy: Scalar  # the root's output, scaled, times the law that it scales
     linear: Parts | None = None  # what the linear part is made of, the first two among it
     scheduled: Parts | None = None  # what the root scales
 

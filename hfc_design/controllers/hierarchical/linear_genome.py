@@ -57,12 +57,12 @@ class LinearHierarchyGenome(Genome):
     def empty(self) -> LinearHierarchies:
         """Row t has tree t, and the first regulator."""
         trees = np.arange(self.structures)
-        return self._regulated(np.repeat(self.regulator.empty().places, len(trees), axis=0), trees)
+        return self.regulated(np.repeat(self.regulator.empty().places, len(trees), axis=0), trees)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> LinearHierarchies:
         """Regulators of random weights; a hierarchy that bends them a little."""
         first = self.regulator.fresh(np.zeros(len(tree), int), rng)
-        found = self._regulated(first.places, tree)
+        found = self.regulated(first.places, tree)
         bent = self.fuzzy.mutated(found.fuzzy, np.full(len(tree), EVERYTHING), rng)
         return found._replace(fuzzy=bent)
 
@@ -94,7 +94,7 @@ class LinearHierarchyGenome(Genome):
     def stage(self, number: int, about: LinearHierarchies | None) -> Stage:
         """Weights; factors on gains; factors on gains and scales, and changes of tables."""
         if number == 0 or about is None:
-            return Stage(self.regulator.empty().places[0], STEP, self._regulated)
+            return Stage(self.regulator.empty().places[0], STEP, self.regulated)
         around = about
 
         def free(points: Floats, tree: Integers) -> LinearHierarchies:
@@ -145,7 +145,7 @@ class LinearHierarchyGenome(Genome):
         }
         return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
 
-    def _regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
+    def regulated(self, places: Floats, tree: Integers) -> LinearHierarchies:
         """Optimal regulators, to which the hierarchy adds nothing."""
         count = len(places)
         own = self.regulator.gains(

@@ -199,6 +199,8 @@ class HierarchicalSettings(ControllerSettings):
 
     def fault(self, target: Target) -> str | None:
         """An input that is no signal of every axis, or one that stands there twice."""
+        if self.schedules and not self.linear:
+            return "controller.schedules: needs [controller.linear], from which to go to another"
         if self.linear and (found := self.linear.fault(target)):
             return found.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]

@@ -10,9 +10,11 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.linear.code import about as linear_about
+from hfc_design.controllers.linear.code import integral_step
 from hfc_design.controllers.linear.code import shares as linear_shares
-from hfc_design.controllers.linear.code import steps as linear_steps
+from hfc_design.controllers.linear.code import step as linear_step
 from hfc_design.controllers.linear.law import AHEAD, ERRORS
+from hfc_design.controllers.linear.record import LinearDesign
 from hfc_design.controllers.rules import (
     FlatGaussian,
     Rows,
@@ -55,10 +57,18 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
         "the units of manifest.csv in its order; each reads inputs or earlier units",
         f"command = kp * error + kd * error_rate + output_scale * {root}",
     ]
-    part = record.linear_part
+    part, own = record.linear_part, record.scheduled_part
     if part is not None:
+        ki = "linear.ki"
+        law = [f"linear = {linear_step(part, 'linear')}"]
         steps[-1] += " + integral + linear"
-        steps[2:2] = linear_steps(part)
+        if own is not None:
+            factor = f"output_scale * {root}"
+            steps[-1] = steps[-1].replace(factor, f"{factor} * scheduled")
+            errors = "scheduled.kp * error + scheduled.kd * error_rate"
+            law.append(f"scheduled = {errors} + {linear_step(own, 'scheduled')}")
+            ki = f"(linear.ki + {factor} * scheduled.ki)"
+        steps[2:2] = [*law, integral_step(ki)]
     if record.adaptation is not None:
         steps.append(f"the adaptation of {root} is not here: its table is the one to start from")
     return {
@@ -69,7 +79,12 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
         "kp": record.pd.kp,
         "kd": record.pd.kd,
         **({"linear": linear_about(part, signal_units)} if part else {}),
+        **({"scheduled": _scheduled(own, signal_units)} if own else {}),
     }
+
+
+def _scheduled(part: LinearDesign, signal_units: dict[str, str]) -> Json:
+    return {"kp": part.kp, "kd": part.kd, **linear_about(part, signal_units)}
 
 
 def _input(item: InputRecord, signal_units: dict[str, str]) -> Json:
@@ -90,6 +105,8 @@ def notes(record: HierarchicalDesign) -> list[str]:
     found = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
     if record.linear is not None:
         found.append("integral, gains on signals and feed-forward are not here: they are added")
+    if record.scheduled is not None:
+        found.append("the output multiplies a linear law, which is not here either")
     if record.adaptation is not None:
         found.append("the root's table is the one that its adaptation starts from")
     return found
@@ -117,7 +134,8 @@ def reads(record: HierarchicalDesign) -> list[str]:
     """Signals of a sample, those last that are needed a sample later."""
     names = sorted(inputs(record), key=lambda name: name.startswith(PREVIOUS))
     found = (name.removeprefix(PREVIOUS) for name in names)
-    further = (*record.linear.signals, *AHEAD) if record.linear else ()
+    own = record.scheduled.signals if record.scheduled else ()
+    further = (*record.linear.signals, *own, *AHEAD) if record.linear else ()
     return list(dict.fromkeys([*ERRORS, *further, *found]))
 
 
@@ -142,7 +160,12 @@ def shown(record: HierarchicalDesign, parts: HierarchyParts) -> Json:
     if (part := record.linear_part) and parts.linear:
         shares = linear_shares(part, parts.linear)
     shares["fuzzy"] = float(parts.fuzzy)
-    return {"inputs": found, "units": units, "output_scale": record.output_scale, "parts": shares}
+    told = {"inputs": found, "units": units, "output_scale": record.output_scale, "parts": shares}
+    if (own := record.scheduled_part) and parts.scheduled:
+        told["scheduled"] = {
+            key: x for key, x in linear_shares(own, parts.scheduled).items() if key != "integral"
+        }
+    return told
 
 
 RULES = RuleBase(units, inputs, about, notes, tables)

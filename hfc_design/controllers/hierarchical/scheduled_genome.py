@@ -1,13 +1,14 @@
 """Genome of a fuzzy hierarchy that goes from one linear law to another.
 
-A regulator, then its gains, then two laws and how much of the second there is at each speed of
-the reference, then everything.
+The weights of two optimal regulators and how much of the second there is at each speed of the
+reference, then the gains of both, then everything.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.controllers.gains.genome import STEP
 from hfc_design.controllers.genome import Genome, Stage
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.linear_genome import (
@@ -37,7 +38,7 @@ class ScheduledHierarchies(NamedTuple):
 class ScheduledGenome(Genome):
     """What a search can do with ``ScheduledHierarchies``."""
 
-    stages = ((0.1, False), (0.2, False), (0.4, False), (0.3, True))
+    stages = ((0.25, False), (0.45, False), (0.3, True))
 
     def __init__(self, settings: HierarchicalSettings, target: Target):
         super().__init__(settings, target)
@@ -106,17 +107,17 @@ class ScheduledGenome(Genome):
         return self.on_one.notation(structure)
 
     def stage(self, number: int, about: ScheduledHierarchies | None) -> Stage:
-        """As on a linear part; then two laws and shares; then all."""
-        if number < 2 or about is None:
-            own = self.on_one.stage(number, about and about.first)
-            return own._replace(members=lambda points, tree: _alike(own.members(points, tree)))
+        """Weights of two regulators and shares; two laws and shares; then all."""
+        if number == 0 or about is None:
+            return self._regulators()
         around, size = about, 2 + about.first.linear.shape[1]
-        if number == 2:
+        if number == 1:
+            before = self._shares(around.first)
 
             def two(points: Floats, tree: Integers) -> ScheduledHierarchies:
                 first = self.on_one.moved(around.first, tree, points, None)
                 second = _scaled(around.second, points[:, size : 2 * size])
-                shares = SHARES + points[:, 2 * size : 2 * size + len(SHARES)]
+                shares = before + points[:, 2 * size : 2 * size + len(SHARES)]
                 return ScheduledHierarchies(tree, self._sharing(first, shares, points), second)
 
             return Stage(np.zeros(2 * size + len(SHARES) + 1), FREE, two)
@@ -130,6 +131,28 @@ class ScheduledGenome(Genome):
         fuzzy = around.first.fuzzy
         further = fuzzy.scales[0].size + fuzzy.consequents[0].size
         return Stage(np.zeros(2 * size + further), EVERYTHING, all_of_it)
+
+    def _regulators(self) -> Stage:
+        """Of two optimal regulators; there are no better gains to begin with."""
+        places = self.on_one.regulator.empty().places[0]
+        size = len(places)
+
+        def members(points: Floats, tree: Integers) -> ScheduledHierarchies:
+            first = self.on_one.regulated(points[:, :size], tree)
+            second = self.on_one.regulated(points[:, size : 2 * size], tree)
+            shares = SHARES + points[:, 2 * size : 2 * size + len(SHARES)]
+            shared = self._sharing(first, shares, points)
+            return ScheduledHierarchies(tree, shared, _law(second))
+
+        return Stage(np.concatenate([places, places, np.zeros(len(SHARES) + 1)]), STEP, members)
+
+    def _shares(self, first: LinearHierarchies) -> Floats:
+        """What the tables of the first of some individuals give, as ``_sharing`` has it."""
+        units = self.on_one.fuzzy.trees[first.tree[0]]
+        k = next(k for k, unit in enumerate(units) if 0 in (unit.column, unit.row))
+        table = first.fuzzy.consequents[0, k]
+        known = table[0] if units[k].column == 0 else table[:, 0]
+        return np.asarray(known[3:] * self.settings.output_scale)
 
     def _sharing(
         self, first: LinearHierarchies, shares: Floats, points: Floats
@@ -161,8 +184,12 @@ class ScheduledGenome(Genome):
 
 def _alike(first: LinearHierarchies) -> ScheduledHierarchies:
     """Both laws the same."""
-    second = np.concatenate([first.fuzzy.gains, first.linear], axis=1)
-    return ScheduledHierarchies(first.tree, first, second)
+    return ScheduledHierarchies(first.tree, first, _law(first))
+
+
+def _law(first: LinearHierarchies) -> Floats:
+    """(n, ...) kp, kd and the columns of its linear part."""
+    return np.concatenate([first.fuzzy.gains, first.linear], axis=1)
 
 
 def _second(population: ScheduledHierarchies) -> LinearHierarchies:

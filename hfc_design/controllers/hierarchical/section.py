@@ -10,6 +10,7 @@ from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.loop import open_loop
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear import section as linear
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Drawing, Listing, Section, heat_map
@@ -34,7 +35,12 @@ def sections(record: HierarchicalDesign, shown: Shown) -> list[Section]:
         )
         for figure, unit in zip(rule_tables(record), units, strict=True)
     ]
-    found = [Section("The controller", "", _parameters(record, shown.units), [tree, *tables])]
+    drawn = [tree, *tables]
+    if record.scheduled is not None:
+        names = [item.name for item in record.inputs]
+        told = {name: readable(name) for name in names}
+        drawn.insert(1, schedule(record, told, {x: input_unit(shown.units, x) for x in names}))
+    found = [Section("The controller", "", _parameters(record, shown.units), drawn)]
     if record.linear is not None:
         found.append(linear.loop_section(record, shown, open_loop))
     return found
@@ -49,16 +55,20 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
     ]
     if part := controller.linear_part:
         rows = linear.rows(part, units)
+    if part := controller.scheduled_part:
+        rows += [(f"scheduled: {name}", x, unit) for name, x, unit in linear.rows(part, units)]
     for item in controller.inputs:
         unit = f"per {input_unit(units, item.name)}"
         rows.append((f"scale of {readable(item.name)}", item.scale, unit))
-    rows.append(("scale of the output", controller.output_scale, command))
+    output_unit = "1" if controller.scheduled else command
+    rows.append(("scale of the output", controller.output_scale, output_unit))
     if adaptation := controller.adaptation:
         rows.append(("adaptation of the root: step", adaptation.k_c, "a sample"))
         rows.append(("adaptation of the root: largest move", adaptation.largest_move, ""))
     return Listing(
-        f"Gains of the {_part(controller)} part, scales of the inputs of the hierarchy and of its "
-        "output.",
+        f"Gains of the {_part(controller)} part"
+        + ", of the scheduled law, which the hierarchy's output multiplies" * _schedules(controller)
+        + ", scales of the inputs of the hierarchy and of its output.",
         ["parameter", "value", "unit"],
         [[name, f"{value:.6g}", unit] for name, value, unit in rows],
     )
@@ -66,6 +76,10 @@ def _parameters(controller: HierarchicalDesign, units: dict[str, str]) -> Listin
 
 def _part(controller: HierarchicalDesign) -> str:
     return "PD" if controller.linear is None else "linear"
+
+
+def _schedules(controller: HierarchicalDesign) -> bool:
+    return controller.scheduled is not None
 
 
 def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
@@ -99,9 +113,8 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     x, y = place(f"unit-{controller.units[-1].id}", 0)
     arrow = {"arrowstyle": "-|>", "color": "0.3"}
     axes.annotate("", (x, y + 0.8), (x, y), arrowprops=arrow, zorder=0)
-    axes.text(
-        x + 0.06, y + 0.42, f"× {controller.output_scale:g} {drive.units['command']}", fontsize=10
-    )
+    unit = "× scheduled law" if _schedules(controller) else drive.units["command"]
+    axes.text(x + 0.06, y + 0.42, f"× {controller.output_scale:g} {unit}", fontsize=10)
     _box(axes, x, y + 1, f"{drive.command_name} = {_part(controller)} part + hierarchy")
     axes.set(xlim=(0, len(leaves)), ylim=(-deepest - 1.0, 1.4))
     axes.set_axis_off()

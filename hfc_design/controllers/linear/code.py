@@ -42,24 +42,28 @@ def st_values(record: LinearDesign) -> Json:
     }
 
 
-def steps(record: LinearDesign) -> list[str]:
-    """What a part of a law adds to kp and kd at a sample, in words."""
-    terms = [f"linear.signals.{identifier(name)} * {name}" for name in record.signals]
-    terms += ["linear.velocity * reference_rate", "linear.acceleration * reference_acceleration"]
+def step(record: LinearDesign, name: str) -> str:
+    """What the part ``name`` of a law adds to kp and kd at a sample, in words."""
+    terms = [f"{name}.signals.{identifier(signal)} * {signal}" for signal in record.signals]
+    terms += [f"{name}.velocity * reference_rate", f"{name}.acceleration * reference_acceleration"]
     terms += [
-        "linear.coulomb * min(max(reference_rate / linear.coulomb_width, -1), 1)",
-        "linear.load",
+        f"{name}.coulomb * min(max(reference_rate / {name}.coulomb_width, -1), 1)",
+        f"{name}.load",
     ]
-    return [
-        f"linear = {' + '.join(terms)}",
-        "integral: 0 before the first sample; behind each command it grows by linear.ki * "
+    return " + ".join(terms)
+
+
+def integral_step(ki: str) -> str:
+    """How the integral grows, in words."""
+    return (
+        f"integral: 0 before the first sample; behind each command it grows by {ki} * "
         "sample_time_s * error, unless command is beyond largest_command in the direction in "
-        "which it would grow",
-    ]
+        "which it would grow"
+    )
 
 
 def about(record: LinearDesign, units: dict[str, str]) -> Json:
-    """The numbers of ``steps``, and unit of every signal in them."""
+    """The numbers of ``step``, and unit of every signal in them."""
     gains = record.gains()
     read = dict.fromkeys([*record.signals, *AHEAD])
     return {

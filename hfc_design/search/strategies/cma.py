@@ -20,6 +20,8 @@ from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, le
 from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
+#: Means that are kept on the way: of few machines the last one need not be the soundest.
+TRAIL = 16
 
 
 class CmaSettings(StrategySettings):
@@ -44,6 +46,7 @@ class CmaState(NamedTuple):
     population: Population  # (islands,) the means
     score: Floats  # (islands,) of the means when they were last judged
     about: Population  # (1,) what the stage before ended with, in the first anything
+    trail: Population  # (``TRAIL``,) means of the last half, at even intervals
     islands: Distribution  # each leaf with an axis of islands in front
 
 
@@ -80,11 +83,12 @@ class Cma(NamedTuple):
     ) -> tuple[CmaState, Asked]:
         """Samples of the next island: of another stage, or of fewer, where it is time."""
         place = self._place(generation)
+        state = self._remembered(state, generation)
         if place.stage != self._place(generation - 1).stage:
             best = int(np.argmax(state.score))
             good = bool(np.isfinite(state.score[best]))  # else the stage has led nowhere
             about = taken(state.population, np.array([best])) if good else state.about
-            state = self._begun(place, about, rng)
+            state = self._begun(place, about, rng, state)
         elif place.room < len(state.score):
             kept = np.sort(np.argsort(-state.score, kind="stable")[: place.room])
             islands = Distribution(*(leaf[kept] for leaf in state.islands))
@@ -107,6 +111,15 @@ class Cma(NamedTuple):
             population=population, score=_put(state.score, k, score[-1]), islands=islands
         )
 
+    def _remembered(self, state: CmaState, generation: int) -> CmaState:
+        """With the best mean of now in the trail, if it is time."""
+        behind = 2 * generation - self.settings.generations  # over the last half
+        every = max(self.settings.generations // TRAIL, 1)
+        if behind < 0 or behind % every or behind // every >= TRAIL:
+            return state
+        best = taken(state.population, np.array([int(np.argmax(state.score))]))
+        return state._replace(trail=replaced(state.trail, np.array([behind // every]), best))
+
     def _place(self, generation: int) -> Place:
         stages = self.task.genome.stages
         ends = [*accumulate(share for share, _ in stages)]
@@ -119,7 +132,13 @@ class Cma(NamedTuple):
         length = max(last[number] - first, 1)
         return Place(number, generation - first, heats[(generation - first) * len(heats) // length])
 
-    def _begun(self, place: Place, about: Population, rng: np.random.Generator) -> CmaState:
+    def _begun(
+        self,
+        place: Place,
+        about: Population,
+        rng: np.random.Generator,
+        state: CmaState | None = None,
+    ) -> CmaState:
         genome = self.task.genome
         stage = genome.stage(place.stage, about if place.stage else None)
         one = begun(stage.start, stage.step * self.settings.step)
@@ -127,7 +146,8 @@ class Cma(NamedTuple):
         others = np.setdiff1d(np.arange(genome.structures), about.tree)
         tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
         population = stage.members(np.repeat(stage.start[None], place.room, axis=0), tree)
-        return CmaState(population, np.full(place.room, -np.inf), about, each)
+        trail = taken(population, np.zeros(TRAIL, int)) if state is None else state.trail
+        return CmaState(population, np.full(place.room, -np.inf), about, trail, each)
 
     def _stage(self, state: CmaState, number: int) -> Stage:
         return self.task.genome.stage(number, state.about if number else None)
@@ -169,17 +189,19 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
 def _sound(settings: CmaSettings, state: CmaState) -> bool:
     mean, step, covariance, path, steady, age = state.islands
     islands, size = mean.shape
-    finite = (np.isfinite(x).all() for x in (*state.islands, *(x for _, x in flat(state.about))))
+    told = flat((state.islands, state.about, state.trail))
+    finite = all(np.isfinite(numbers).all() for _, numbers in told)
     return (
         state.population.tree.shape == state.score.shape == (islands,)
         and 0 < islands <= settings.trees
         and len(np.unique(state.population.tree)) == islands
         and state.about.tree.shape == (1,)
+        and state.trail.tree.shape == (TRAIL,)
         and step.shape == age.shape == (islands, 1)
         and mean.shape == path.shape == steady.shape
         and covariance.shape == (islands, size, size if size <= WHOLE else 1)
         and bool((state.score < np.inf).all())
-        and all(finite)
+        and finite
         and bool((step > 0.0).all())
     )
 

@@ -1,0 +1,29 @@
+"""What the page shows of a scheduled law: how much of it there is."""
+
+import numpy as np
+
+from hfc_design.controllers.hierarchical.loop import factor
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.pictures.figure import OTHER, OWN, Drawing, finish, framed
+
+#: Of the inputs of a hierarchy, six at most.
+STYLES = ((OWN, "-"), (OTHER, "-"), ("0.35", "-"), (OWN, ":"), (OTHER, ":"), ("0.35", ":"))
+
+
+def schedule(record: HierarchicalDesign, labels: dict[str, str], units: dict[str, str]) -> Drawing:
+    """The factor on the law against each input; ``labels`` and ``units`` of the inputs by name."""
+    figure = framed(3.3 + 0.2 * len(record.inputs), top=0.15 + 0.2 * len(record.inputs))
+    axes = figure.subplots()
+    places = np.linspace(-1.0, 1.0, 201)
+    for k, ((color, style), item) in enumerate(zip(STYLES, record.inputs, strict=False)):
+        points = places[:, None] * np.eye(len(record.inputs))[k]
+        told = f"{labels[item.name]}, 1 is {1.0 / item.scale:.3g} {units[item.name]}"
+        axes.plot(places, factor(record, points), color=color, ls=style, lw=1.6, label=told)
+    finish(axes, "factor on the scheduled law [1]", "scaled input [1]")
+    axes.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    return Drawing(
+        figure,
+        "The factor on the scheduled law against each scaled input",
+        "How much of the scheduled law is added to the linear part: the output of the root, "
+        "scaled, against each input while all others are 0.",
+    )
