@@ -59,8 +59,8 @@ class Problem:
         if self._robust and self._ensemble and not final:
             self._ensemble = self._ensemble.tighter(self._robust.tighter)
         self._traded, self._record = scenario.traded, design.controller
-        self._fresh = STRATEGIES.get(scenario.search.preset).forgets
-        self._generations = scenario.search.generations
+        #: Generations of which each has machines of its own.
+        self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
 
     def rank(self, population: Population, generation: int = 0) -> Floats:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
@@ -89,8 +89,13 @@ class Problem:
         """
         if not self._traded:
             return self.rank(population, generation)
+        if generation < self._fresh:  # before it trades
+            rank = self.rank(population, generation)
+            unknown = np.full((len(rank), len(self._traded)), np.inf)
+            return Scored(rank, unknown, unknown[:, 0])
         count = self._robust.machines if self._robust else 1
-        return self.weighed(population, self._some(count, 0) if count > 1 else np.zeros(1, int))
+        some = self._some(count, generation) if count > 1 else np.zeros(1, int)
+        return self.weighed(population, some)
 
     def weighed(self, population: Population, machines: Integers | None = None) -> Scored:
         """Ranks, costs and violations on some machines, or on all that were drawn."""
@@ -108,12 +113,14 @@ class Problem:
         return self._ranked(population, np.arange(self._machines.size))
 
     def _lenient(self, generation: int) -> float:
-        left = 1.0 - generation / (NARROWED * self._generations)
-        return LENIENT * max(left, 0.0) ** 2 if self._fresh else 0.0
+        if generation >= self._fresh:
+            return 0.0
+        left = 1.0 - generation / (NARROWED * self._fresh)
+        return LENIENT * max(left, 0.0) ** 2
 
     def _some(self, count: int, generation: int) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
-        start = generation * (count - 1) if self._fresh else 0
+        start = generation * (count - 1) if generation < self._fresh else 0
         return np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
 
     def _ranked(self, population: Population, machines: Integers, lenient: float = 0.0) -> Floats:

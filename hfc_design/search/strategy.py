@@ -83,8 +83,9 @@ class Strategy(NamedTuple):
     #: Whether a state from a file, whose arrays and numbers are of their types, can be one that
     #: ``tell`` gave with these settings.
     sound: Callable[[Any, Any], bool] = lambda settings, state: True
-    #: Whether scores are compared within a generation only; then each may have its own machines.
-    forgets: bool = False
+    #: In how many of its first generations, of its settings, scores are compared within each only;
+    #: then each may have machines of its own.
+    forgets: Callable[[Any], int] = lambda settings: 0
     #: Names of the objectives that it trades off, of its settings; None: it ranks by a score. The
     #: state then has a ``front``, a record with a ``population`` and its ``score``.
     trades: Callable[[Any], tuple[str, ...]] | None = None
