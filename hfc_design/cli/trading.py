@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 PRESET = "nsga-ii"
 #: The strategy that leads to where a front begins: then this many generations more, or of so many
 #: as are told this share.
-LEADER, SPREAD, LED = "cma", 150, 0.7
+LEADER, SPREAD, LED = "cma", 120, 0.75
 NEAREST_HELP = "The point nearest to these costs, as in chatter='2 V',tracking='20 urad'."
 
 

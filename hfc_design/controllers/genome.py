@@ -76,10 +76,6 @@ class Genome(Protocol):
     def nudged(self, population: Members, rng: np.random.Generator) -> Members:
         """The individuals with a number a millionth off."""
 
-    def simplified(self, population: Members, rng: np.random.Generator) -> Members:
-        """The individuals with a unit that says always the same, where they have units."""
-        return population
-
     def gains(self, population: Members) -> Gains:
         """The controllers' gains as ``simulate`` wants them, individuals in the trailing axis."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from hfc_design.controllers.genome import Genome, Population
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import Positive, Record, ordered
 from hfc_design.search.newton import Linear
 
@@ -36,6 +36,9 @@ class Task(NamedTuple):
     #: The tracking error and its derivative about one individual, which gives None where they
     #: are not finite; None where the genome or the machine has no such derivative.
     linearised: Callable[[Population], Linear | None] | None = None
+    #: The numbers of the machines on which individuals break constraints most, the nominal one
+    #: among them; None where there is but one machine. What a strategy asks may have ``machines``.
+    hardest: Callable[[Population], Integers] | None = None
 
 
 class Scored(NamedTuple):

@@ -99,7 +99,7 @@ def test_it_comes_close_to_a_known_front(number):
     assert np.ptp(first) > 0.8
 
 
-LED = Nsga2Settings(population=20, generations=60, lead=40, front=12)
+LED = Nsga2Settings(population=20, generations=90, lead=40, front=12)
 
 
 @pytest.fixture(scope="module")

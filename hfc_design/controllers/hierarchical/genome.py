@@ -99,14 +99,6 @@ class HierarchicalGenome(Genome):
         off = 1.0 + 1e-6 * rng.standard_normal(population.gains.shape)
         return population._replace(gains=population.gains * off)
 
-    def simplified(self, population: Hierarchies, rng: np.random.Generator) -> Hierarchies:
-        """A table of each becomes its mean."""
-        tables = population.consequents.copy()
-        count, units = tables.shape[:2]
-        own = np.arange(count), rng.integers(units, size=count)
-        tables[own] = tables[own].mean(axis=(1, 2), keepdims=True)
-        return population._replace(consequents=tables)
-
     def gains(self, population: Hierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it."""
         sources = hierarchy.all_sources(population.scales.shape[1])[population.tree]

@@ -91,12 +91,6 @@ class LinearHierarchyGenome(Genome):
         """Other kp and kd by a millionth."""
         return population._replace(fuzzy=self.fuzzy.nudged(population.fuzzy, rng))
 
-    def simplified(
-        self, population: LinearHierarchies, rng: np.random.Generator
-    ) -> LinearHierarchies:
-        """A table of each becomes its mean."""
-        return population._replace(fuzzy=self.fuzzy.simplified(population.fuzzy, rng))
-
     def stage(self, number: int, about: LinearHierarchies | None) -> Stage:
         """Weights; factors on gains; factors on gains and scales, and changes of tables."""
         if number == 0 or about is None:

@@ -76,12 +76,6 @@ class ScheduledGenome(Genome):
         """Other kp and kd by a millionth."""
         return population._replace(first=self.on_one.nudged(population.first, rng))
 
-    def simplified(
-        self, population: ScheduledHierarchies, rng: np.random.Generator
-    ) -> ScheduledHierarchies:
-        """A table of each becomes its mean."""
-        return population._replace(first=self.on_one.simplified(population.first, rng))
-
     def gains(self, population: ScheduledHierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it; the root scales the difference of the laws."""
         found, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))

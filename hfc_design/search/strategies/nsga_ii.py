@@ -35,8 +35,6 @@ BOUNDS = Bounds()
 STEPS, SELF = (1e-3, 1.0), 0.3
 #: The finest of the steps that individuals begin with that were led to where they are.
 FINE = 0.01
-#: Share of the children that lose a unit where units are an objective.
-SIMPLER = 0.1
 
 
 def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -90,6 +88,7 @@ class Nsga2State(NamedTuple):
     step: Floats  # (n,) mutation step, inherited and itself mutated
     front: Front
     led: cma.CmaState  # what leads, or has led; of no island where nothing has
+    machines: Integers  # numbers of those that are met; none: as many as the scenario names
 
 
 class Asked(NamedTuple):
@@ -97,6 +96,7 @@ class Asked(NamedTuple):
 
     population: Population
     step: Floats  # (n,)
+    machines: Integers | None = None
     sampled: cma.Asked | None = None  # by what leads, if they are its samples
 
 
@@ -122,12 +122,17 @@ class Nsga2(NamedTuple):
         """Children of the parents and of the front, and a few newcomers."""
         s = self.settings
         if generation < s.lead:
-            led, asked = self._leader.ask(state.led, generation, rng)
-            return state._replace(led=led), _sampled(asked, s)
-        if generation == s.lead:  # all on the same machines now
-            found = joined(state.led.population, state.led.trail, state.population)
-            return _only(state.led, s), Asked(found, np.geomspace(FINE, s.step, len(found.tree)))
-        return state, self._children(state, rng)
+            led, samples = self._leader.ask(state.led, generation, rng)
+            return state._replace(led=led), _sampled(samples, s)
+        if generation > s.lead or not s.lead:
+            asked = self._children(state, rng)
+        else:  # everybody meets the same machines now, those that are hard
+            best = joined(state.led.population, state.population)
+            found = joined(best, state.led.trail)
+            asked = Asked(found, np.geomspace(FINE, s.step, len(found.tree)))
+            hard = self.task.hardest(best) if self.task.hardest else state.machines
+            state = _only(state.led, s)._replace(machines=hard)
+        return state, asked._replace(machines=state.machines if len(state.machines) else None)
 
     def _children(self, state: Nsga2State, rng: np.random.Generator) -> Asked:
         s, genome = self.settings, self.task.genome
@@ -138,9 +143,6 @@ class Nsga2(NamedTuple):
         mixed = genome.blended(taken(population, one), taken(population, other), share)
         step = np.clip(step[one] * np.exp(SELF * rng.standard_normal(len(one))), *STEPS)
         children = genome.mutated(mixed, step, rng)
-        if UNITS in s.objectives:
-            flat = np.flatnonzero(rng.random(len(one)) < SIMPLER)
-            children = replaced(children, flat, genome.simplified(taken(children, flat), rng))
         new = round(s.newcomers * len(one)) if genome.structures > 1 else 0
         if new:
             tree = np.sort(rng.integers(genome.structures, size=new))
@@ -155,10 +157,10 @@ class Nsga2(NamedTuple):
         state = state or _only(_nothing(genome), s)
         if asked.sampled is not None:  # each time on other machines
             led = self._leader.tell(state.led, asked.sampled, scored.score)
-            return Nsga2State(*children, state.front, led)
+            return Nsga2State(*children, state.front, led, state.machines)
         everybody = _both(_Judged(*state[:5]), children)
         best = _chosen(everybody, self._order(everybody)[: s.population])
-        return Nsga2State(*best, self._taken_in(state.front, children), state.led)
+        return Nsga2State(*best, self._taken_in(state.front, children), *state[6:])
 
     def _order(self, judged: "_Judged") -> Indices:
         """The best first; each number of units has as many parents as the others.
@@ -220,7 +222,8 @@ def _only(led: cma.CmaState, settings: Nsga2Settings) -> Nsga2State:
     """Nobody yet but what leads."""
     nobody, none = taken(led.population, slice(0)), np.empty(0)
     costs = np.empty((0, len(settings.objectives)))
-    return Nsga2State(nobody, none, costs, none, none, Front(nobody, none, costs, none), led)
+    front = Front(nobody, none, costs, none)
+    return Nsga2State(nobody, none, costs, none, none, front, led, np.empty(0, np.int64))
 
 
 def _leading(settings: Nsga2Settings) -> cma.CmaSettings:
@@ -228,7 +231,8 @@ def _leading(settings: Nsga2Settings) -> cma.CmaSettings:
 
 
 def _sampled(asked: cma.Asked, settings: Nsga2Settings) -> Asked:
-    return Asked(asked.population, np.full(len(asked.points), settings.step), asked)
+    steps = np.full(len(asked.points), settings.step)
+    return Asked(asked.population, steps, sampled=asked)
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
@@ -269,6 +273,8 @@ def _sound(settings: Nsga2Settings, state: Nsga2State) -> bool:
     count = len(state.step)
     return (
         led
+        and state.machines.ndim == 1
+        and bool((state.machines >= 0).all())
         and all(array.shape == (count,) for array in each)
         and state.costs.shape == (count, several)
         and front.costs.shape == (points, several)
