@@ -7,7 +7,7 @@ Where constraints are so hard that individuals at random never keep them all, th
 single design (CMA-ES) may lead; from what it has found the front then spreads.
 """
 
-from typing import Annotated, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -15,10 +15,11 @@ from pydantic import AfterValidator, Field, model_validator
 from hfc_design.controllers.genome import Genome, Population, joined, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
-from hfc_design.core.numbers import Floats, Indices, Integers
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
+from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
 from hfc_design.search.distribution import Distribution
 from hfc_design.search.strategies import cma
 from hfc_design.search.strategy import (
@@ -67,15 +68,6 @@ class Nsga2Settings(StrategySettings):
         if self.lead >= self.generations:
             raise ValueError("lead < generations does not hold")
         return self
-
-
-class Front(NamedTuple):
-    """What nobody dominates of all that was tried and keeps every constraint."""
-
-    population: Population
-    score: Floats  # (n,)
-    costs: Floats  # (n, objectives)
-    step: Floats  # (n,) mutation step
 
 
 class Nsga2State(NamedTuple):
@@ -153,63 +145,19 @@ class Nsga2(NamedTuple):
     def tell(self, state: Nsga2State | None, asked: Asked, scored: Scored) -> Nsga2State:
         """The best of parents and children remain, and the front takes in what belongs there."""
         s, genome = self.settings, self.task.genome
-        children = _Judged(asked.population, *scored, asked.step)
+        children = Judged(asked.population, *scored, asked.step)
         state = state or _only(_nothing(genome), s)
         if asked.sampled is not None:  # each time on other machines
             led = self._leader.tell(state.led, asked.sampled, scored.score)
             return Nsga2State(*children, state.front, led, state.machines)
-        everybody = _both(_Judged(*state[:5]), children)
-        best = _chosen(everybody, self._order(everybody)[: s.population])
-        return Nsga2State(*best, self._taken_in(state.front, children), *state[6:])
-
-    def _order(self, judged: "_Judged") -> Indices:
-        """The best first; each number of units has as many parents as the others.
-
-        Those with more units are worse for long, and would be gone before they were any good.
-        """
-        if UNITS not in self.settings.objectives:
-            return fronts.best_first(judged.costs, judged.violation)
-        place = np.arange(len(judged.step))
-        units = judged.costs[:, self.settings.objectives.index(UNITS)]
-        for number in np.unique(units):
-            own = np.flatnonzero(units == number)
-            order = fronts.best_first(judged.costs[own], judged.violation[own])
-            place[own[order]] = np.arange(len(own))
-        return np.argsort(place, kind="stable")
+        everybody = both(Judged(*state[:5]), children)
+        units = everybody.costs[:, s.objectives.index(UNITS)] if UNITS in s.objectives else None
+        best = chosen(everybody, best_first(everybody, units)[: s.population])
+        return Nsga2State(*best, taken_in(state.front, children, s.front), *state[6:])
 
     @property
     def _leader(self) -> cma.Cma:
         return cma.Cma(_leading(self.settings), self.task)
-
-    def _taken_in(self, front: Front, children: "_Judged") -> Front:
-        new = _chosen(children, np.flatnonzero(children.violation == 0.0))
-        found = _both(front, Front(new.population, new.score, new.costs, new.step))
-        kept = np.flatnonzero(~fronts.dominated(found.costs, found.costs))
-        # Of equal ones the oldest stays.
-        kept = kept[np.sort(np.unique(found.costs[kept], axis=0, return_index=True)[1])]
-        return _chosen(found, kept[fronts.spread_out(found.costs[kept], self.settings.front)])
-
-
-class _Judged(NamedTuple):
-    """Individuals with all that is known of them, the first fields of ``Nsga2State``."""
-
-    population: Population
-    score: Floats
-    costs: Floats
-    violation: Floats
-    step: Floats
-
-
-Each = TypeVar("Each", _Judged, Front)
-
-
-def _chosen(judged: Each, chosen: Indices) -> Each:
-    return type(judged)(taken(judged[0], chosen), *(leaf[chosen] for leaf in judged[1:]))
-
-
-def _both(one: Each, other: Each) -> Each:
-    rest = zip(one[1:], other[1:], strict=True)
-    return type(one)(joined(one[0], other[0]), *map(np.concatenate, rest))
 
 
 def _nothing(genome: Genome) -> cma.CmaState:
