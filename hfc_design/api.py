@@ -33,8 +33,18 @@ from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, rena
 from hfc_design.formats import FORMATS, check_score
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.runs.front import chosen
 from hfc_design.runs.problem import check_memory, design_with
-from hfc_design.runs.run import CONFIG, Result, new_run, opened_run, run
+from hfc_design.runs.run import (
+    CONFIG,
+    Result,
+    finished_run,
+    front_needed,
+    new_run,
+    opened_run,
+    picked,
+    run,
+)
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
@@ -106,6 +116,24 @@ def design(
         return result
 
 
+def pick(
+    folder: str | Path, point: int | None = None, nearest: Mapping[str, float | str] | None = None
+) -> Design:
+    """The design of a point of the front that the run in a folder has found.
+
+    That of a number in its ``front.csv``, the one nearest to costs (objective -> a number or a
+    text with a unit), or else the knee.
+
+    Raises:
+        UserError: there is no finished run, no front, or no such point.
+        RunError: a file of the run is damaged.
+    """
+    place = Path(folder)
+    scenario, result = finished_run(place)
+    front = front_needed(place, result)
+    return picked(scenario, result, chosen(front, scenario, point, nearest))[0]
+
+
 def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> Design:
     """A design by hand: a controller of kind pd, pid, pid+ff or an own law with these gains.
 
@@ -171,4 +199,4 @@ __all__ += ["strategies", "taken", "total"]
 __all__ += ["Comparison", "Controller", "Design", "Evaluation", "Judgements", "Result"]
 __all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "compare"]
 __all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "load_design"]
-__all__ += ["load_scenario", "plot", "robustness", "trajectory_csv", "with_gains"]
+__all__ += ["load_scenario", "pick", "plot", "robustness", "trajectory_csv", "with_gains"]

@@ -8,11 +8,13 @@ import click
 from hfc_design.cli.options import PATH, force, knowing_plugins, output
 
 if TYPE_CHECKING:
-    from hfc_design.files.scenario import Scenario
     from hfc_design.runs.front import Front
 
 #: The strategy that --pareto means where nothing says which.
 PRESET = "nsga-ii"
+#: The strategy that leads to where a front begins: then this many generations more, or of so many
+#: as are told this share.
+LEADER, SPREAD, LED = "cma", 120, 0.75
 NEAREST_HELP = "The point nearest to these costs, as in chatter='2 V',tracking='20 urad'."
 
 
@@ -20,7 +22,7 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
     """The changes of a scenario that ``--pareto names`` means, besides those that are ``told``.
 
     Population and generations of a scenario are meant for its own strategy; another one has its
-    own unless they are told.
+    own unless they are told. The strategy ``cma`` of a scenario leads to where a front begins.
 
     Raises:
         UserError: the strategy that is told of, or the objectives, cannot be.
@@ -37,7 +39,8 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
         about = str(error).partition(":")[0]  # which has the room for all that there are
         head = "--pareto" if about in each else f"--pareto {names}:"
         raise UserError(f"{head} {error}") from None
-    own = load_scenario(scenario, others).search.preset
+    search = load_scenario(scenario, others).search
+    own = search.preset
     preset = told.get("search.preset")
     if any(change.startswith("search.preset=") for change in others):
         preset = own
@@ -52,9 +55,15 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
         )
     if preset != own:
         fields = STRATEGIES.get(preset).settings.model_fields
-        for key in ("population", "generations"):
-            if not any(change.startswith(f"search.{key}=") for change in others):
-                told.setdefault(f"search.{key}", fields[key].default)
+        default = {f"search.{key}": fields[key].default for key in ("population", "generations")}
+        set_here = {change.partition("=")[0] for change in others}
+        whole = told.get("search.generations")
+        if "search.generations" in set_here:
+            whole = search.generations
+        if (own, preset) == (LEADER, PRESET):
+            lead = search.generations if whole is None else round(LED * whole)
+            default |= {"search.lead": lead, "search.generations": lead + SPREAD}
+        told = {key: x for key, x in default.items() if key not in set_here} | told
     return told | {"search.preset": preset, "search.objectives": str(each)}
 
 
@@ -92,9 +101,11 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
     Without a choice it shows the front.
     """
     from hfc_design.cli.shown import show_table
+    from hfc_design.cli.usable_table import show_usable
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import UserError
     from hfc_design.files.design import design_json
+    from hfc_design.runs.front import chosen
     from hfc_design.runs.run import finished_run, front_needed, picked
 
     choices = (point is not None) + (nearest is not None) + knee
@@ -109,25 +120,19 @@ def pick(run: Path, point: int | None, nearest: str | None, knee: bool, out: Pat
         return
     if out is None:
         raise UserError("hfc pick needs --out FILE for the design")
-    chosen = _chosen(front, scenario, point, nearest)
-    design, evaluation = picked(scenario, result, chosen)
+    point = chosen(front, scenario, point, None if nearest is None else _wanted(nearest))
+    design, evaluation, numbers = picked(scenario, result, point)
     write_whole(out, (design_json(design) + "\n").encode())
-    show_table(scenario, {f"point {chosen + 1}": evaluation})
+    if numbers is not None:
+        show_usable(numbers)
+    show_table(scenario, {f"point {point + 1}": evaluation})
     click.echo(f"design {out}")
 
 
-def _chosen(front: "Front", scenario: "Scenario", point: int | None, told: str | None) -> int:
-    """The point that is meant, counted from 0; without a number or costs the knee."""
+def _wanted(told: str) -> dict[str, float | str]:
+    """Costs by the names of their objectives; UserError: the text is of another form."""
     from hfc_design.core.records import UserError
-    from hfc_design.runs.front import nearest
 
-    size = len(front.merit)
-    if point is not None:
-        if not 1 <= point <= size:
-            raise UserError(f"--point {point}: there are points 1 to {size}")
-        return point - 1
-    if told is None:
-        return front.knee
     wanted: dict[str, float | str] = {}
     for pair in told.split(","):
         name, equals, text = pair.partition("=")
@@ -137,4 +142,4 @@ def _chosen(front: "Front", scenario: "Scenario", point: int | None, told: str |
             wanted[name.strip()] = float(text)
         except ValueError:
             wanted[name.strip()] = text.strip().strip("'\"")
-    return nearest(front, wanted, scenario)
+    return wanted

@@ -111,6 +111,22 @@ def read_front(scenario: Scenario, search: Search | None, folder: Path) -> Front
     return Front(objectives, numbers[:, :-2], numbers[:, -2], places)
 
 
+def chosen(
+    front: Front, scenario: Scenario, point: int | None, wanted: Mapping[str, float | str] | None
+) -> int:
+    """The point that is meant, counted from 0: of a number from 1 on, of costs, or the knee.
+
+    Raises:
+        UserError: there is no such point, or costs are of something else.
+    """
+    size = len(front.merit)
+    if point is not None:
+        if not 1 <= point <= size:
+            raise UserError(f"--point {point}: there are points 1 to {size}")
+        return point - 1
+    return front.knee if wanted is None else nearest(front, wanted, scenario)
+
+
 def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario) -> int:
     """The point closest to the ``wanted`` costs, in shares of the front's width.
 

@@ -32,6 +32,8 @@ FINALISTS = 16
 #: A search whose scores are compared within a generation only begins with broken constraints of
 #: so much, which it narrows down over this share of its generations.
 LENIENT, NARROWED = 0.2, 0.6
+#: Machines that the points of a front meet where a single design was looked for before.
+HARD = 40
 #: What to try where a search found nothing that stays finite.
 HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
@@ -59,11 +61,12 @@ class Problem:
         if self._robust:
             wider = 1.0 if final else self._robust.margin
             self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+        self._allowed = self._ensemble
         if self._robust and self._ensemble and not final:
             self._ensemble = self._ensemble.tighter(self._robust.tighter)
         self._traded, self._record = scenario.traded, design.controller
-        self._fresh = STRATEGIES.get(scenario.search.preset).forgets
-        self._generations = scenario.search.generations
+        #: Generations of which each has machines of its own.
+        self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
 
     def rank(self, population: Population, generation: int = 0) -> Floats:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
@@ -85,21 +88,27 @@ class Problem:
             rank[best] = found
         return rank
 
-    def scored(self, population: Population, generation: int = 0) -> Floats | Scored:
+    def scored(
+        self, population: Population, generation: int = 0, machines: Integers | None = None
+    ) -> Floats | Scored:
         """What the strategy of the scenario is told: ranks, or with them what it trades off.
 
-        Costs that are compared are those of the same machines, so that everybody meets as many.
+        Costs that are compared are those of the same ``machines``, without them the first ones.
         """
         if not self._traded:
             return self.rank(population, generation)
+        if generation < self._fresh:  # before it trades
+            rank = self.rank(population, generation)
+            unknown = np.full((len(rank), len(self._traded)), np.inf)
+            return Scored(rank, unknown, unknown[:, 0])
         count = self._robust.machines if self._robust else 1
-        return self.weighed(population, self._some(count, 0) if count > 1 else np.zeros(1, int))
+        return self.weighed(population, np.arange(count) if machines is None else machines)
 
     def weighed(self, population: Population, machines: Integers | None = None) -> Scored:
         """Ranks, costs and violations on some machines, or on all that were drawn."""
         some = np.arange(self._machines.size) if machines is None else machines
         gains = self.genome.gains(population)
-        judged = self._judged(gains, some)
+        judged = self._judged(gains, self._machines.take(some))
         rank, costs = self._rank(judged), self._costs(judged, gains)
         violation = np.where(rank < 0.0, -rank, 0.0) if self._ensemble else np.zeros(len(rank))
         failed = ~(np.isfinite(rank) & np.isfinite(costs).all(axis=1))
@@ -111,20 +120,22 @@ class Problem:
         return self._ranked(population, np.arange(self._machines.size))
 
     def _lenient(self, generation: int) -> float:
-        left = 1.0 - generation / (NARROWED * self._generations)
-        return LENIENT * max(left, 0.0) ** 2 if self._fresh else 0.0
+        if generation >= self._fresh:
+            return 0.0
+        left = 1.0 - generation / (NARROWED * self._fresh)
+        return LENIENT * max(left, 0.0) ** 2
 
     def _some(self, count: int, generation: int) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
-        start = generation * (count - 1) if self._fresh else 0
+        start = generation * (count - 1) if generation < self._fresh else 0
         return np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
 
     def _ranked(self, population: Population, machines: Integers, lenient: float = 0.0) -> Floats:
-        return self._rank(self._judged(self.genome.gains(population), machines), lenient)
-
-    def _judged(self, gains: Gains, machines: Integers) -> Judged:
         some = self._machines.take(machines)
-        return simulate.scores(self._loop, some, self._samples, gains, self._dtype)
+        return self._rank(self._judged(self.genome.gains(population), some), lenient)
+
+    def _judged(self, gains: Gains, machines: Machines) -> Judged:
+        return simulate.scores(self._loop, machines, self._samples, gains, self._dtype)
 
     def _rank(self, judged: Judged, lenient: float = 0.0) -> Floats:
         if self._ensemble is None:
@@ -148,7 +159,21 @@ class Problem:
         """What a strategy is given; a derivative only where there is one axis to follow."""
         alone = hasattr(self.genome, "space") and len(self._loop.machine.axes) == 1
         differs = alone and self._ensemble is None
-        return Task(self.genome, self._linear if differs else None)
+        hardest = self._hardest if self._robust else None
+        return Task(self.genome, self._linear if differs else None, hardest)
+
+    def _hardest(self, population: Population) -> Integers:
+        """The nominal machine and those on which most is broken.
+
+        Left out are those that most of the ``population`` do not keep by the scenario's own limits.
+        """
+        assert self._ensemble is not None
+        assert self._allowed is not None
+        judged = self._judged(self.genome.gains(population), self._machines)
+        kept = self._allowed.verdict(judged).sound.mean(axis=0) >= 0.5
+        broken = self._ensemble.verdict(judged).broken.sum(axis=(2, 3)).mean(axis=0)
+        others = 1 + np.argsort(-broken[1:], kind="stable")
+        return np.sort(np.append(0, others[kept[others]][: HARD - 1]))
 
     def _linear(self, individual: Population) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""

@@ -124,9 +124,7 @@ def run(
     one = front.individual(search, front.best) if front is not None and len(front.merit) else None
     design, evaluation = champion(search, scenario, one)
     if scenario.robust:
-        numbers = used(scenario, Result(design, evaluation, search), folder)
-        told = {"usable": {key: numbers[key] for key in KEPT}}
-        design = design.model_copy(update={"score": {**design.score, **told}})
+        design = _with_use(design, used(scenario, Result(design, evaluation, search), folder))
     if front is not None:
         write_front(front, folder)
     _write_design(folder / DESIGN, design)
@@ -142,15 +140,29 @@ def front_needed(folder: Path, result: Result) -> Front:
     return result.front
 
 
-def picked(scenario: Scenario, result: Result, point: int) -> tuple[Design, Evaluation]:
-    """The design of a point of the front, counted from 0, and what it does.
+def picked(
+    scenario: Scenario, result: Result, point: int
+) -> tuple[Design, Evaluation, Json | None]:
+    """The design of a point of the front, counted from 0, what it does, and its use in numbers.
+
+    Of its use nothing is known (None) where the scenario names no tolerances.
 
     Raises:
         RunError: it diverges in float64.
     """
     assert result.front is not None  # see front_needed
     assert result.search is not None
-    return champion(result.search, scenario, result.front.individual(result.search, point))
+    one = result.front.individual(result.search, point)
+    design, evaluation = champion(result.search, scenario, one)
+    if not scenario.robust:
+        return design, evaluation, None
+    numbers = usable(design, scenario).numbers()
+    return _with_use(design, numbers), evaluation, numbers
+
+
+def _with_use(design: Design, numbers: Json) -> Design:
+    told = {"usable": {key: numbers[key] for key in KEPT}}
+    return design.model_copy(update={"score": {**design.score, **told}})
 
 
 def used(scenario: Scenario, result: Result, folder: Path) -> Json:

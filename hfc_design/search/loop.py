@@ -57,8 +57,8 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
 
 
 #: What the population of a generation is ranked by, no finite number where an individual failed;
-#: for a strategy that trades with the costs of each.
-Evaluate = Callable[[Population, int], Floats | Scored]
+#: for a strategy that trades with the costs of each, on the machines that it names if it does.
+Evaluate = Callable[..., Floats | Scored]
 
 
 class Archive(NamedTuple):
@@ -109,7 +109,9 @@ def generations(
             state, asked = searcher.start(rng)
         else:
             state, asked = searcher.ask(search.state, generation, rng)
-        judged = evaluate(asked.population, generation)
+        machines = getattr(asked, "machines", None)
+        named = () if machines is None else (machines,)
+        judged = evaluate(asked.population, generation, *named)
         score = judged.score if isinstance(judged, Scored) else judged
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)

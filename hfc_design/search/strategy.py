@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from hfc_design.controllers.genome import Genome, Population
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import Positive, Record, ordered
 from hfc_design.search.newton import Linear
 
@@ -36,6 +36,9 @@ class Task(NamedTuple):
     #: The tracking error and its derivative about one individual, which gives None where they
     #: are not finite; None where the genome or the machine has no such derivative.
     linearised: Callable[[Population], Linear | None] | None = None
+    #: The numbers of the machines on which individuals break constraints most, the nominal one
+    #: among them; None where there is but one machine. What a strategy asks may have ``machines``.
+    hardest: Callable[[Population], Integers] | None = None
 
 
 class Scored(NamedTuple):
@@ -83,8 +86,9 @@ class Strategy(NamedTuple):
     #: Whether a state from a file, whose arrays and numbers are of their types, can be one that
     #: ``tell`` gave with these settings.
     sound: Callable[[Any, Any], bool] = lambda settings, state: True
-    #: Whether scores are compared within a generation only; then each may have its own machines.
-    forgets: bool = False
+    #: In how many of its first generations, of its settings, scores are compared within each only;
+    #: then each may have machines of its own.
+    forgets: Callable[[Any], int] = lambda settings: 0
     #: Names of the objectives that it trades off, of its settings; None: it ranks by a score. The
     #: state then has a ``front``, a record with a ``population`` and its ``score``.
     trades: Callable[[Any], tuple[str, ...]] | None = None

@@ -24,3 +24,8 @@ if [ ! -x .venv-st/bin/python ]; then
     .venv/bin/python -m venv .venv-st
     .venv-st/bin/pip install -q --require-hashes -r requirements/st.txt
 fi
+# Oracles of fronts; their packages stand behind this project's, see test_pymoo.py.
+if [ ! -x .venv-pymoo/bin/python ]; then
+    .venv/bin/python -m venv .venv-pymoo
+    .venv-pymoo/bin/pip install -q --require-hashes -r requirements/pymoo.txt
+fi

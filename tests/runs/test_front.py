@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from run_folders import hfc, table
 
+from hfc_design import api
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import RunError
+from hfc_design.core.records import RunError, UserError
+from hfc_design.files.design import design_json
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.report.trade_off import table as shown
@@ -25,6 +27,7 @@ FRONT = {
     },
     "simulation.duration_s": 0.1,
 }
+NAMES = FRONT["search"]["objectives"]
 PID = ("--pareto", "tracking,effort", "--controller", "pid")
 MANY = {"robust": {"first": 3, "machines": 3, "elite": 3, "final": 5}}
 FILES = {"config.toml", "checkpoint.npz", "history.csv", "design.json", "front.csv"}
@@ -108,9 +111,6 @@ def test_the_marked_points_can_be_picked(alone, tmp_path):
     own, design_of_run = (
         json.loads(path.read_text()) for path in (tmp_path / "best.json", folder / "design.json")
     )
-    robust = load_scenario(str(folder / "config.toml")).robust is not None
-    assert ("usable" in design_of_run["score"]) == robust
-    design_of_run["score"].pop("usable", None)
     assert own == design_of_run
     hfc("pick", folder, "--knee", "--out", tmp_path / "knee.json")
     knee = next(k for k, row in enumerate(rows, 1) if "knee" in row["mark"])
@@ -120,6 +120,24 @@ def test_the_marked_points_can_be_picked(alone, tmp_path):
     assert "trade-off" in hfc("pick", folder).stdout
     page = (folder / "report.html").read_text()
     assert "What there was to choose from" in page
+
+
+def test_a_point_is_picked_with_what_is_known_of_its_use(whole, tmp_path):
+    """From Python too; the point of design.json is that design, its share of machines included."""
+    folder, changes, result = whole
+    best = result.front.best
+    of_run = json.loads((folder / "design.json").read_text())
+    assert ("usable" in of_run["score"]) == bool(changes)
+    done = hfc("pick", folder, "--point", best + 1, "--out", tmp_path / "best.json")
+    assert done.exit_code == 0, done.output
+    assert json.loads((tmp_path / "best.json").read_text()) == of_run
+    assert ("Can I use it?" in done.stdout) == bool(changes)
+    assert json.loads(design_json(api.pick(folder, point=best + 1))) == of_run
+    costs = map(float, result.front.costs[result.front.knee])
+    knee = api.pick(folder)
+    assert knee == api.pick(folder, nearest=dict(zip(NAMES, costs, strict=True)))
+    with pytest.raises(UserError, match=r"there are points 1 to"):
+        api.pick(folder, point=len(result.front.merit) + 1)
 
 
 def test_nearest_is_in_shares_of_the_front(alone):

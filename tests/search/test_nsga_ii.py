@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 from hierarchies import searched_of
+from pydantic import ValidationError
 from toy_fronts import PointGenome, scored, zdt
 
 from hfc_design.core.checkpoint import flat
+from hfc_design.core.records import UserError
+from hfc_design.files.scenario import load_scenario
+from hfc_design.runs.problem import genome_of
 from hfc_design.search import fronts
 from hfc_design.search.loop import fault, generations, searcher
+from hfc_design.search.strategies.cma import CmaSettings
 from hfc_design.search.strategies.nsga_ii import STRATEGY, Nsga2Settings
 from hfc_design.search.strategy import Scored, Task
 
@@ -94,6 +99,67 @@ def test_it_comes_close_to_a_known_front(number):
     assert np.ptp(first) > 0.8
 
 
+LED = Nsga2Settings(population=20, generations=90, lead=40, front=12)
+
+
+@pytest.fixture(scope="module")
+def staged():
+    inputs = [{"name": name, "scale": 10.0} for name in NAMES[:3]]
+    own = {"controller.inputs": inputs, "controller.linear": {}, "search.preset": "cma"}
+    return genome_of(load_scenario("c-axis-ramp", own))
+
+
+def narrow(population, generation=0):
+    """Only ki within 5 % of 40 000 is allowed; tables near 0.2 or near 0.4, once that is so."""
+    off = np.abs(np.log(population.linear[:, 0] / 40_000.0))
+    table = population.fuzzy.consequents
+    costs = [np.abs(table - 0.2).mean(axis=(1, 2, 3)), np.abs(table - 0.4).mean(axis=(1, 2, 3))]
+    costs, over = np.stack(costs, axis=1), np.maximum(off - 0.05, 0.0)
+    rank = np.where(over > 0.0, -over, 1.0 / costs.sum(axis=1))
+    if generation < LED.lead:
+        return Scored(rank, np.full_like(costs, np.inf), np.full(len(rank), np.inf))
+    return Scored(rank, costs, over)
+
+
+def led(genome, search=None, total=LED.generations):
+    own = searcher(LED, Task(genome)), genome, total, 0
+    *_, last = generations(*own, narrow, search)
+    return last
+
+
+def test_until_the_lead_is_over_it_is_the_search_for_one_design(staged):
+    alone = CmaSettings(generations=LED.lead)
+    own = searcher(alone, Task(staged)), staged, LED.lead, 0
+    *_, wanted = generations(*own, lambda population, k: narrow(population, k).score)
+    found = led(staged, total=LED.lead)
+    assert same(found.state.led, wanted.state)
+    assert same(found.history, wanted.history)
+    assert len(found.state.front.score) == 0
+
+
+def test_the_front_spreads_from_what_was_led_to(staged):
+    first = led(staged, total=LED.lead + 1).state
+    assert len(first.population.tree) == LED.population
+    whole = led(staged)
+    front = whole.state.front
+    assert len(front.score) > len(first.front.score)
+    assert len(front.score) > 5
+    assert not narrow(front.population, LED.lead).violation.any()
+    assert (front.costs.min(axis=0) < first.costs.min(axis=0)).all()
+    for stop in (1, LED.lead - 1, LED.lead, LED.lead + 1):
+        part = led(staged, total=stop)
+        assert fault(part, staged.empty(), LED) is None
+        assert same(led(staged, search=part), whole)
+
+
+def test_a_lead_leaves_room_and_needs_stages():
+    with pytest.raises(ValidationError, match=r"lead < generations"):
+        Nsga2Settings(generations=9, lead=9)
+    changes = {"search.preset": "nsga-ii", "search.lead": 5}
+    with pytest.raises(UserError, match=r"search.lead has to be 0"):
+        load_scenario("c-axis-ramp", changes)
+
+
 def damage(search, **changes):
     state = search.state
     front = state.front._replace(**changes.pop("front", {}))
@@ -108,6 +174,7 @@ def test_a_state_that_no_search_can_have_is_told():
     bad = front.population._replace(gains=front.population.gains * np.nan)
     for wrong in (
         damage(found, violation=found.state.violation - 1.0),
+        damage(found, score=found.state.score[1:]),
         damage(found, step=0.0 * found.state.step),
         damage(found, costs=found.state.costs[:, :1]),
         damage(found, front={"costs": np.sort(front.costs, axis=0)}),

@@ -220,5 +220,5 @@ STRATEGY = Strategy(
     "a distribution that follows what is good (CMA-ES), its stages those of the controller",
     _fault,
     _sound,
-    forgets=True,
+    forgets=lambda settings: int(settings.generations),
 )

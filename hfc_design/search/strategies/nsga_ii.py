@@ -2,19 +2,26 @@
 
 Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evolutionary Computation 6(2), 2002. What nobody
 dominates is kept in an archive of its own, from which parents are chosen too.
+
+Where constraints are so hard that individuals at random never keep them all, the search for a
+single design (CMA-ES) may lead; from what it has found the front then spreads.
 """
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
-from hfc_design.controllers.genome import Population, joined, replaced, taken
+from hfc_design.controllers.genome import Genome, Population, joined, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
-from hfc_design.core.numbers import Floats, Indices, Integers
+from hfc_design.controllers.kind import ControllerSettings
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.objectives.traded import check_names
+from hfc_design.objectives.traded import UNITS, check_names
 from hfc_design.search import fronts
+from hfc_design.search.compromises import Front, Judged, best_first, both, chosen, taken_in
+from hfc_design.search.distribution import Distribution
+from hfc_design.search.strategies import cma
 from hfc_design.search.strategy import (
     Probability,
     Range,
@@ -27,6 +34,8 @@ from hfc_design.search.strategy import (
 BOUNDS = Bounds()
 #: Smallest and largest mutation step, and how much it mutates itself (of its logarithm).
 STEPS, SELF = (1e-3, 1.0), 0.3
+#: The finest of the steps that individuals begin with that were led to where they are.
+FINE = 0.01
 
 
 def _two_or_three(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -38,10 +47,11 @@ class Nsga2Settings(StrategySettings):
     """NSGA-II; the objectives are measures by name, ``tracking``, ``effort`` or ``units``."""
 
     preset: Literal["nsga-ii"] = "nsga-ii"
-    population: int = Field(96, ge=4, le=5000)
-    generations: int = Field(150, ge=1, le=10_000_000)
+    population: int = Field(32, ge=4, le=5000)
+    generations: int = Field(450, ge=1, le=10_000_000)
     objectives: Annotated[tuple[str, ...], AfterValidator(_two_or_three)] = ("tracking", "effort")
     front: int = Field(48, ge=4, le=1000)  # points that are kept, at most
+    lead: int = Field(0, ge=0)  # of the generations, in which one design is looked for (cma)
     tournament: int = Field(2, ge=1)
     blend: Probability = 0.25  # share of children that mix two parents
     step: Positive = 0.2  # first mutation step, relative
@@ -53,14 +63,11 @@ class Nsga2Settings(StrategySettings):
     inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
     root_limit: Positive = BOUNDS.root_limit
 
-
-class Front(NamedTuple):
-    """What nobody dominates of all that was tried and keeps every constraint."""
-
-    population: Population
-    score: Floats  # (n,)
-    costs: Floats  # (n, objectives)
-    step: Floats  # (n,) mutation step
+    @model_validator(mode="after")
+    def _room_for_a_front(self) -> Self:
+        if self.lead >= self.generations:
+            raise ValueError("lead < generations does not hold")
+        return self
 
 
 class Nsga2State(NamedTuple):
@@ -72,6 +79,8 @@ class Nsga2State(NamedTuple):
     violation: Floats  # (n,)
     step: Floats  # (n,) mutation step, inherited and itself mutated
     front: Front
+    led: cma.CmaState  # what leads, or has led; of no island where nothing has
+    machines: Integers  # numbers of those that are met; none: as many as the scenario names
 
 
 class Asked(NamedTuple):
@@ -79,6 +88,8 @@ class Asked(NamedTuple):
 
     population: Population
     step: Floats  # (n,)
+    machines: Integers | None = None
+    sampled: cma.Asked | None = None  # by what leads, if they are its samples
 
 
 class Nsga2(NamedTuple):
@@ -87,9 +98,12 @@ class Nsga2(NamedTuple):
     settings: Nsga2Settings
     task: Task
 
-    def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
-        """The first individuals, structures as even as they can be."""
+    def start(self, rng: np.random.Generator) -> tuple[Nsga2State | None, Asked]:
+        """The first individuals, structures as even as they can be; or samples of what leads."""
         s, structures = self.settings, self.task.genome.structures
+        if s.lead:
+            led, asked = self._leader.start(rng)
+            return _only(led, s), _sampled(asked, s)
         tree = rng.permutation(structures)[np.arange(s.population) % structures]
         steps = np.full(s.population, s.step)
         return None, Asked(self.task.genome.fresh(np.sort(tree), rng), steps)
@@ -98,6 +112,21 @@ class Nsga2(NamedTuple):
         self, state: Nsga2State, generation: int, rng: np.random.Generator
     ) -> tuple[Nsga2State, Asked]:
         """Children of the parents and of the front, and a few newcomers."""
+        s = self.settings
+        if generation < s.lead:
+            led, samples = self._leader.ask(state.led, generation, rng)
+            return state._replace(led=led), _sampled(samples, s)
+        if generation > s.lead or not s.lead:
+            asked = self._children(state, rng)
+        else:  # everybody meets the same machines now, those that are hard
+            best = joined(state.led.population, state.population)
+            found = joined(best, state.led.trail)
+            asked = Asked(found, np.geomspace(FINE, s.step, len(found.tree)))
+            hard = self.task.hardest(best) if self.task.hardest else state.machines
+            state = _only(state.led, s)._replace(machines=hard)
+        return state, asked._replace(machines=state.machines if len(state.machines) else None)
+
+    def _children(self, state: Nsga2State, rng: np.random.Generator) -> Asked:
         s, genome = self.settings, self.task.genome
         population, step = _pool(state)
         one = _won(rng, len(step), s.tournament, s.population)
@@ -111,48 +140,47 @@ class Nsga2(NamedTuple):
             tree = np.sort(rng.integers(genome.structures, size=new))
             children = replaced(children, np.arange(new), genome.fresh(tree, rng))
             step[:new] = s.step
-        return state, Asked(children, step)
+        return Asked(children, step)
 
     def tell(self, state: Nsga2State | None, asked: Asked, scored: Scored) -> Nsga2State:
         """The best of parents and children remain, and the front takes in what belongs there."""
-        children = (asked.population, *scored, asked.step)
-        everybody = _Judged(*children)
-        if state is not None:
-            everybody = _Judged(
-                joined(state.population, asked.population),
-                *map(np.concatenate, zip(state[1:5], children[1:], strict=True)),
-            )
-        order = fronts.best_first(everybody.costs, everybody.violation)
-        best = _chosen(everybody, order[: self.settings.population])
-        return Nsga2State(*best, self._taken_in(state and state.front, _Judged(*children)))
+        s, genome = self.settings, self.task.genome
+        children = Judged(asked.population, *scored, asked.step)
+        state = state or _only(_nothing(genome), s)
+        if asked.sampled is not None:  # each time on other machines
+            led = self._leader.tell(state.led, asked.sampled, scored.score)
+            return Nsga2State(*children, state.front, led, state.machines)
+        everybody = both(Judged(*state[:5]), children)
+        units = everybody.costs[:, s.objectives.index(UNITS)] if UNITS in s.objectives else None
+        best = chosen(everybody, best_first(everybody, units)[: s.population])
+        return Nsga2State(*best, taken_in(state.front, children, s.front), *state[6:])
 
-    def _taken_in(self, front: Front | None, children: "_Judged") -> Front:
-        new = _chosen(children, np.flatnonzero(children.violation == 0.0))
-        found = Front(new.population, new.score, new.costs, new.step)
-        if front is not None:
-            found = Front(
-                joined(front.population, found.population),
-                *map(np.concatenate, zip(front[1:], found[1:], strict=True)),
-            )
-        kept = np.flatnonzero(~fronts.dominated(found.costs, found.costs))
-        # Of equal ones the oldest stays.
-        kept = kept[np.sort(np.unique(found.costs[kept], axis=0, return_index=True)[1])]
-        kept = kept[fronts.spread_out(found.costs[kept], self.settings.front)]
-        return Front(taken(found.population, kept), *(leaf[kept] for leaf in found[1:]))
+    @property
+    def _leader(self) -> cma.Cma:
+        return cma.Cma(_leading(self.settings), self.task)
 
 
-class _Judged(NamedTuple):
-    """Individuals with all that is known of them, the first fields of ``Nsga2State``."""
-
-    population: Population
-    score: Floats
-    costs: Floats
-    violation: Floats
-    step: Floats
+def _nothing(genome: Genome) -> cma.CmaState:
+    """What leads nowhere."""
+    nobody = taken(genome.empty(), slice(0))
+    return cma.CmaState(nobody, np.empty(0), nobody, nobody, Distribution(*np.empty((6, 0, 0))))
 
 
-def _chosen(judged: _Judged, chosen: Indices) -> _Judged:
-    return _Judged(taken(judged.population, chosen), *(leaf[chosen] for leaf in judged[1:]))
+def _only(led: cma.CmaState, settings: Nsga2Settings) -> Nsga2State:
+    """Nobody yet but what leads."""
+    nobody, none = taken(led.population, slice(0)), np.empty(0)
+    costs = np.empty((0, len(settings.objectives)))
+    front = Front(nobody, none, costs, none)
+    return Nsga2State(nobody, none, costs, none, none, front, led, np.empty(0, np.int64))
+
+
+def _leading(settings: Nsga2Settings) -> cma.CmaSettings:
+    return cma.CmaSettings(generations=settings.lead)
+
+
+def _sampled(asked: cma.Asked, settings: Nsga2Settings) -> Asked:
+    steps = np.full(len(asked.points), settings.step)
+    return Asked(asked.population, steps, sampled=asked)
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:
@@ -178,14 +206,25 @@ def _alike(tree: Integers, one: Integers, rng: np.random.Generator) -> Integers:
     return order[first + (rng.random(len(one)) * count).astype(np.int64)]
 
 
+def _fault(settings: Nsga2Settings, controller: ControllerSettings) -> str | None:
+    if settings.lead and not controller.staged:
+        return f"cannot be led to controllers of kind {controller.kind}: search.lead has to be 0"
+    return None
+
+
 def _sound(settings: Nsga2Settings, state: Nsga2State) -> bool:
     front, several = state.front, len(settings.objectives)
     each = state.score, state.violation, state.step, state.population.tree
     own = front.score, front.step, front.population.tree
     points = len(front.costs)
+    led = settings.lead == 0 or cma.STRATEGY.sound(_leading(settings), state.led)
+    count = len(state.step)
     return (
-        all(array.shape == (settings.population,) for array in each)
-        and state.costs.shape == (settings.population, several)
+        led
+        and state.machines.ndim == 1
+        and bool((state.machines >= 0).all())
+        and all(array.shape == (count,) for array in each)
+        and state.costs.shape == (count, several)
         and front.costs.shape == (points, several)
         and points <= settings.front
         and all(array.shape == (points,) for array in own)
@@ -203,6 +242,8 @@ STRATEGY = Strategy(
     Nsga2State,
     Nsga2,
     "the front of two or three objectives (NSGA-II), as hfc design --pareto asks for it",
-    sound=_sound,
+    _fault,
+    _sound,
+    forgets=lambda settings: settings.lead,
     trades=lambda settings: settings.objectives,
 )
