@@ -1,4 +1,4 @@
-"""How JAX is set up: all CPU cores as devices, float64 allowed, compiled programs kept.
+"""How JAX is set up: CPU cores as devices, float64 allowed, compiled programs kept.
 
 Import this before anything starts JAX; afterwards it still works, only slower, and says so.
 """
@@ -17,6 +17,10 @@ from hfc_design.core.records import UserError
 # With it a step of 16 individuals costs as little per individual as one of 512.
 _WHOLE_LOOP = "xla_cpu_small_while_loop_byte_threshold=1000000000"
 
+# A program for one device is cut into other pieces than one for several, and rounds otherwise; so
+# that a search on one core finds the same bits as on many, there are never fewer.
+FEWEST = 2
+
 LATE = (
     "JAX had started before hfc_design was imported, so that simulations are slower and on one "
     "core; import hfc_design.api before the first computation with JAX"
@@ -33,7 +37,7 @@ def configure() -> None:
     config.update("jax_enable_x64", True)
     if config.jax_num_cpu_devices == -1:  # nobody has chosen yet
         try:
-            config.update("jax_num_cpu_devices", len(os.sched_getaffinity(0)))
+            config.update("jax_num_cpu_devices", max(FEWEST, len(os.sched_getaffinity(0))))
         except RuntimeError:
             warnings.warn(LATE, stacklevel=2)
     if config.jax_compilation_cache_dir is None:

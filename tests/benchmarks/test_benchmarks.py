@@ -16,7 +16,7 @@ np.testing.assert_allclose(prepare(work)(), prepare(work, np.float64)(), rtol=1e
 CONTROLLERS = """
 import controllers
 work = controllers.prepared("jee-koren-2004-pid", "feed-drive-circle", 2)
-assert work.operations > 50 and work.run().merit.shape == (2, 1)
+assert work.operations > 50 and work.run().merit.shape == (2, 1, 1)
 """
 RUNTIME = """
 import runtime, numpy as np

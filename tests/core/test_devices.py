@@ -45,6 +45,30 @@ def test_a_command_sets_jax_up_before_a_drive_computes(design):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+RACE = """
+import hashlib, os, sys
+os.sched_setaffinity(0, [int(core) for core in sys.argv[1:]])
+import numpy as np
+from hfc_design import api
+from hfc_design.runs.problem import Problem
+task = Problem(api.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})).task
+one = task.genome.fresh(np.zeros(1, int), np.random.default_rng(0))
+linear = task.linearised(one)
+print(hashlib.md5(linear.error.tobytes() + linear.jacobian.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_a_derivative_on_one_core_has_the_bits_of_many():
+    cores = sorted(os.sched_getaffinity(0))
+    command = [sys.executable, "-c", RACE]
+    one, many = (
+        subprocess.run([*command, *map(str, some)], capture_output=True, text=True, check=True)
+        for some in (cores[:1], cores)
+    )
+    assert one.stdout == many.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("code", "variables"),
