@@ -1,6 +1,7 @@
 """The population evaluator, and the work made with its package."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,22 +15,27 @@ from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import Scenario, load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.machines import drawn
 from plants.c_axis import CAxisParameters, coefficients
 
+TOLERANCE = 0.2  # of every parameter of a machine
 SPREAD = 0.1  # of the consequents inside every published rule table
 
 
 def prepare(work: Work, dtype: Any = np.float32) -> Callable[[], np.ndarray]:
     """A function that scores all individuals, (individuals,), as a search calls it."""
+    run = on_machines(work, 1, dtype)
+    return lambda: run().merit[:, 0, 0]
+
+
+def on_machines(work: Work, count: int, dtype: Any = np.float32) -> Callable[[], simulate.Judged]:
+    """A function that scores all individuals on the machine and others within 20 % of it."""
     scenario = _scenario(work.reference.size)
     law = hierarchical(layout_of(scenario.controller), scenario.simulation.sample_time_s)
     loop = closed_loop(scenario, PerAxis(scenario.controller.kind, (law,)))
-    machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
+    machines, samples = drawn(scenario.plant, TOLERANCE, count - 1, 0)[0], [scenario.samples()]
     gains = HierarchicalGains(work.kp, work.kd, work.scales, work.sources, work.consequents)
-
-    def run() -> np.ndarray:
-        return simulate.scores(loop, machines, [samples], gains, dtype).merit[:, 0, 0]
-
+    run = partial(simulate.scores, loop, machines, samples, gains, dtype)
     run()  # compiles
     return run
 

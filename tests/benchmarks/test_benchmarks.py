@@ -8,9 +8,12 @@ import pytest
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 EVALUATOR = """
-import evaluator, populations, numpy as np
-from evaluator_peer import make, prepare
+import ensembles, evaluator, populations, numpy as np
+from evaluator_peer import make, on_machines, prepare
 work = make(3, 40)
+several = on_machines(work, 2)().merit
+assert several.shape == (3, 2, 1) and (several[:, 0, 0] == prepare(work)()).all()
+assert (several[:, 1] != several[:, 0]).all()
 np.testing.assert_allclose(prepare(work)(), prepare(work, np.float64)(), rtol=1e-4)
 """
 CONTROLLERS = """
