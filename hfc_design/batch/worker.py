@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from distributed import Status, Worker, get_worker
 
 from hfc_design import __version__
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import FEWEST_DEVICES, Json
 from hfc_design.core.plugins import References, know
 from hfc_design.core.records import UserError, in_a_line
 
@@ -148,7 +148,8 @@ def take_share(cores: int) -> None:
             os.environ["JAX_PLATFORMS"] = "cpu"
     own = _free("core", [str(core) for core in sorted(os.sched_getaffinity(0))], cores)
     if not own:  # more workers than cores: the system shares them out
-        os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(cores))
+        few = max(FEWEST_DEVICES, cores)
+        os.environ.setdefault("JAX_NUM_CPU_DEVICES", str(few))
         return
     for thread in os.listdir("/proc/self/task"):  # later ones inherit it from these
         with suppress(ProcessLookupError):  # it has ended

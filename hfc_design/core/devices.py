@@ -11,15 +11,12 @@ from typing import Any
 
 import jax
 
+from hfc_design.core.numbers import FEWEST_DEVICES
 from hfc_design.core.records import UserError
 
 # Loops below this many bytes are compiled into one function instead of one call an operation.
 # With it a step of 16 individuals costs as little per individual as one of 512.
 _WHOLE_LOOP = "xla_cpu_small_while_loop_byte_threshold=1000000000"
-
-# A program for one device is cut into other pieces than one for several, and rounds otherwise; so
-# that a search on one core finds the same bits as on many, there are never fewer.
-FEWEST = 2
 
 LATE = (
     "JAX had started before hfc_design was imported, so that simulations are slower and on one "
@@ -36,8 +33,9 @@ def configure() -> None:
     config: Any = jax.config
     config.update("jax_enable_x64", True)
     if config.jax_num_cpu_devices == -1:  # nobody has chosen yet
+        count = max(FEWEST_DEVICES, len(os.sched_getaffinity(0)))
         try:
-            config.update("jax_num_cpu_devices", max(FEWEST, len(os.sched_getaffinity(0))))
+            config.update("jax_num_cpu_devices", count)
         except RuntimeError:
             warnings.warn(LATE, stacklevel=2)
     if config.jax_compilation_cache_dir is None:

@@ -41,6 +41,10 @@ Integers: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 
+#: JAX has never fewer devices. A program for one is cut into other pieces than one for several and
+#: rounds otherwise: a search on one core would not find the bits of one on many.
+FEWEST_DEVICES = 2
+
 
 class Xp(NamedTuple):
     """What a law needs beside arithmetic."""

@@ -48,7 +48,7 @@ def test_workers_share_the_cores_of_a_machine():
     assert said == [
         f"{first} 7 None None False",
         *(f"{core} None cpu None False" for core in others),
-        f"{{{tuple(cores)}}} None cpu 1 False",
+        f"{{{tuple(cores)}}} None cpu 2 False",
     ]
 
 
