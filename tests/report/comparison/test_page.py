@@ -162,5 +162,5 @@ def test_without_scripts_and_in_the_dark_the_pictures_stand_there(written, tmp_p
 @pytest.mark.browser
 def test_on_a_phone(spindles, tmp_path):
     (tmp_path / "page.html").write_bytes(page(spindles))
-    # One of the ratios; the errors of two motions. Pictures for print are not shown.
-    assert phone.figures_that_fit(tmp_path / "page.html", tmp_path) == 3
+    # What all do in all motions, the ratios, the errors of two motions; not what is for print.
+    assert phone.figures_that_fit(tmp_path / "page.html", tmp_path) == 4
