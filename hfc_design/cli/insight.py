@@ -9,8 +9,6 @@ import click
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
 
 if TYPE_CHECKING:
-    from hfc_design.files.design import Design
-    from hfc_design.files.machine import Axis
     from hfc_design.stability.loop_report import Loops
 
 LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
@@ -136,11 +134,11 @@ def stability(
     else:
         from hfc_design.controllers.kind import needed
         from hfc_design.files.machine import PlantSettings  # with JAX
-        from hfc_design.files.pairing import load_design
+        from hfc_design.files.pairing import load_design, open_loops
 
         own = load_design(design, others)
-        plant = PlantSettings(**dict(own.plant)).each()
-        if loops := _open_loops(own, plant):
+        plant = PlantSettings(**dict(own.plant))
+        if loops := open_loops(own, plant, own.limits):
             if given:
                 option = next(iter(given)).replace("_", "-")
                 raise UserError(f"--{option}: design {own.name} is judged on its own drive")
@@ -148,7 +146,7 @@ def stability(
             return
         lacks = "no flc, aflc or soflc, and neither pid+ff, lqr or lqi nor with a linear part"
         points = needed(own.kind.table_gains, own, lacks)(own.controller)
-        axes = [(axis.drive, axis.parameters) for axis in plant]
+        axes = [(axis.drive, axis.parameters) for axis in plant.each()]
         told = f"design {own.name} is for the plant {own.plant.name}"
         drive = report.drive_of(told, axes, own.controller.sample_time_s, given)
     found = stable_range(**drive)
@@ -160,21 +158,6 @@ def stability(
         click.echo(json.dumps(report.numbers(found, points)))
     else:
         report.show(found, points)
-
-
-def _open_loops(design: "Design", axes: "list[Axis]") -> "Loops":
-    """The linear loop of every axis; nothing where a controller is not linear."""
-    parts, found = design.by_axis(), {}
-    for axis in axes:
-        part = parts.get(axis.name, design)
-        if part.kind.open_loop is None:
-            return {}
-        loop = part.kind.open_loop(part.controller, axis.drive, axis.parameters)
-        if loop is None:
-            return {}
-        delay = design.limits.of(axis.name).delay_samples
-        found[axis.name if len(axes) > 1 else ""] = loop.delayed(delay)
-    return found
 
 
 def _show_margins(loops: "Loops", sample_time: float, plot: Path | None, as_json: bool) -> None:

@@ -6,6 +6,7 @@ from textwrap import fill
 from hfc_design.core.console import plain_table, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
+from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
@@ -71,11 +72,7 @@ def _caption(found: Json) -> str:
     if found["gain"] is None:
         lines.append("gain: the nominal machine does not keep everything as it is")
     else:
-        least, most = found["gain"]
-        lines.append(
-            f"gain: nominal machine keeps everything from {least:.3g} to {most:.3g} times "
-            "the command"
-        )
+        lines.append(f"gain: nominal machine keeps everything {gain_told(found['gain'])}")
     if found["precision"] is not None:
         changes = f"merit changes by {100 * found['precision']:.2g} % from float32 to float64"
         if found["substeps"] is not None:

@@ -25,6 +25,7 @@ from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
+from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.usable import several
 
 TABLES = "tables"
@@ -119,6 +120,8 @@ def _used(scenario: Scenario, result: Result, folder: Path) -> Json | None:
         named = zip(("error once settled", "chatter", "peak command"), units.values(), strict=True)
         heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, unit in named)]
         found["heads"] = [*heads, "share at a limit [1]", "why others do not"]
+        if found["gain"]:
+            found["gain_told"] = gain_told(found["gain"])
         return found | {"rows": [_used_row(name, one) for name, one in found["motions"].items()]}
     except (UserError, KeyError, TypeError, AttributeError):  # or the file has been edited
         return None

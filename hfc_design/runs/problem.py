@@ -34,6 +34,8 @@ FINALISTS = 16
 LENIENT, NARROWED = 0.2, 0.6
 #: Machines that the points of a front meet where a single design was looked for before.
 HARD = 40
+#: Power of ``robust.tighter`` that counts there: these machines are hard enough.
+TRADED = 0.5
 #: What to try where a search found nothing that stays finite.
 HINTS = (
     "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
@@ -61,9 +63,10 @@ class Problem:
         if self._robust:
             wider = 1.0 if final else self._robust.margin
             self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
-        self._allowed = self._ensemble
-        if self._robust and self._ensemble and not final:
-            self._ensemble = self._ensemble.tighter(self._robust.tighter)
+        self._allowed = self._traded_by = self._ensemble
+        if self._robust and self._allowed and not final:
+            self._ensemble = self._allowed.tighter(self._robust.tighter)
+            self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
         self._traded, self._record = scenario.traded, design.controller
         #: Generations of which each has machines of its own.
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
@@ -109,7 +112,7 @@ class Problem:
         some = np.arange(self._machines.size) if machines is None else machines
         gains = self.genome.gains(population)
         judged = self._judged(gains, self._machines.take(some))
-        rank, costs = self._rank(judged), self._costs(judged, gains)
+        rank, costs = self._rank(judged, self._traded_by), self._costs(judged, gains)
         violation = np.where(rank < 0.0, -rank, 0.0) if self._ensemble else np.zeros(len(rank))
         failed = ~(np.isfinite(rank) & np.isfinite(costs).all(axis=1))
         rank, violation = np.where(failed, -np.inf, rank), np.where(failed, np.inf, violation)
@@ -132,15 +135,16 @@ class Problem:
 
     def _ranked(self, population: Population, machines: Integers, lenient: float = 0.0) -> Floats:
         some = self._machines.take(machines)
-        return self._rank(self._judged(self.genome.gains(population), some), lenient)
+        judged = self._judged(self.genome.gains(population), some)
+        return self._rank(judged, self._ensemble, lenient)
 
     def _judged(self, gains: Gains, machines: Machines) -> Judged:
         return simulate.scores(self._loop, machines, self._samples, gains, self._dtype)
 
-    def _rank(self, judged: Judged, lenient: float = 0.0) -> Floats:
-        if self._ensemble is None:
+    def _rank(self, judged: Judged, ensemble: Ensemble | None, lenient: float = 0.0) -> Floats:
+        if ensemble is None:
             return np.asarray(judged.rank[:, 0, 0])
-        return self._ensemble.verdict(judged, lenient).rank
+        return ensemble.verdict(judged, lenient).rank
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """(n, objectives) what the search trades off."""

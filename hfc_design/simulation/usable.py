@@ -5,35 +5,46 @@ the nominal machine with its whole command times many factors, in float64; the n
 four times the substeps.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfc_design.controllers.controller import Controller, Stepped, View
-from hfc_design.core.numbers import Floats, Gains, Json, Mask, Memory, Scalar, Xp
+from hfc_design.core.numbers import Floats, Gains, Json, Mask
+from hfc_design.core.records import UserError
 from hfc_design.core.statistics import share_interval
 from hfc_design.files.design import AnyDesign, Design
-from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
+from hfc_design.files.pairing import (
+    controller_of,
+    load_design,
+    machine,
+    open_loops,
+    with_converter,
+)
 from hfc_design.files.robust import RobustSettings
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
-from hfc_design.objectives.constraints import constraints_on
+from hfc_design.objectives.constraints import Constraint, constraints_on
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES, Measure
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.divergence import finer
+from hfc_design.simulation.gain_range import FACTORS, Louder, gain_range
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import STABILITY, faults
+from hfc_design.stability.margins import margins
 
 #: Of a scenario that says nothing about tolerances.
 SPREAD, MACHINES = 0.2, 200
 #: The machines are drawn with the seed of the run and this beyond it, which no search draws with.
 BEYOND = 2**32
-#: Factors on the whole command that are tried at once, and the largest of them.
-FACTORS, LARGEST_FACTOR = 32, 16.0
+#: What motions that never rest may not show.
+UNSTABLE = (
+    "at rest its linear loop swings by itself (hfc stability tells more, a motion that holds a "
+    "position would show it)"
+)
 
 
 class InMotion(NamedTuple):
@@ -44,7 +55,8 @@ class InMotion(NamedTuple):
     reasons: dict[str, int]  # why some are not -> how many
     told: dict[str, Floats]  # measure -> (machines,)
     nominal: dict[str, float]
-    nominal_reasons: tuple[str, ...]  # "" of a nominal machine that keeps everything
+    nominal_reasons: tuple[str, ...]  # none of a nominal machine that keeps everything
+    bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
     everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
 
 
@@ -58,6 +70,7 @@ class Usable(NamedTuple):
     precision: float  # change of the merit from float32 to float64, as a share
     substeps: float | None  # the same to four times the substeps; None: not allowed
     units: dict[str, str]  # of the measures
+    loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
 
     @property
     def good(self) -> Mask:
@@ -77,7 +90,8 @@ class Usable(NamedTuple):
     @property
     def yes(self) -> bool:
         """Whether the nominal machine keeps everything, and nearly all of the others do."""
-        return not self._nominal and bool(self.good.mean() >= ENOUGH)
+        calm = self.loop_stable is not False and not self._nominal
+        return calm and bool(self.good.mean() >= ENOUGH)
 
     @property
     def _nominal(self) -> list[str]:
@@ -92,6 +106,8 @@ class Usable(NamedTuple):
         every = " in every motion" if len(self.motions) > 1 else ""
         if self.yes:
             return f"yes: {machines} keep everything{every}"
+        if self.loop_stable is False and not self._nominal:
+            return f"no: {UNSTABLE}; {machines} keep everything{every}"
         if why := self._nominal:
             more = f" and {len(why) - 1} more" if len(why) > 1 else ""
             return f"no: on the nominal machine {why[0]}{more}; {machines} keep everything{every}"
@@ -113,6 +129,7 @@ class Usable(NamedTuple):
             "seed": self.seed,
             "share": float(self.good.mean()),
             "interval": [low, high],
+            "loop_stable": self.loop_stable,
             "gain": None if self.gain is None else [*self.gain],
             "precision": _plain(self.precision),
             "substeps": None if self.substeps is None else _plain(self.substeps),
@@ -161,7 +178,16 @@ def usable(
         _change(coarse, once),
         _substeps(design, scenario, some.take(np.zeros(1, int)), once),
         units,
+        _loop_stable(design, scenario),
     )
+
+
+def _loop_stable(design: Design, scenario: Scenario) -> bool | None:
+    try:
+        loops = open_loops(design, machine(design, scenario), scenario.limits)
+    except UserError:  # the drive cannot be linearised
+        return None
+    return all(margins(loop).stable for loop in loops.values()) if loops else None
 
 
 def merit(scenario: Scenario, merits: ArrayLike) -> float:
@@ -214,18 +240,30 @@ def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judg
 
 def _kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
     """Why individuals do not keep everything -> (individuals, motions) which; the nominal first."""
-    values, failed = np.asarray(judged.values), np.asarray(judged.failed)
-    found = faults(values, failed, scenario.each_motion())
-    bounds = constraints_on(scenario.constraints, scenario.units)
-    first = values.shape[-1] - len(STABILITY) - len(_measures(scenario)) - len(bounds)
-    for k, bound in enumerate(bounds, first):
-        over = ~(values[..., k] <= bound.most) & ~failed
-        found[f"breaks {bound.measure.name}"] = over
+    failed = np.asarray(judged.failed)
+    found = faults(np.asarray(judged.values), failed, scenario.each_motion())
+    for name, (bound, values) in _bounds(scenario, judged).items():
+        found[f"breaks {name}"] = ~(values <= bound.most) & ~failed
     return found
+
+
+def _bounds(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
+    """Constraint -> itself, and (individuals, motions) what is measured."""
+    bounds = constraints_on(scenario.constraints, scenario.units)
+    values = np.asarray(judged.values)
+    first = values.shape[-1] - len(STABILITY) - len(_measures(scenario)) - len(bounds)
+    return {own.measure.name: (own, values[..., first + n]) for n, own in enumerate(bounds)}
 
 
 def _told(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:
     reasons = {why: mask[:, k] for why, mask in _kept(scenario, judged).items()}
+    bounds = {
+        name: (own, values[:, k]) for name, (own, values) in _bounds(scenario, judged).items()
+    }
+    over = {}
+    for name, (bound, values) in bounds.items():
+        unit = _unit(bound.measure, scenario)
+        over[f"breaks {name}"] = f" ({values[0]:.3g} {unit}, allowed {bound.most:.3g})"
     bad = np.logical_or.reduce([*reasons.values()])
     own = _measures(scenario)
     first = judged.values.shape[-1] - len(STABILITY) - len(own)
@@ -239,30 +277,10 @@ def _told(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMot
         {why: int(mask[1:].sum()) for why, mask in reasons.items() if mask[1:].any()},
         {name: column[1:] for name, column in columns.items()},
         {name: float(column[0]) for name, column in columns.items()},
-        tuple(why for why, mask in reasons.items() if mask[0]),
+        tuple(why + over.get(why, "") for why, mask in reasons.items() if mask[0]),
+        {name: (own.most, values) for name, (own, values) in bounds.items()},
         not scenario.nominal_only[k],
     )
-
-
-class Louder(NamedTuple):
-    """A controller whose command is multiplied; its gains are the factor and its own."""
-
-    inner: Controller
-
-    @property
-    def kind(self) -> str:
-        """That of the controller itself."""
-        return self.inner.kind
-
-    def initial_memory(self, zero: Scalar) -> Memory:
-        """That of the controller itself."""
-        return self.inner.initial_memory(zero)
-
-    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """Its commands, times the factor."""
-        factor, own = gains
-        commands, memory = self.inner.step(xp, own, memory, view)
-        return tuple(factor * command for command in commands), memory
 
 
 def _gain(
@@ -275,32 +293,19 @@ def _gain(
     loop = loop._replace(controller=Louder(loop.controller))
     samples = [motion.samples() for motion in scenario.each_motion()]
     wide = jax.tree.map(lambda leaf: np.repeat(leaf, 2 * FACTORS, axis=-1), gains)
+    first: list[Judged] = []
 
-    def kept(factors: Floats) -> tuple[Judged, Mask]:
+    def kept(factors: Floats) -> Mask:
         """Of 1 and other factors; the last ones only fill up."""
         both = (np.append(1.0, factors), wide)
         found = population.scores(loop, nominal, samples, both, np.float64)
         judged = Judged(*(part[:, 0] for part in found))
+        first.append(judged)
         bad = np.logical_or.reduce([*_kept(scenario, judged).values()])
-        return judged, ~bad.any(axis=1)
+        return np.asarray(~bad.any(axis=1))
 
-    up = np.geomspace(1.0, LARGEST_FACTOR, FACTORS + 1)[1:]
-    exact, good = kept(np.append(up, 1.0 / up[:-1]))
-    if not good[0]:
-        return exact, None
-    ends = []
-    for ratios, well in ((up, good[1 : FACTORS + 1]), (1.0 / up[:-1], good[FACTORS + 1 :])):
-        lost = int(np.argmin(well)) if not well.all() else len(well)
-        ends.append((np.append(1.0, ratios)[lost], ratios[min(lost, len(ratios) - 1)]))
-    (high, beyond), (low, below) = ends
-    fine = np.append(
-        np.geomspace(high, beyond, FACTORS + 2)[1:-1], np.geomspace(low, below, FACTORS + 1)[1:-1]
-    )
-    _, good = kept(fine)
-    upper, lower = good[1 : FACTORS + 1], good[FACTORS + 1 :]
-    most = np.append(high, fine[:FACTORS])[int(np.append(upper, False).argmin())]
-    least = np.append(low, fine[FACTORS:])[int(np.append(lower, False).argmin())]
-    return exact, (float(least), float(most))
+    gain = gain_range(kept)
+    return first[0], gain
 
 
 def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float) -> float | None:
@@ -334,16 +339,24 @@ def _plain(value: float) -> float | None:
 
 
 def _motion_numbers(one: InMotion) -> Json:
-    found: dict[str, Any] = {}
-    for name, column in one.told.items():
-        finite = column[np.isfinite(column)]
-        quantiles = np.quantile(finite, [0.5, 0.95, 1.0]).tolist() if len(finite) else [None] * 3
-        own = {"nominal": _plain(one.nominal[name])}
-        found[name] = own | dict(zip(("median", "q95", "largest"), quantiles, strict=True))
+    told = one.told.items()
+    measured = {name: _numbers(one.nominal[name], column) for name, column in told}
+    bounds = {
+        name: {"allowed": most, **_numbers(values[0], values[1:])}
+        for name, (most, values) in one.bounds.items()
+    }
     return {
         "share": float(one.good.mean()),
         "reasons": one.reasons,
         "nominal": list(one.nominal_reasons),
         "asked_of": "all" if one.everywhere else "nominal",
-        "measures": found,
+        "measures": measured,
+        "constraints": bounds,
     }
+
+
+def _numbers(nominal: float, values: Floats) -> dict[str, float | None]:
+    finite = values[np.isfinite(values)]
+    quantiles = np.quantile(finite, [0.5, 0.95, 1.0]).tolist() if len(finite) else [None] * 3
+    own = {"nominal": _plain(nominal)}
+    return own | dict(zip(("median", "q95", "largest"), quantiles, strict=True))

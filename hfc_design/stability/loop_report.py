@@ -36,14 +36,15 @@ def about(loops: Loops) -> str:
 
 
 def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
-    """Margins in words."""
+    """Margins in words; a loop that swings by itself has none."""
+    told = _told if found.stable else lambda value: "-"
     return [
         ("stable", "yes" if found.stable else "no"),
-        ("gain margin upwards, factor", _told(found.gain_up)),
-        ("gain margin downwards, factor", _told(found.gain_down)),
-        ("phase margin [deg]", _told(found.phase)),
-        ("delay margin [samples]", _told(found.delay)),
-        ("delay margin [ms]", _told(found.delay and 1e3 * sample_time * found.delay)),
+        ("gain margin upwards, factor", told(found.gain_up)),
+        ("gain margin downwards, factor", told(found.gain_down)),
+        ("phase margin [deg]", told(found.phase)),
+        ("delay margin [samples]", told(found.delay)),
+        ("delay margin [ms]", told(found.delay and 1e3 * sample_time * found.delay)),
         ("slowest pole, magnitude", f"{abs(found.poles[0]):.6f}"),
     ]
 

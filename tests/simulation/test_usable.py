@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from hfc_design.api import with_gains
 from hfc_design.core.statistics import share_interval
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.gain_range import gain_range, gain_told
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.usable import BEYOND, usable
 
@@ -73,6 +75,11 @@ def test_who_keeps_a_constraint_is_counted_with_its_interval():
     assert "peak_command" in found.answer
     numbers = found.numbers()
     assert numbers["share"] == found.good.mean()
+    for one in found.motions:
+        told = numbers["motions"][one.name]["constraints"]["peak_command"]
+        assert told["allowed"] == most
+        assert told["nominal"] == one.nominal["peak_command"]
+        assert told["largest"] == one.told["peak_command"].max()
 
 
 @pytest.mark.parametrize(
@@ -97,6 +104,45 @@ def test_a_design_that_diverges_everywhere():
 def test_without_tolerances_two_hundred_machines_within_a_fifth():
     found = usable("pd-only", load_scenario("c-axis-ramp", {"simulation.duration_s": 1.0}))
     assert (len(found.good), found.spread) == (200, 0.2)
+
+
+def test_a_loop_that_swings_at_rest_is_of_no_use():
+    """The integral is by far too strong for such a drive; the motion is too short to show it."""
+    design = load_design("pd-only")
+    own = {"kp": design.controller.pd.kp, "kd": design.controller.pd.kd}
+    scenario = load_scenario(TWO, {"controller": {"kind": "pid+ff"}})
+    calm, wild = (
+        usable(with_gains(scenario, "pid+ff", {**own, "ki": ki}), scenario) for ki in (0.0, 1e7)
+    )
+    assert (calm.loop_stable, wild.loop_stable) == (True, False)
+    assert wild.motions[0].nominal_reasons  # as the simulation shows here too
+    assert usable("pd-only", scenario).loop_stable is None  # tables do its work, or a PD
+    assert calm.motions[0].nominal_reasons == ()
+    good = tuple(one._replace(good=one.good | True) for one in calm.motions)
+    assert calm._replace(motions=good).yes
+    never = calm._replace(motions=good, loop_stable=False)
+    assert not never.yes
+    assert never.answer.startswith("no: at rest its linear loop swings by itself (hfc stability")
+    assert never.numbers()["loop_stable"] is False
+
+
+@pytest.mark.parametrize(
+    ("gain", "words"),
+    [
+        ((0.5, 2.0), "from 0.5 to 2 times the command"),
+        ((0.5, 16.0), "from 0.5 to at least 16 times the command"),
+        ((16.0 ** (-31 / 32), 2.0), "from at most 0.0682 to 2 times the command"),
+    ],
+)
+def test_beyond_the_ends_of_the_scan_nothing_is_said(gain, words):
+    assert gain_told(gain) == words
+
+
+def test_the_range_of_gains_is_that_of_a_threshold():
+    found = gain_range(lambda factors: np.append(1.0, factors) * 3.0 < 10.0)
+    assert found[1] == pytest.approx(10.0 / 3.0, rel=3e-3)
+    assert found[0] == pytest.approx(16.0 ** (-31 / 32))
+    assert gain_range(lambda factors: np.append(1.0, factors) > 1.5) is None
 
 
 @pytest.mark.slow
