@@ -29,6 +29,10 @@ def free_folder(name: str) -> Path:
     return folder
 
 
+#: What is done when a search has ended.
+JUDGING = "judging what was found"
+
+
 class Watch(ProgressBar):
     """The search of a scenario: its best and median, how fast it is."""
 
@@ -59,8 +63,11 @@ class Watch(ProgressBar):
             f"diverged {history.diverged[-1]}  structures {history.structures[-1]}  "
             f"{rate:.2g} individual-steps/s"
         )
-        self.show(description="generation", completed=done, line=line)
-        if now - self._said > 5.0 or done == self.total:
+        ended = done == self.total
+        self.show(description=JUDGING if ended else "generation", completed=done, line=line)
+        if ended:
+            self.say(f"generation {done}/{self.total}  {self._title}: {line}\n{JUDGING}")
+        elif now - self._said > 5.0:
             left = (self.total - done) * (now - since) / max(done - begun, 1)
             self.say(f"generation {done}/{self.total}  {self._title}: {line}  {left:.0f} s left")
             self._said = now

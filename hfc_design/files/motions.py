@@ -34,6 +34,14 @@ class Motion(Record):
     load: Load | None = None
     start: Start | None = None
 
+    def ends_settled(self, duration: float) -> None:
+        """Whether it goes on after it is said to have settled; ValueError: it does not."""
+        if self.settled_after_s is not None and self.settled_after_s >= duration:
+            raise ValueError(
+                f"settled_after_s = {self.settled_after_s}: has to be less than its duration of "
+                f"{duration} s"
+            )
+
     @model_validator(mode="before")
     @classmethod
     def _one_clock(cls, data: Any) -> Any:

@@ -87,6 +87,8 @@ class Scenario(Record):
             if names[k : k + 1] and names[k] in names[:k]:
                 raise ValueError(f"motions.{k}.name = {names[k]!r}: stands there twice")
             try:
+                if self.motions:
+                    self.motions[k].ends_settled(motion.simulation.duration_s)
                 motion._can_be_simulated()
             except ValueError as error:
                 raise ValueError(f"motions.{k}: {error}" if self.motions else str(error)) from None

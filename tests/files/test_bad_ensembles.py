@@ -28,6 +28,10 @@ def refused(*arguments):
             ["motions=[{name='a'},{name='b',simulation={substeps=2}}]"],
             ["motions.1.simulation: all motions have the clock of the scenario"],
         ),
+        (
+            ["motions=[{name='a'},{name='b',duration_s=2.0,settled_after_s=3.0}]"],
+            ["motions.1: settled_after_s = 3.0: has to be less than its duration of 2.0 s"],
+        ),
         (["robust.spread=1"], ["robust.spread = 1: ", "less than 1"]),
         (
             ["robust.margin=1.2", "robust.spread=0.9"],
