@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, place_poles
 
+from hfc_design.stability.loop_report import rows
 from hfc_design.stability.margins import OpenLoop, margins
 
 
@@ -31,6 +32,11 @@ def test_a_loop_that_is_not_stable_says_so():
     assert not found.stable
     assert found.gain_down == pytest.approx(2.0 / 2.5)
     assert found.phase is None  # sin does not reach 1.25
+    told = dict(rows(found, 0.001))
+    assert told.pop("stable") == "no"
+    assert told.pop("slowest pole, magnitude") == "1.500000"
+    assert set(told.values()) == {"-"}  # what would swing anyway has no margin
+    assert "-" not in dict(rows(margins(integrator(0.5)), 0.001)).values()
 
 
 @pytest.mark.parametrize("gain", [0.02, 0.3])
