@@ -15,7 +15,9 @@ from hfc_design.cli.options import Texts, as_json, force, knowing_plugins, memor
 if TYPE_CHECKING:
     from hfc_design.simulation.comparison import Comparison
 
-SCENARIO_HELP = "Scenario to compare in; several times [default: the first design's own]."
+SCENARIO_HELP = (
+    "Scenario to compare in; can be given several times [default: the first design's own]."
+)
 #: What ``--out`` writes into its folder.
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
@@ -24,12 +26,20 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 @click.argument("designs", nargs=-1)
 @click.option("--scenario", "scenarios", multiple=True, help=SCENARIO_HELP)
 @setting
-@click.option("--spread", type=float, default=0.2, help="Of the machines' parameters [0.2].")
 @click.option(
-    "--machines", type=click.IntRange(min=1), default=200, help="Beside the nominal one [200]."
+    "--spread", type=float, default=0.2, help="Of the machines' parameters [default: 0.2]."
 )
 @click.option(
-    "--seed", type=click.IntRange(min=0), default=0, help="Of the draw of the machines [0]."
+    "--machines",
+    type=click.IntRange(min=1),
+    default=200,
+    help="Beside the nominal one [default: 200].",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    help="Of the draw of the machines [default: 0].",
 )
 @output("--out", help="Folder for page, CSV and JSON.")
 @output("--html", help="Write the page alone.")

@@ -64,7 +64,7 @@ force = click.option(
 SET_HELP = "Change a value of the scenario by its dotted key, as in simulation.duration_s=5."
 CHANGE_HELP = "Change a value of the design by its dotted key, as in controller.integral_gain=8."
 SCENARIO_HELP = "Scenario to run it on [default: the one it was made for]."
-SCENARIOS_HELP = f"{SCENARIO_HELP[:-1]}; can be given several times]."
+SCENARIOS_HELP = SCENARIO_HELP.replace(" [", "; can be given several times [")
 #: Of every command on a scenario, and of every one on a design.
 setting = click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=SET_HELP)
 changing_design = click.option(

@@ -38,7 +38,9 @@ KEYS = {
     "precision": "run.precision",
 }
 PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
+PRESET_HELP = "Search strategy, see hfc list strategies [default: the scenario's, else race]."
 ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
+SAMPLES_HELP = "Machines to draw [default: 1000; robust.unseen, where the scenario has it]."
 DEFAULT = "c-axis-practical"
 BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
@@ -49,7 +51,7 @@ BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.g
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
 @click.option("--population", type=int, help="Individuals in a generation.")
 @click.option("--generations", type=int, help="Generations.")
-@click.option("--preset", help="Search strategy [default: race]; see hfc list strategies.")
+@click.option("--preset", help=PRESET_HELP)
 @click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @setting
@@ -124,7 +126,7 @@ def design(
 @click.command()
 @on_scenarios
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
-@click.option("--samples", type=int, help="Machines to draw [default: 1000].")
+@click.option("--samples", type=int, help=SAMPLES_HELP)
 @click.option("--seed", type=int, help="Seed of the draw [default: 0].")
 @output("--plot", help="Draw the metrics' distributions.")
 @force

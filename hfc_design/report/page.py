@@ -1,6 +1,7 @@
 """The report of a run: one page that needs nothing else, and the rule tables as CSV."""
 
 import json
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -21,6 +22,7 @@ from hfc_design.formats import FORMATS
 from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered, trade_off
+from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.runs.problem import genome_of
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
@@ -31,6 +33,8 @@ from hfc_design.simulation.usable import several
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
 OWN = "this design"
+#: Units that numbers of this size are not read in -> factor to one that they are, and that one.
+SHOWN_IN = {"rad": (1e6, "µrad")}
 #: This many structures are listed.
 BEST = 10
 
@@ -116,25 +120,36 @@ def _used(scenario: Scenario, result: Result, folder: Path) -> Json | None:
     """What the run says of whether its design can be used; None if nobody can say."""
     try:
         found = used(scenario, result, folder)
-        units = found["units"]
-        named = zip(("error once settled", "chatter", "peak command"), units.values(), strict=True)
-        heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, unit in named)]
-        found["heads"] = [*heads, "share at a limit [1]", "why others do not"]
-        if found["gain"]:
-            found["gain_told"] = gain_told(found["gain"])
-        return found | {"rows": [_used_row(name, one) for name, one in found["motions"].items()]}
-    except (UserError, KeyError, TypeError, AttributeError):  # or the file has been edited
+        told = [SHOWN_IN.get(unit, (1.0, unit)) for unit in found["units"].values()]
+        factors = [*(factor for factor, _ in told), 1.0]
+        named = zip(("error once settled", "chatter", "peak command"), told, strict=True)
+        heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
+        each = found["motions"].items()
+        return found | {
+            "heads": [*heads, "share at a limit [1]"],
+            "rows": [_used_row(name, one, factors) for name, one in each],
+            "others": {name: why for name, one in each if (why := _why_others(one))},
+            "gain_told": found["gain"] and gain_told(found["gain"]),
+        }
+    # ... or the file has been edited
+    except (UserError, KeyError, TypeError, AttributeError, ValueError):
         return None
 
 
-def _used_row(name: str, found: Json) -> list[str]:
-    """Name, share, why not, and of each measure the median and the largest."""
-    measures = found["measures"].values()
-    pairs = ((one["median"], one["largest"]) for one in measures)
-    numbers = (tuple("–" if x is None else f"{x:.3g}" for x in pair) for pair in pairs)
+def _used_row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
+    """Name, share, and of each measure the median and the largest, times its factor."""
+    cells = []
+    for one, factor in zip(found["measures"].values(), factors, strict=True):
+        pair = (one["median"], one["largest"])
+        cells.append(" / ".join(NONE if x is None else short(factor * x) for x in pair))
+    return [name, f"{100 * found['share']:.4g}", *cells]
+
+
+def _why_others(found: Json) -> str:
+    """Why machines do not keep everything in a motion, the most frequent first; "" if all do."""
     reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
-    why = ", ".join(f"{count} {several(reason)}" for reason, count in reasons) or "–"
-    return [name, f"{100 * found['share']:.4g}", *(f"{a} / {b}" for a, b in numbers), why]
+    told = (f"{count} {reason if count == 1 else several(reason)}" for reason, count in reasons)
+    return ", ".join(told)
 
 
 def _motions(own: Evaluation, scenario: Scenario) -> list[Figure]:

@@ -125,8 +125,9 @@ def motions(evaluation: Evaluation, title: str) -> Figure:
             axes.set_title(label, fontsize=8, loc="right")
             axes.tick_params(labelsize=7)
             axes.margins(x=0)
-        lost = " (diverged)" if one.diverged else ""
-        row[0].set_title(plain(name) + lost, fontsize=9, loc="left")
+        lost = "\n(diverged)" if one.diverged else ""
+        row[0].set_ylabel(plain(name, 14) + lost, fontsize=9, parse_math=False)
+        row[0].yaxis.set_label_coords(-0.5, 0.5)  # beside the numbers
     figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
     return figure
 

@@ -286,6 +286,16 @@ def test_list_names_what_it_lists_without_breaking_words():
     assert "law or kind" in " ".join(found.split())
 
 
+@pytest.mark.parametrize("command", main.commands)
+def test_help_says_defaults_alike(command):
+    """Brackets match, and none holds a number that does not say what it is."""
+    for option in main.commands[command].params:
+        told = getattr(option, "help", None) or ""
+        assert re.fullmatch(r"([^\[\]]|\[[^\[\]]*\])*", told), told
+        assert not re.search(r"\[[\d.]+\]", told), told
+        assert "[default" not in told.partition(" [default: ")[0], told
+
+
 def test_a_start_of_another_kind_says_which_kind_it_has():
     refused = hfc("design", "feed-drive-contour", "--set", "controller.start=jee-koren-2004-flc")
     assert refused.exit_code == 2

@@ -27,11 +27,47 @@ PHONE = """<!DOCTYPE html>
 
 def figures_that_fit(report, folder):
     """Number of figures that a page shows; none of it may be wider than the phone."""
+    window, width, figures = measured(PHONE, report, folder)
+    assert window == 400
+    assert width <= 400
+    for name, left, right, height in figures:
+        assert 0 <= left < right - 50, name
+        assert right <= 400, name
+        assert height > 50, name
+    return sum(name == "figure" for name, *_ in figures)
+
+
+#: What a report of some width says of the answer whether it can be used.
+ANSWER = """<!DOCTYPE html>
+<iframe width="{}" height="800" srcdoc="{}"></iframe>
+<pre id="sizes"></pre>
+<script>addEventListener("load", () => {{
+  const frame = document.querySelector("iframe").contentWindow;
+  const table = frame.document.querySelector(".used .scroll");
+  const others = [...frame.document.querySelectorAll(".used + p, .used ~ ul li")].map((one) => {{
+    const text = frame.document.createRange();
+    text.selectNodeContents(one);
+    const box = text.getBoundingClientRect();
+    return [box.left, box.right];
+  }});
+  document.querySelector("pre").textContent = JSON.stringify(
+    [frame.innerWidth, [table.clientWidth, table.scrollWidth], ...others]);
+}});</script>
+"""
+
+
+def widths(report, folder, width):
+    """Width of the window; of the first table and of what is in it; left and right of reasons."""
+    return measured(ANSWER, report, folder, width)
+
+
+def measured(frame, report, folder, *values):
+    """What a page that frames the report says of it."""
     chromium = shutil.which("chromium")
     if chromium is None:
         pytest.skip("no chromium on the PATH")
     page = folder / "phone.html"
-    page.write_text(PHONE.format(html.escape(report.read_text())))
+    page.write_text(frame.format(*values, html.escape(report.read_text())))
     options = (
         "--headless --no-sandbox --disable-gpu --disable-background-networking --no-first-run "
         f"--user-data-dir={folder}/profile --enable-logging=stderr --v=0 "
@@ -45,13 +81,6 @@ def figures_that_fit(report, folder):
         timeout=120,
     )
     assert [line for line in done.stderr.splitlines() if "CONSOLE" in line] == []
-    measured = re.search(r'<pre id="sizes">(.*?)</pre>', done.stdout)
-    assert measured is not None
-    window, width, figures = json.loads(measured[1])
-    assert window == 400
-    assert width <= 400
-    for name, left, right, height in figures:
-        assert 0 <= left < right - 50, name
-        assert right <= 400, name
-        assert height > 50, name
-    return sum(name == "figure" for name, *_ in figures)
+    found = re.search(r'<pre id="sizes">(.*?)</pre>', done.stdout)
+    assert found is not None
+    return json.loads(found[1])

@@ -2,7 +2,8 @@
 
 Measured, medians of five seeds, the same evaluations and operators: hypervolume to (1.1, 1.1) after
 100 generations of 100 on ZDT1 0.854, pymoo 0.849; on ZDT2 0.511, pymoo 0.495. With operators of
-their own on the C-axis 0.819, pymoo 0.818; there rms error against rms command of a PID.
+their own on the C-axis, rms error of a PID against its rms command, 0.812, pymoo 0.808; against how
+much that changes 1.145, pymoo 1.143.
 """
 
 import sys

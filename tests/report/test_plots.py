@@ -107,3 +107,21 @@ def test_errors_beside_rivals_in_every_motion():
         other = both["lin-lee-1999-table-1"].motions[name].axes[0].motion.error
         assert lines["lin-lee-1999-table-1"][1].max() == pytest.approx(factor * abs(other).max())
     assert image(figure, "png").startswith(b"\x89PNG")
+
+
+def test_the_names_of_motions_touch_nothing():
+    moves = [{"name": "position"}, {"name": "a-long-name-of-a-motion"}, {"name": "m"}]
+    scenario = {"name": "three", "simulation": {"duration_s": 0.1}, "motions": moves}
+    found = evaluate("pd-only", scenario)
+    lost = found.motions["position"]._replace(diverged=True)
+    figure = plots.motions(found._replace(motions=found.motions | {"position": lost}), "a title")
+    figure.draw_without_rendering()
+    first = figure.axes[::3]
+    names = [axes.get_ylabel() for axes in first]
+    assert names == ["position\n(diverged)", "a-long-name...", "m"]
+    for axes in first:
+        name = axes.yaxis.label.get_window_extent()
+        assert name.x0 > 0.0
+        others = [*axes.get_yticklabels(), axes._right_title]
+        others += [other.yaxis.label for other in first if other is not axes]
+        assert not any(name.overlaps(other.get_window_extent()) for other in others)

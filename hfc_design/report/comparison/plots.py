@@ -1,14 +1,14 @@
 """Pictures of a comparison: ratios with their intervals, motions for print, contours."""
 
 from collections.abc import Sequence
-from math import ceil, isnan, log10
+from math import ceil, floor, isnan, log10
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter, NullLocator
 
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.contour import Contour, nearest
@@ -24,6 +24,10 @@ from hfc_design.simulation.comparison import Bout, Comparison, Difference
 SLICES = 150
 #: A ratio that is further from 1 stands at the edge.
 FURTHEST = 1000.0
+#: An axis whose ends are further apart than by this factor has powers of ten enough.
+MANY = 100.0
+#: Round steps for an axis of less than a decade.
+ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
 #: Points of a circle, and slices of a deviation from a path.
 AROUND = 360
 #: Share of the radius that a division takes on the plot of a ball bar.
@@ -137,12 +141,26 @@ def machines(comparison: Comparison) -> Figure:
     axes.set_ylim(rows * len(bouts) - 1.3, -0.7)
     axes.set_xscale("log")
     axes.set_xlim(low / 1.2, edge)
+    _few_decades(axes)
     axes.tick_params(axis="y", length=0)
     gridded(axes, label)
     for j, name in enumerate(names):
         axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=plain(name, 30))
     above(figure, axes, 8)
     return figure
+
+
+def _few_decades(axes: Axes) -> None:
+    """Ticks of a logarithmic x axis with plain numbers where powers of ten would be too few."""
+    low, high = axes.get_xlim()
+    if high > MANY * low:
+        return
+    decades = range(floor(log10(low)), ceil(log10(high)) + 1)
+    ticks = [x for k in decades for step in (1, 2, 5) if low <= (x := step * 10.0**k) <= high]
+    if len(ticks) < 3:
+        ticks = [x for x in ROUND.tick_values(low, high) if low <= x <= high]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks], fontsize=8)
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:

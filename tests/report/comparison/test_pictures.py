@@ -2,6 +2,7 @@
 
 import base64
 import re
+from itertools import pairwise
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
@@ -10,8 +11,15 @@ import pytest
 from matplotlib.projections.polar import PolarAxes
 
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import address, image, small_address
-from hfc_design.report.comparison.plots import BAR, contours, motions, ratios
+from hfc_design.pictures.figure import address, framed, image, small_address
+from hfc_design.report.comparison.plots import (
+    BAR,
+    _few_decades,
+    contours,
+    machines,
+    motions,
+    ratios,
+)
 from hfc_design.report.comparison.traces import data, extremes, panels
 from hfc_design.report.plots import SHARE
 from hfc_design.simulation.comparing import compare
@@ -131,6 +139,43 @@ def test_ratios_have_a_row_a_motion(spindles, tables):
         dots = [line for line in left.lines if len(line.get_xdata()) == 1]
         assert float(dots[0].get_xdata()[0]) == pytest.approx(first.ratio)
         assert len([line for line in right.lines if len(line.get_xdata()) == 1]) == 2
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "told"),
+    [
+        (160.0, 750.0, [f"{100 * k}" for k in range(2, 8)]),  # of 1, 2, 5 there are too few
+        (15.0, 420.0, ["20", "50", "100", "200"]),
+        (0.9, 1.35, ["0.9", "1", "1.1", "1.2", "1.3"]),
+        (12.0, 4e4, [rf"$\mathdefault{{10^{{{k}}}}}$" for k in (2, 3, 4)]),
+    ],
+)
+def test_numbers_of_a_logarithmic_axis_stand_apart(low, high, told):
+    figure = framed(1.5, top=0.1, left=1.0, right=0.5)
+    axes = figure.subplots()
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    _few_decades(axes)
+    assert read_apart(figure, axes) == told
+
+
+def read_apart(figure, axes):
+    """The numbers that are seen, none on another."""
+    figure.draw_without_rendering()
+    low, high = axes.get_xlim()
+    ticks = [*axes.xaxis.get_major_ticks(), *axes.xaxis.get_minor_ticks()]
+    shown = [x for x in ticks if x.label1.get_text() and low <= x.get_loc() <= high]
+    labels = [x.label1 for x in sorted(shown, key=lambda x: x.get_loc())]
+    boxes = [label.get_window_extent() for label in labels]
+    assert len(boxes) > 2
+    assert all(one.x1 + 2.0 < other.x0 for one, other in pairwise(boxes))
+    return [label.get_text() for label in labels]
+
+
+def test_numbers_of_the_errors_of_machines_stand_apart(spindles):
+    figure = machines(spindles)
+    told = read_apart(figure, figure.axes[0])
+    assert [float(number) for number in told] == sorted(map(float, told))
 
 
 def test_a_small_picture_says_the_same(spindles):

@@ -1,0 +1,34 @@
+"""What the documentation says of files and measures is so."""
+
+import re
+from pathlib import Path
+
+from hfc_design.files.scenario import load_scenario
+from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.traded import NAMES
+from plants import C_AXIS
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_file_of_ones_own_works_as_it_stands(tmp_path):
+    (block,) = re.findall(r"```toml\n(.*?)```", (DOCS / "robustness.md").read_text(), re.DOTALL)
+    (tmp_path / "spindle.toml").write_text(block)
+    scenario = load_scenario(str(tmp_path / "spindle.toml"))
+    assert scenario.search.preset == "cma"
+    assert [motion.name for motion in scenario.each_motion()] == ["spindle.ramp", "spindle.slow"]
+    assert scenario.robust.final == 512
+
+
+def test_every_measure_is_defined_with_its_unit():
+    """By one table; a unit is that of a C-axis, of contour errors that of a feed drive."""
+    text = (DOCS / "trade-off.md").read_text()
+    part = text[text.index("## Measures") : text.index("## Search")]
+    told = {}
+    for names, unit in re.findall(r"^\| (`[^|]*) \| ([^|]*) \|", part, re.MULTILINE):
+        told |= dict.fromkeys(re.findall("`(.*?)`", names), unit)
+    assert told.keys() == set(NAMES) - {"tracking", "effort", "units"}
+    for name, one in MEASURES.items():
+        words = [C_AXIS.units.get(word, word) for word in one.unit.split(" ")]
+        assert told[name] == ("BLU" if one.path else " ".join(words)), name
+    assert told["band_time"] == "s"
