@@ -1,7 +1,7 @@
 """What a drive is: one axis with one command, as somebody writes it in thirty lines."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from math import inf
 from typing import Any, TypeAlias
@@ -83,6 +83,10 @@ class Drive:
     top_speed: Callable[[Parameters], float] = lambda parameters: inf
     #: K and tau of K/(s (tau s + 1)), where that is the drive without its friction.
     linear: Callable[[Parameters], tuple[float, float]] | None = None
+    #: Unit of each parameter, for people to read; left out: nobody is told.
+    parameter_units: dict[str, str] = field(default_factory=dict)
+    #: What each signal, or the command, is and where it is positive; left out: its name says it.
+    meanings: dict[str, str] = field(default_factory=dict)
 
     @property
     def seen(self) -> tuple[str, str]:
@@ -168,6 +172,12 @@ def drive_fault(drive: Drive) -> str | None:
         *(f"{key!r} is a signal of the loop, not of the plant" for key in COMMON if key in signals),
         *(f"its state has no field {key!r}" for key in fields if key not in dir(state)),
         *(f"exact: no parameter is called {x!r}" for x in drive.exact if x not in dir(parameters)),
+        *(
+            f"parameter_units: no parameter is called {x!r}"
+            for x in drive.parameter_units
+            if x not in dir(parameters)
+        ),
+        *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),
         called(drive, "fault", {}),
     ]
     return next(filter(None, faults), None)

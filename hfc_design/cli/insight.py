@@ -24,17 +24,20 @@ def list_(what: str) -> None:
 
     WHAT is one of scenarios, designs, plants, controllers, fitnesses, strategies and formats.
     """
+    if what == "plants":
+        from hfc_design.cli.plant_tables import show_plants
+
+        show_plants()
+        return
     from rich.table import Table
 
     from hfc_design.controllers.kinds import KINDS
     from hfc_design.core.console import terminal
     from hfc_design.files import design as rulebase
     from hfc_design.files import scenario as scenarios
-    from hfc_design.files.machine import ALL_PLANTS
     from hfc_design.formats import FORMATS
     from hfc_design.objectives.judge import OBJECTIVES
     from hfc_design.search.loop import STRATEGIES
-    from plants import Machine
 
     if what == "scenarios":
         names = scenarios.builtin_names()
@@ -42,15 +45,6 @@ def list_(what: str) -> None:
     elif what == "designs":
         names = rulebase.builtin_designs()
         lines = {name: str(rulebase.named_design(name).provenance["source"]) for name in names}
-    elif what == "plants":
-        lines = {}
-        for name in ALL_PLANTS.names():
-            plant = ALL_PLANTS.get(name)
-            if isinstance(plant, Machine):
-                pairs = zip(plant.axes, plant.drives, strict=True)
-                lines[name] = ", ".join(f"{axis}: {drive.name}" for axis, drive in pairs)
-            else:
-                lines[name] = ", ".join(plant.parameters._fields)
     elif what == "controllers":
         lines = {name: KINDS.get(name).summary for name in KINDS.names()}
     elif what == "fitnesses":

@@ -21,6 +21,7 @@ from hfc_design.formats.writing import (
     comment,
     head,
     rendered,
+    signal_meanings,
     signal_units,
     signals_read,
     write,
@@ -50,7 +51,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
     numbers = _checked_numbers(design)
-    name = c_name(design)
+    name, told = c_name(design), signal_meanings(design)
     of_kind = template.values(design.controller)
     smallest, largest = SINGLE
     odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
@@ -58,6 +59,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
     values = {
         "name": name,
         "signals": signals(design),
+        "meanings": dict(zip(told, comment(told.values()), strict=True)),
         "command_unit": signal_units(design).get("command", "unit"),
         "exponential": False,
         "integrates": False,

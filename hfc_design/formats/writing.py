@@ -26,12 +26,21 @@ from hfc_design.core.lock import HALF
 from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
+from plants import Drive
 
 HERE = Path(__file__).parent
 #: Format -> words that no name in its files can be.
 RESERVED: dict[str, list[str]] = {
     target: words.split()
     for target, words in tomllib.loads((HERE / "reserved.toml").read_text(encoding="utf-8")).items()
+}
+#: What the signals are that every drive has; its own ``meanings`` say of others.
+MEANINGS = {
+    "error": "reference less position",
+    "error_rate": "rate of the reference less velocity",
+    "reference": "where the axis is to be",
+    "reference_rate": "velocity that is commanded",
+    "reference_acceleration": "acceleration that is commanded",
 }
 #: What a spreadsheet takes for the start of a formula, unless a number follows.
 FORMULA = tuple("=+-@\t\r\n")
@@ -130,12 +139,8 @@ def rule_units(design: Design) -> list[RuleUnit]:
 
 def signal_units(design: Design) -> dict[str, str]:
     """Unit of all that an axis of the design's plant tells, and of "command"; {} if unknown."""
-    if design.plant.name not in ALL_PLANTS.known:
-        return {}
-    machine = PlantSettings(**design.plant.model_dump()).machine
-    if design.axis:
-        return units_of(machine.drives[machine.axes.index(design.axis)].units)
-    return units_of(machine.drives[0].units) if len(set(machine.drives)) == 1 else {}
+    drive = _drive(design)
+    return units_of(drive.units) if drive else {}
 
 
 def signals_read(design: Design) -> dict[str, str]:
@@ -143,6 +148,24 @@ def signals_read(design: Design) -> dict[str, str]:
     units = signal_units(design)
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     return {identifier(name): units.get(name, "") for name in read}
+
+
+def signal_meanings(design: Design) -> dict[str, str]:
+    """What each signal that the controller reads is, and "command", as far as that is known."""
+    read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
+    drive = _drive(design)
+    known = MEANINGS | (drive.meanings if drive else {})
+    return {identifier(name): known[name] for name in (*read, "command") if name in known}
+
+
+def _drive(design: Design) -> Drive | None:
+    """The drive of the axis or of all axes that a design is for; None if that is not known."""
+    if design.plant.name not in ALL_PLANTS.known:
+        return None
+    machine = PlantSettings(**design.plant.model_dump()).machine
+    if design.axis:
+        return machine.drives[machine.axes.index(design.axis)]
+    return machine.drives[0] if len(set(machine.drives)) == 1 else None
 
 
 def facts(design: Design) -> list[str]:

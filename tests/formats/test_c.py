@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+from dataclasses import replace
 from math import exp
 
 import made_up
@@ -10,6 +11,7 @@ import pytest
 from c_program import built, commands
 from click.testing import CliRunner
 
+from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
@@ -17,6 +19,7 @@ from hfc_design.files.design import builtin_designs, design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
+from plants import C_AXIS
 
 HOSTILE = 'x); system("id */ int main(void) {\n#define x'
 
@@ -53,6 +56,29 @@ def test_the_head_says_what_it_is(tmp_path):
     assert re.search(r"design jee-koren-2004-aflc, sha256 [0-9a-f]{64}\n", header)
     assert "_real error; /* [BLU] */" in header
     assert "every 0.01 s" in header
+
+
+def test_the_header_says_what_each_signal_is(tmp_path):
+    FORMATS["c"].write(load_design("lin-lee-1999-table-1"), tmp_path / "c")
+    header = " ".join((tmp_path / "c" / "lin_lee_1999_table_1.h").read_text().split())
+    for told in (
+        "* error: reference less position *",
+        "* deflection: of the transmission: rotor angle less gear_ratio times spindle angle *",
+        "* It is: quadrature stator voltage, positive turns the rotor forwards.",
+        "_real deflection; /* [rad] */",
+    ):
+        assert told in header
+    assert "current:" not in header  # it does not read it
+
+
+def test_what_a_drive_says_of_its_signals_ends_no_comment(tmp_path, own_plugins):
+    design = load_design("lin-lee-1999-table-1")
+    api.register(replace(C_AXIS, name="spiteful", meanings={"deflection": HOSTILE}))
+    plant = design.plant.model_copy(update={"name": "spiteful"})
+    FORMATS["c"].write(design.model_copy(update={"plant": plant}), tmp_path / "c")
+    header = next((tmp_path / "c").glob("*.h")).read_text()
+    assert "system(" not in header
+    assert "#define x" not in header
 
 
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-2", "jee-koren-1995-soflc", "pd-only"])

@@ -1,0 +1,36 @@
+"""What ``hfc list plants`` shows: the signals and the parameters of every drive, with units."""
+
+from textwrap import fill
+
+from hfc_design.core.console import plain_table, terminal
+from hfc_design.files.machine import ALL_PLANTS
+from plants import Drive, machine_of
+
+
+def show_plants() -> None:
+    """Every plant, and of each of its drives once what it tells and its nominal machine."""
+    for k, name in enumerate(ALL_PLANTS.names()):
+        if k:
+            print()
+        machine = machine_of(ALL_PLANTS.get(name))
+        print(name)
+        several = len(machine.axes) > 1
+        for drive in dict.fromkeys(machine.drives):
+            own = [
+                a for a, other in zip(machine.axes, machine.drives, strict=True) if other is drive
+            ]
+            if several:
+                print(f"{'axis' if len(own) == 1 else 'axes'} {', '.join(own)}: {drive.name}")
+            _show(drive)
+
+
+def _show(drive: Drive) -> None:
+    told = ", ".join(f"{name} [{unit}]" for name, unit in drive.units.items())
+    print(fill(f"signals: {told}", 80, subsequent_indent="  ", break_on_hyphens=False))
+    table = plain_table()
+    table.add_column("parameter", no_wrap=True)
+    table.add_column("default", justify="right")
+    table.add_column("unit")
+    for name, value in drive.parameters()._asdict().items():
+        table.add_row(f"{name}  ", f"{value:g}  ", drive.parameter_units.get(name, ""))
+    terminal().print(table)
