@@ -16,6 +16,7 @@ from hfc_design.objectives.traded import Traded
 from hfc_design.runs.problem import final_problem
 from hfc_design.search.fronts import dominated, knee, scaled
 from hfc_design.search.loop import Search
+from hfc_design.simulation.monte_carlo import ENOUGH
 from plants import in_a_name
 
 FRONT = "front.csv"
@@ -47,8 +48,9 @@ class Front(NamedTuple):
 def front_of(search: Search, scenario: Scenario) -> Front | None:
     """The front that a search has found, its points judged again in float64 on all machines.
 
-    None where the strategy trades nothing. float32 and few machines flatter: what then breaks a
-    constraint, or is beaten, leaves the front, and perhaps nothing is left.
+    None where the strategy trades nothing. float32 and few machines flatter: what then breaks
+    constraints on more machines than what can be used may, or is beaten, leaves the front, and
+    perhaps nothing is left.
     """
     objectives = scenario.traded
     if not objectives:
@@ -57,11 +59,20 @@ def front_of(search: Search, scenario: Scenario) -> Front | None:
     count = len(population.tree)
     if not count:
         return Front(objectives, np.empty((0, len(objectives))), np.empty(0), np.arange(0))
-    found = final_problem(scenario).weighed(population)
+    found = final_problem(_forgiving(scenario)).weighed(population)
     left = np.flatnonzero(found.violation == 0.0)
     left = left[~dominated(found.costs[left], found.costs[left])]
     left = left[np.lexsort(found.costs[left].T[::-1])]
     return Front(objectives, found.costs[left], found.score[left], left)
+
+
+def _forgiving(scenario: Scenario) -> Scenario:
+    """With as many machines forgiven as *Can I use it?* forgives."""
+    if scenario.robust is None:
+        return scenario
+    most = max(scenario.robust.forgiven, 1.0 - ENOUGH)
+    robust = scenario.robust.model_copy(update={"forgiven": most})
+    return scenario.model_copy(update={"robust": robust})
 
 
 def _heads(objectives: tuple[Traded, ...]) -> list[str]:

@@ -114,6 +114,8 @@ class Usable(NamedTuple):
         worst = min(self.asked, key=lambda one: float(one.good.mean()))
         reason = max(worst.reasons, key=lambda why: worst.reasons[why])
         lost = f"{worst.reasons[reason]} {several(reason)}"
+        if worst.reasons[reason] == 1:
+            lost = f"1 {reason}"
         if not share:
             return f"no: no machine of {count} keeps everything; {lost} in {worst.name}"
         return f"no: only {machines} keep everything; {lost} in {worst.name}"
