@@ -129,6 +129,7 @@ def _used(scenario: Scenario, result: Result, folder: Path) -> Json | None:
             "heads": [*heads, "share at a limit [1]"],
             "rows": [_used_row(name, one, factors) for name, one in each],
             "others": {name: why for name, one in each if (why := _why_others(one))},
+            "alone": any(one.get("asked_of") == "nominal" for _, one in each),
             "gain_told": found["gain"] and gain_told(found["gain"]),
         }
     # ... or the file has been edited
@@ -142,7 +143,8 @@ def _used_row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
     for one, factor in zip(found["measures"].values(), factors, strict=True):
         pair = (one["median"], one["largest"])
         cells.append(" / ".join(NONE if x is None else short(factor * x) for x in pair))
-    return [name, f"{100 * found['share']:.4g}", *cells]
+    mark = " *" if found.get("asked_of") == "nominal" else ""
+    return [name + mark, f"{100 * found['share']:.4g}", *cells]
 
 
 def _why_others(found: Json) -> str:

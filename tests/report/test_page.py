@@ -321,7 +321,7 @@ USED = {
     "substeps": None,
     "units": {"settled_rms_error": "rad", "chatter": "V", "peak_command": "V"},
     "motions": {
-        "ramp": told(1.0, {}),
+        "ramp": told(1.0, {}) | {"asked_of": "nominal"},
         "position": told(
             0.998, {"is far off": 1, "swings": 2, "breaks unsettled": 2, "stays at a limit": 1}, 2.0
         ),
@@ -346,6 +346,9 @@ def test_whether_it_can_be_used(with_answer):
     assert heads[1:3] == ["keep all [%]", "error once settled [µrad]"]
     rows = re.findall(r'<tr><th scope="row">(.*?)</tr>', part)
     cells = [re.split("<[^>]+>", row)[0::2] for row in rows]
+    assert [cell[0] for cell in cells] == ["ramp *", "position"]
+    assert part.count("* is asked of the nominal machine alone.") == 1
+    assert "keeps everything from 0.455 to at least 16 times the command." in part
     assert cells[0][1:4] == ["100", "3.57 / 3570", "3.79 / 3790"]
     assert cells[1][1:3] == ["99.8", "7.14 / 7140"]
     (why,) = re.findall("<li>(.*?)</li>", part)  # of those motions that some do not keep
