@@ -90,7 +90,9 @@ def main(machines: int, repeats: int, target: Path | None) -> None:
     console = Console(width=100)
     console.print(report.machine_table(facts := report.machine()))
     works = {name: prepared(name, scenario, machines) for name, scenario in DESIGNS.items()}
-    turns = np.array([[_seconds(work.run) for work in works.values()] for _ in range(repeats)])
+    turns = np.array(
+        [[report.seconds(work.run) for work in works.values()] for _ in range(repeats)]
+    )
     speeds = np.array([work.axis_steps for work in works.values()]) / turns
     table = Table("design", title=f"{machines} machines, float32, medians of {repeats} turns")
     for heading in ("time, s", "axis-steps/s", "C-axis / it", "operations a step", "compile, s"):
@@ -111,12 +113,6 @@ def main(machines: int, repeats: int, target: Path | None) -> None:
     if target:
         text = json.dumps({"machine": facts, "machines": machines, "controllers": rows}, indent=1)
         target.write_text(text + "\n", encoding="utf-8")
-
-
-def _seconds(run: Any) -> float:
-    begun = time.perf_counter()
-    run()
-    return time.perf_counter() - begun
 
 
 if __name__ == "__main__":

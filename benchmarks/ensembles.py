@@ -7,9 +7,7 @@ All contenders take their turns one after the other.
 """
 
 import json
-import time
 from pathlib import Path
-from typing import Any
 
 import click
 import evaluator_peer
@@ -32,7 +30,7 @@ def main(individuals: int, machines: int, repeats: int, target: Path | None) -> 
     console.print(report.machine_table(facts := report.machine()))
     sizes = [(individuals, machines), (individuals, 1), (individuals * machines, 1)]
     works = [evaluator_peer.on_machines(evaluator_peer.make(n, SAMPLES), m) for n, m in sizes]
-    turns = np.array([[_seconds(run) for run in works] for _ in range(repeats)])
+    turns = np.array([[report.seconds(run) for run in works] for _ in range(repeats)])
     speeds = np.array([n * m * SAMPLES for n, m in sizes]) / turns
     table = Table("individuals", "machines", "individual-steps/s", "robust / it")
     rows = []
@@ -43,12 +41,6 @@ def main(individuals: int, machines: int, repeats: int, target: Path | None) -> 
     console.print(table)
     if target:
         target.write_text(json.dumps({"machine": facts, "rows": rows}, indent=1))
-
-
-def _seconds(run: Any) -> float:
-    begun = time.perf_counter()
-    run()
-    return time.perf_counter() - begun
 
 
 if __name__ == "__main__":

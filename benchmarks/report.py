@@ -1,13 +1,22 @@
-"""What the benchmark prints."""
+"""What the benchmarks measure with and print."""
 
 import os
 import platform
 import subprocess
+import time
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from rich.table import Table
+
+
+def seconds(run: Callable[[], object]) -> float:
+    """How long a call takes."""
+    begun = time.perf_counter()
+    run()
+    return time.perf_counter() - begun
 
 
 def machine() -> dict[str, str]:
