@@ -67,6 +67,10 @@ class Genome(Protocol):
     def fresh(self, tree: Integers, rng: np.random.Generator) -> Members:
         """First individuals with the given structures."""
 
+    def informed(self, tree: Integers, rng: np.random.Generator) -> Members | None:
+        """The same of what is known of the machine; None where ``fresh`` is all there is."""
+        return None
+
     def mutated(self, population: Members, step: Floats, rng: np.random.Generator) -> Members:
         """The individuals changed by relative steps (n,)."""
 

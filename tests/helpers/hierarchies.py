@@ -1,19 +1,18 @@
-"""The genome of a hierarchy without a scenario, and what the genes of Lin & Lee tell of trees."""
+"""The genome of a hierarchy for the built-in C-axis, and what Lin & Lee's genes tell of trees."""
 
 import numpy as np
 
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.hierarchical.tree import unit_count
-from hfc_design.controllers.kind import Target
+from hfc_design.files.scenario import load_scenario
 
 
 def searched_of(names, search=None):
     """Of inputs with these names and the scale 10, within the bounds of a search."""
     inputs = [{"name": name, "scale": 10.0} for name in names]
-    return HierarchicalGenome(
-        HierarchicalSettings(inputs=inputs), Target(None, (), 0.001, {}, search)
-    )
+    target = load_scenario("c-axis-ramp").target._replace(bounds=search)
+    return HierarchicalGenome(HierarchicalSettings(inputs=inputs), target)
 
 
 def encode(tree):

@@ -60,7 +60,8 @@ def same(one, other):
     return all(np.array_equal(a, b) for a, b in zip(leaves(one), leaves(other), strict=True))
 
 
-RACE = RaceSettings(population=210, generations=40)
+#: A hill knows nothing of machines, so nobody begins with what is known of one.
+RACE = RaceSettings(population=210, generations=40, informed=0.0)
 PAPER = LinLeeSettings(generations=40)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from hfc_design.controllers.genome import Genome, Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
+from hfc_design.controllers.hierarchical.planes import regulators_for
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings, bounds_of
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
@@ -63,6 +64,11 @@ class HierarchicalGenome(Genome):
             np.array(self.scales) * np.exp(spread),
             np.clip(limit * plane + noise, -limit, limit),
         )
+
+    def informed(self, tree: Integers, rng: np.random.Generator) -> Hierarchies | None:
+        """Optimal regulators of the nominal drive as tables; None where it has none."""
+        found = regulators_for(self)
+        return None if found is None else found.fresh(tree, rng)
 
     def mutated(
         self, population: Hierarchies, step: Floats, rng: np.random.Generator

@@ -12,12 +12,13 @@ import numpy as np
 from hfc_design.controllers.gains.genome import STEP
 from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
-from hfc_design.controllers.hierarchical.law import HierarchicalGains, memberships
-from hfc_design.controllers.hierarchical.record import HierarchicalSettings, layout_of
+from hfc_design.controllers.hierarchical.law import HierarchicalGains
+from hfc_design.controllers.hierarchical.planes import passing
+from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.lq_genome import LqGenome
-from hfc_design.core.numbers import ARRAYS, Floats, Integers, Json
+from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
 
 #: First standard deviations of free gains (of their logarithms), and of everything.
@@ -178,13 +179,6 @@ class LinearHierarchyGenome(Genome):
             limit = self.fuzzy.limit
             fuzzy = fuzzy._replace(scales=scales, consequents=np.clip(tables, -limit, limit))
         return LinearHierarchies(tree, about.linear[:1] * factors[:, 2:], fuzzy)
-
-
-def passing(settings: HierarchicalSettings) -> Floats:
-    """(7,) consequents of which a unit makes the value that it reads, as nearly as seven can."""
-    u = np.linspace(-1.0, 1.0, 401)
-    shares = np.array(memberships(ARRAYS, layout_of(settings).terms, u))
-    return np.asarray(np.linalg.lstsq((shares / shares.sum(axis=0)).T, u, rcond=None)[0])
 
 
 def _idle(settings: HierarchicalSettings) -> Floats:

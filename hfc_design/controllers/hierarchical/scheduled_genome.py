@@ -17,8 +17,8 @@ from hfc_design.controllers.hierarchical.linear_genome import (
     FREE,
     LinearHierarchies,
     LinearHierarchyGenome,
-    passing,
 )
+from hfc_design.controllers.hierarchical.planes import passing
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json

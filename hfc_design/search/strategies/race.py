@@ -22,23 +22,25 @@ BOUNDS = Bounds()
 class RaceSettings(StrategySettings):
     """A race of structures: every tree is an island, and after each heat half of them remain.
 
-    Inside an island individuals breed; when few islands are left, Gauss-Newton steps from the
-    best of an island compete with its children.
+    Some of the first individuals know the machine, if the kind of controller can. Inside an island
+    individuals breed; when few islands are left, Gauss-Newton steps from the best of an island
+    compete with its children.
     """
 
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
-    generations: int = Field(200, ge=1, le=10_000_000)
+    generations: int = Field(160, ge=1, le=10_000_000)
     kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range
     scale_range: Annotated[float, Field(ge=1)] = BOUNDS.scale_range
     inner_limit: Annotated[float, Field(gt=0, le=4)] = BOUNDS.inner_limit
     root_limit: Positive = BOUNDS.root_limit
+    informed: Probability = 0.5  # share of the first individuals that know the machine
     tournament: int = Field(3, ge=1)
     blend: Probability = 0.5  # share of children that mix two parents
     step: Positive = 0.2  # first mutation step, relative
     stick_penalty: NotNegative = 300.0
-    newton_islands: int = Field(2, ge=0)  # Gauss-Newton steps begin with this many islands left
+    newton_islands: int = Field(8, ge=0)  # Gauss-Newton steps begin with this many islands left
     newton_steps: int = Field(2, ge=0)  # of them in one generation
 
 
@@ -80,7 +82,11 @@ class SuccessiveHalving(NamedTuple):
         trees = self.task.genome.structures
         islands = min(trees, s.population)
         chosen = np.sort(rng.permutation(trees)[:islands])
-        population = self.task.genome.fresh(chosen[shares(s.population, islands)], rng)
+        tree = chosen[shares(s.population, islands)]
+        population = self.task.genome.fresh(tree, rng)
+        some = np.flatnonzero(rng.random(len(tree)) < s.informed)
+        if len(some) and (informed := self.task.genome.informed(tree[some], rng)) is not None:
+            population = replaced(population, some, informed)
         return None, Asked(population, np.full(s.population, s.step), np.full(s.population, np.nan))
 
     def ask(
