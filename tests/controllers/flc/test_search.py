@@ -12,6 +12,7 @@ from hfc_design.files.pairing import controller_of, load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import problem
 from hfc_design.runs import run as design
+from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
@@ -115,7 +116,7 @@ def small(kind):
 def run(request, tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
     folder = tmp_path_factory.mktemp("runs") / request.param
-    programs = (simulate._scores, simulate._trajectory)
+    programs = (compiled.scores, compiled.trajectory)
     for program in programs:
         program.clear_cache()
     found = design.run(design.new_run(small(request.param), folder), folder)
@@ -123,8 +124,8 @@ def run(request, tmp_path_factory):
 
 
 def test_one_compilation_serves_all_tables(run):
-    found, compiled, _ = run
-    assert compiled == [1, 1]
+    found, compilations, _ = run
+    assert compilations == [1, 1]
     assert found.search.generation == 5
 
 
