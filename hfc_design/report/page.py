@@ -28,7 +28,7 @@ from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.usable import several
+from hfc_design.simulation.in_use import several
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
