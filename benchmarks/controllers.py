@@ -21,9 +21,11 @@ from rich.table import Table
 
 from hfc_design.files.pairing import controller_of, load_design
 from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.stepping import Inputs
 
 #: Design -> the scenario that it runs.
 DESIGNS = {
@@ -74,11 +76,10 @@ def _operations(loop: Loop, machines: Machines, samples: Any, one: Any) -> float
 
     It counts a loop's body once: of the drive's integration steps in a sample, only one.
     """
-    gains = jax.tree.map(lambda leaf: np.repeat(leaf, simulate.CHUNK, axis=-1), one)
-    inputs = simulate.Inputs(*machines.take(0), samples, gains)
-    single = simulate._cast(inputs, np.float32)
-    compiled = simulate._scores.lower(loop, False, single).compile()
-    return compiled.cost_analysis()["flops"] * jax.device_count() / simulate.CHUNK
+    gains = jax.tree.map(lambda leaf: np.repeat(leaf, compiled.CHUNK, axis=-1), one)
+    single = Inputs(*machines.take(0), samples, gains).cast(np.float32)
+    program = compiled.scores.lower(loop, False, single).compile()
+    return program.cost_analysis()["flops"] * jax.device_count() / compiled.CHUNK
 
 
 @click.command()

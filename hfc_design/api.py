@@ -34,7 +34,8 @@ from hfc_design.formats import FORMATS, check_score
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Drawing, Listing, Section
 from hfc_design.runs.front import chosen
-from hfc_design.runs.problem import check_memory, design_with
+from hfc_design.runs.individuals import design_with
+from hfc_design.runs.problem import check_memory
 from hfc_design.runs.run import (
     CONFIG,
     Result,

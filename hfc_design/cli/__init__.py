@@ -7,9 +7,10 @@ import click
 
 from hfc_design import __version__
 from hfc_design.cli.comparing import compare
+from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.insight import explain, list_, stability
-from hfc_design.cli.simulating import batch, design, report, score, simulate
+from hfc_design.cli.simulating import batch, report, score, simulate
 from hfc_design.cli.trading import pick
 
 #: In the order in which a user meets them.

@@ -74,6 +74,8 @@ as_json = click.option("--json", "as_json", is_flag=True, help="One JSON object 
 MEMORY_HELP = "Memory that it may hold, as in 8GB [default: 80 % of what is free]."
 #: Of every command that may need much of it; a variable, so that workers have it too.
 memory = click.option("--memory", callback=_bounded, expose_value=False, help=MEMORY_HELP)
+#: Of the commands that search.
+ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
 USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
     "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",

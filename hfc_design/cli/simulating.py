@@ -1,6 +1,5 @@
-"""Commands that simulate: design, score and simulate one design; batch many, for report."""
+"""Commands that simulate: score and simulate one design; batch many, for report."""
 
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hfc_design.cli.options import (
+    ANYWAY_HELP,
     CHOICES,
-    CHOSEN,
     PATH,
-    Texts,
     as_json,
     force,
     knowing_plugins,
@@ -19,108 +17,16 @@ from hfc_design.cli.options import (
     on_scenario,
     on_scenarios,
     output,
-    setting,
     with_plugins,
 )
-from hfc_design.cli.trading import show_front, trading
 
 if TYPE_CHECKING:
     from hfc_design.files.design import Design
     from hfc_design.files.scenario import Scenario
 
 FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
-#: Option of hfc design -> key of the scenario.
-KEYS = {
-    "seed": "run.seed",
-    "population": "search.population",
-    "generations": "search.generations",
-    "preset": "search.preset",
-    "precision": "run.precision",
-}
-PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
-PRESET_HELP = "Search strategy, see hfc list strategies [default: the scenario's, else race]."
-ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
 SAMPLES_HELP = "Machines to draw [default: 1000; robust.unseen, where the scenario has it]."
-DEFAULT = "c-axis-practical"
 BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
-
-
-@click.command()
-@click.argument("scenario", required=False)
-@click.option("--out", type=PATH, help="Run folder [default: runs/NAME-N].")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
-@click.option("--population", type=int, help="Individuals in a generation.")
-@click.option("--generations", type=int, help="Generations.")
-@click.option("--preset", help=PRESET_HELP)
-@click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
-@click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
-@setting
-@click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
-@click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
-@click.option("--quiet", is_flag=True, help="No progress.")
-@memory
-@with_plugins(CHOICES)
-def design(
-    scenario: str | None,
-    changes: Texts,
-    out: Path | None,
-    resume: bool,
-    anyway: bool,
-    quiet: bool,
-    pareto: str | None,
-    **options: Any,
-) -> None:
-    """Search a controller for SCENARIO (a built-in name or a TOML file).
-
-    Without arguments: c-axis-practical, the C-axis within tolerances, in several motions, with
-    sensors and limits as drives have them.
-    """
-    from hfc_design.cli import shown
-    from hfc_design.cli.usable_table import show_usable
-    from hfc_design.core.lock import alone
-    from hfc_design.core.plugins import resuming
-    from hfc_design.core.records import RunError, UserError
-    from hfc_design.files.scenario import load_scenario
-    from hfc_design.report.page import BASELINES, write_page
-    from hfc_design.runs import run
-    from hfc_design.runs.problem import check_memory
-
-    plugins = [*filter(None, [options.pop(key) for key in CHOSEN])]
-    told = {key: x for name, key in KEYS.items() if (x := options.pop(name)) is not None}
-    if pareto is not None and not resume:
-        told = trading(scenario or DEFAULT, pareto, told, [*plugins, *changes])
-    given = [f"{key}={x}" for key, x in told.items()]
-    if anyway and not resume:
-        raise UserError("--anyway needs --resume")
-    if not resume:
-        found = load_scenario(scenario or DEFAULT, [*plugins, *given, *changes])
-        check_memory(found)
-        folder = out or shown.free_folder(found.name)
-    elif out is None or scenario is not None or given or changes or pareto:
-        raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
-    else:
-        found, folder = run.opened_run(out), out
-    click.get_current_context().with_resource(alone(folder))  # until the report is written
-    if not resume:
-        found = run.new_run(found, folder)
-    watch = shown.Watch(found)
-    try:
-        with nullcontext() if quiet else watch:
-            own = {} if quiet else {"on_generation": watch.generation}
-            result = run.run(found, folder, anyway=anyway, **own)
-    except KeyboardInterrupt:
-        raise RunError(f"interrupted; {resuming(folder)}") from None
-    except RunError as error:
-        raise RunError(f"{error} (run folder {folder})") from None
-    summary = "" if quiet else watch.summary()
-    rivals = write_page(found, result, folder)
-    show_usable(run.kept_use(folder))
-    names = BASELINES.get(found.plant.name, {})
-    rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
-    shown.show_table(found, rows, summary)
-    if result.front is not None:
-        show_front(result.front)
-    click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 
 @click.command()

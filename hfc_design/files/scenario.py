@@ -20,18 +20,13 @@ from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, Limits, named_design
-from hfc_design.files.machine import (
-    Axis,
-    PlantSettings,
-    SensorSettings,
-    check_axes,
-    reading_fault,
-)
+from hfc_design.files.following import check_following, reference_of
+from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes, reading_fault
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
 from hfc_design.files.robust import RobustSettings
-from hfc_design.motion.references import EachAxis, Load, Ramp, Reference
+from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.samples import Samples, Simulation
-from hfc_design.motion.trajectories import Trajectory, speed_fault
+from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
 from hfc_design.objectives.judge import FitnessSettings, Judge, judge, objective_of
 from hfc_design.objectives.measures import Units, path_fault
@@ -41,7 +36,6 @@ from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
 
 MAX_STEPS = 10_000_000
-TOO_FAR = "leaves what numbers can hold; nothing real is so large, so small or so fast"
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
 #: Of a controller that does not say its kind.
@@ -156,7 +150,8 @@ class Scenario(Record):
                 f"allowed are 1 to {MAX_STEPS}"
             )
         self._has_windows()
-        self._can_follow()
+        self._speaks_of_its_axes()
+        check_following(self.plant, self.reference, self.simulation)
         started(self.plant.machine, self.start)
 
     @property
@@ -177,79 +172,18 @@ class Scenario(Record):
                     f"two samples of a simulation of {self.simulation.duration_s} s"
                 )
 
-    def _can_follow(self) -> None:
-        """Whether the machine has the axes that other parts speak of, and can follow."""
-        axes, reference = self.plant.machine.axes, self.reference
+    def _speaks_of_its_axes(self) -> None:
+        axes = self.plant.machine.axes
         for key in ("limits", "sensors", "load"):
             check_axes(f"{key}.axes", getattr(self, key).axes, axes)
         for one in self.plant.each():
             if fault := reading_fault(one.drive, self.sensors.of(one.name).readings):
                 raise ValueError(f"sensors.readings.{fault}")
-        if isinstance(reference, Trajectory):
-            self._can_follow_path(reference)
-            return
-        if isinstance(reference, EachAxis):
-            check_axes("reference.axes", reference.axes, axes)
-            if missing := [axis for axis in axes if axis not in reference.axes]:
-                raise ValueError(f"reference.axes.{missing[0]}: is missing")
-        elif len(axes) > 1:
-            raise ValueError(
-                f"reference.kind = {reference.kind!r}: a machine of {len(axes)} axes follows "
-                f"{'a path in X-Y, or ' if len(axes) == 2 else ''}kind 'per-axis'"
-            )
-        for axis in self.plant.each():
-            self._is_slow_enough(axis, self._reference_of(axis.name))
-
-    def _can_follow_path(self, path: Trajectory) -> None:
-        key, axes = f"reference.kind = {path.kind!r}", self.plant.each()
-        if len(axes) != 2:
-            one = "a reference for one axis, or kind 'per-axis'"
-            raise ValueError(f"{key}: a machine of {len(axes)} axes follows {one}")
-        lengths = []
-        for axis in axes:
-            if axis.length is None:
-                raise ValueError(f"{key}: is for feed drives, not for the {axis.drive.name}")
-            lengths.append(axis.length)
-        x, y = lengths
-        if x != y:
-            raise ValueError(
-                f"{key}: the axes of a path have to count in the same length, not in "
-                f"{x:g} and {y:g} mm"
-            )
-        speeds = [axis.drive.top_speed(axis.parameters) * x for axis in axes]
-        with np.errstate(all="ignore"):
-            if not path.motion.finite:
-                raise ValueError(f"{key}: {TOO_FAR}")
-            fault = speed_fault(path, speeds)
-        if fault:
-            raise ValueError(f"reference: {fault}")
-
-    def _is_slow_enough(self, axis: Axis, reference: Reference) -> None:
-        """Whether the steps of the integration are short enough for the fastest reference."""
-        with np.errstate(all="ignore"):
-            told = reference.samples(self.simulation.time)
-        if not all(np.isfinite(x).all() for x in (told.target, told.reference_rate)):
-            raise ValueError(f"reference.kind = {reference.kind!r}: {TOO_FAR}")
-        speed = float(np.abs(told.reference_rate).max())
-        substeps = self.simulation.substeps
-        limit = axis.drive.fastest(axis.parameters, self.simulation.sample_time_s / substeps)
-        if speed > limit:
-            needed = np.ceil(substeps * speed / limit)
-            raise ValueError(
-                f"simulation.substeps = {substeps}: a reference of up to "
-                f"{speed:.3g} {axis.drive.units['error_rate']} needs at least {needed:.15g} with "
-                "this friction and sample time"
-            )
 
     @property
     def follows_path(self) -> bool:
         """Whether it is an X-Y machine on a path."""
         return isinstance(self.reference, Trajectory)
-
-    def _reference_of(self, axis: str) -> Reference:
-        """The reference of one axis of a machine that follows no path."""
-        assert not isinstance(self.reference, Trajectory)
-        return self.reference.axes[axis] if isinstance(self.reference, EachAxis) else self.reference
 
     @property
     def units(self) -> Units:
@@ -300,7 +234,7 @@ class Scenario(Record):
         if isinstance(path, Trajectory):
             told, frame = path.axis_samples(time, each[0].length)
         else:
-            told = [self._reference_of(axis.name).samples(time) for axis in each]
+            told = [reference_of(path, axis.name).samples(time) for axis in each]
         noises = [
             self.sensors.of(axis.name).noise
             * generator.standard_normal((len(axis.drive.encoders), len(time)))

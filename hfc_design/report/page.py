@@ -23,12 +23,12 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered, trade_off
 from hfc_design.report.comparison.tables import NONE, short
-from hfc_design.runs.problem import genome_of
+from hfc_design.runs.individuals import genome_of
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.usable import several
+from hfc_design.simulation.in_use import several
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.pictures.figure import OTHER, OWN, drawable, framed, gridded, plain, readable
-from hfc_design.simulation.usable import Usable
+from hfc_design.simulation.in_use import Usable
 
 #: Share of the machines that a panel shows: a few that run away would make the others a line.
 SHOWN = 0.99

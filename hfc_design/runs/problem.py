@@ -1,34 +1,26 @@
-"""What a search needs of a scenario, and what becomes of its individuals: designs."""
-
-from pathlib import Path
-from typing import Any
+"""What a search needs of a scenario: what its individuals are worth there, and enough memory."""
 
 import numpy as np
 
-from hfc_design import __version__
-from hfc_design.controllers.genome import Genome, Population, joined, taken
+from hfc_design.controllers.genome import Population, taken
 from hfc_design.controllers.kind import kinds
-from hfc_design.core.numbers import Floats, Gains, Integers, Json
-from hfc_design.core.plugins import References, own_code, sources
-from hfc_design.core.records import RunError, checked
+from hfc_design.core.numbers import Floats, Gains, Integers
+from hfc_design.core.plugins import own_code
 from hfc_design.files.design import Design
-from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import check_laws, controller_of
-from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
-from hfc_design.search.loop import STRATEGIES, Search
+from hfc_design.runs.individuals import design_of, genome_of, kinds_of
+from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Scored, Task
 from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import Evaluation, evaluate
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 
-#: This many of the archive's best are simulated again in float64 before one is chosen.
-FINALISTS = 16
 #: A search whose scores are compared within a generation only begins with broken constraints of
 #: so much, which it narrows down over this share of its generations.
 LENIENT, NARROWED = 0.2, 0.6
@@ -36,21 +28,13 @@ LENIENT, NARROWED = 0.2, 0.6
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
-#: What to try where a search found nothing that stays finite.
-HINTS = (
-    "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
-    "simulation.duration_s, another run.seed or start"
-)
-SPREAD_HINT = "try a smaller robust.spread; "
-#: In the score of a design: none that was tried keeps every constraint, this one breaks them least.
-LEAST_VIOLATED = "least_violated"
 
 
 class Problem:
     """A scenario as what a search needs of it; UserError: its controller cannot be searched."""
 
     def __init__(self, scenario: Scenario, final: bool = False):
-        with own_code("", *_kinds(scenario.controller.model_dump())):
+        with own_code("", *kinds_of(scenario.controller.model_dump())):
             self.genome = genome_of(scenario)
             design = design_of(taken(self.genome.empty(), slice(1)), scenario)
         check_laws(design, scenario.plant.machine)
@@ -188,6 +172,12 @@ class Problem:
         return Linear(error, jacobian) if finite else None
 
 
+def final_problem(scenario: Scenario) -> Problem:
+    """Where finalists compete: in float64, on machines within the tolerances themselves."""
+    own = scenario.run.model_copy(update={"precision": "float64"})
+    return Problem(scenario.model_copy(update={"run": own}), final=True)
+
+
 def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
     """The nominal machine of a robust scenario and ``count`` others within its tolerances.
 
@@ -208,143 +198,8 @@ def check_memory(scenario: Scenario, design: Design | None = None, at_once: int 
         UserError: they do.
     """
     if design is None:
-        with own_code("", *_kinds(scenario.controller.model_dump())):
+        with own_code("", *kinds_of(scenario.controller.model_dump())):
             parts = memory.of_search(scenario, genome_of(scenario))
     else:
         parts = memory.of_motion(scenario)
     memory.check(scenario.name, parts, at_once)
-
-
-def genome_of(scenario: Scenario) -> Genome:
-    """What the search of ``scenario`` varies."""
-    kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
-    genome: Genome = kind.genome(scenario.controller, scenario.target)
-    return genome
-
-
-def champion(
-    search: Search, scenario: Scenario, one: Population | None = None
-) -> tuple[Design, Evaluation]:
-    """The best of the archive and of the last generation in float64, or that ``one``.
-
-    float32 and a single try flatter loops that are nearly chaotic.
-
-    Raises:
-        RunError: all have diverged.
-    """
-    finalists, sound = _finalists(search) if one is None else [one], True
-    if not finalists:
-        tried = f"every individual diverged{_why(search, scenario)}"
-        raise RunError(f"no design: {tried}; {SPREAD_HINT if scenario.robust else ''}{HINTS}")
-    if scenario.ensemble and one is None:
-        best, sound = _best_of_many(joined(*finalists), scenario)
-        finalists = [best]
-    designs = [design_of(individual, scenario) for individual in finalists]
-    found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
-    design, evaluation = max(found, key=lambda item: item[1].merit)
-    if evaluation.diverged:
-        why = f" ({evaluation.divergence})" if evaluation.divergence else ""
-        raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
-    design = with_score(design, evaluation, scenario)
-    if not sound:
-        design = design.model_copy(update={"score": {**design.score, LEAST_VIOLATED: True}})
-    return design, evaluation
-
-
-def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:
-    """The finalist that ranks first on machines within the tolerances, in float64.
-
-    And whether it keeps every constraint on all of them; if not, nobody does.
-    """
-    rank = final_problem(scenario).rank_of_finalists(finalists)
-    best = int(np.argmax(rank))
-    return taken(finalists, np.array([best])), bool(rank[best] >= 0.0)
-
-
-def final_problem(scenario: Scenario) -> Problem:
-    """Where finalists compete: in float64, on machines within the tolerances themselves."""
-    own = scenario.run.model_copy(update={"precision": "float64"})
-    return Problem(scenario.model_copy(update={"run": own}), final=True)
-
-
-def _why(search: Search, scenario: Scenario) -> str:
-    """Why one of a population diverges that has all diverged; "" if nobody knows."""
-    population = getattr(search.state, "population", None)
-    if population is None:
-        return ""
-    lost = evaluate(design_of(taken(population, np.array([0])), scenario), scenario)
-    if lost.divergence is None:
-        return f" (one does not with simulation.substeps = {lost.substeps})"
-    return f" ({lost.divergence})"
-
-
-def _finalists(search: Search) -> list[Population]:
-    """The best of the archive and of the last generation, without those that failed."""
-    found = []
-    sources: list[Any] = [search.archive]
-    if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
-        sources.append(search.state)
-    for source in sources:
-        order = np.argsort(-source.score, kind="stable")[:FINALISTS]
-        ranked = order[np.isfinite(source.score[order])]
-        found += [taken(source.population, np.array([k])) for k in ranked]
-    trail = getattr(search.state, "trail", None)
-    if trail is not None:  # whatever they were worth on a few machines
-        found += [taken(trail, np.array([k])) for k in range(len(trail.tree))]
-    return found
-
-
-def design_of(individual: Population, scenario: Scenario) -> Design:
-    """A population of one as a design file."""
-    return design_with(genome_of(scenario).record(individual), scenario)
-
-
-def design_with(controller: Json, scenario: Scenario) -> Design:
-    """A controller as a design file spells it, its sample time left out, for ``scenario``.
-
-    Raises:
-        UserError: it is no controller that can run.
-    """
-    own_parts = sources(parts_of(scenario, controller))
-    movable = renamed(scenario, lambda key, file: Path(file.name))
-    data = {
-        "name": scenario.name,
-        "plant": _plant(scenario.plant),
-        "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
-        "limits": scenario.limits.model_dump(exclude_none=True),
-        "provenance": {
-            "program": f"hfc-design {__version__}",
-            **({"plugins": own_parts} if own_parts else {}),
-            "scenario": movable.model_dump(mode="json", exclude_none=True),
-        },
-    }
-    return checked(Design, data, f"{scenario.name}, kind {controller['kind']!r}", Path())
-
-
-def parts_of(scenario: Scenario, controller: Json) -> References:
-    """Group and name of everything that a scenario and a controller name."""
-    used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
-    return [*used, ("strategy", scenario.search.preset), *_kinds(controller)]
-
-
-def _kinds(controller: Json) -> References:
-    """Every kind of a controller or of its settings, that of each axis too."""
-    each = [controller, *controller.get("axes", {}).values()]
-    return [("controller", own["kind"]) for own in each]
-
-
-def _plant(settings: PlantSettings) -> dict[str, object]:
-    """The machine in full, so that the design does not depend on a program's defaults."""
-    found = [record._asdict() for record in settings.values()]
-    if len(found) == 1 and not settings.axes:
-        return {"name": settings.name, "parameters": found[0]}
-    axes = dict(zip(settings.machine.axes, found, strict=True))
-    return {"name": settings.name, "parameters": {}, "axes": axes}
-
-
-def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
-    """The design with its fitness, merit and metrics on a scenario."""
-    score: Json = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
-    if evaluation.substeps > scenario.simulation.substeps:
-        score["substeps"] = evaluation.substeps  # it diverges with fewer
-    return design.model_copy(update={"score": score})

@@ -14,8 +14,10 @@ from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.runs import stored
+from hfc_design.runs.champion import LEAST_VIOLATED, champion
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
-from hfc_design.runs.problem import LEAST_VIOLATED, Problem, champion, check_memory, with_score
+from hfc_design.runs.individuals import with_score
+from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 from hfc_design.simulation.usable import usable

@@ -10,7 +10,7 @@ from hfc_design.core import checkpoint
 from hfc_design.core.plugins import origins
 from hfc_design.core.records import RunError, short
 from hfc_design.files.scenario import Scenario, renamed
-from hfc_design.runs.problem import genome_of, parts_of
+from hfc_design.runs.individuals import genome_of, parts_of
 from hfc_design.search.loop import STRATEGIES, Search, fault
 
 #: Packages whose versions decide the last bits of a result.

@@ -7,7 +7,7 @@ from hfc_design import api
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs.problem import Problem
-from hfc_design.simulation import population
+from hfc_design.simulation import compiled, population
 
 #: Four motions of different lengths, one with a load, one with a start of its own.
 MOTIONS = [
@@ -73,9 +73,9 @@ def test_one_program_serves_any_number_of_motions():
     parts = (problem._loop, population.one_machine(scenario.plant.values()))
     motions = [x.samples() for x in scenario.each_motion()]
     population.scores(*parts, motions, gains)
-    before = population._scores._cache_size()
+    before = compiled.scores._cache_size()
     population.scores(*parts, motions[::-1], gains)
-    assert population._scores._cache_size() == before
+    assert compiled.scores._cache_size() == before
 
 
 def test_scenarios_without_motions_are_written_as_before():

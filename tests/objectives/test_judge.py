@@ -11,7 +11,7 @@ from hfc_design import api
 from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.objectives.judge import Judged, judge
 from hfc_design.objectives.lin_lee import lin_lee
-from hfc_design.runs import problem
+from hfc_design.runs import champion
 from hfc_design.search.loop import Archive, Search
 
 TITLE = "fitness, LL eq. 5 / (1 + 300 stick share)"
@@ -88,10 +88,10 @@ def test_the_final_choice_is_by_merit(monkeypatch):
     def population(*kp):
         return GainVectors(np.zeros(len(kp), int), np.array([[place, 0.5] for place in kp]))
 
-    monkeypatch.setattr(problem, "evaluate", evaluated)
+    monkeypatch.setattr(champion, "evaluate", evaluated)
     archive = Archive(population(0.1), np.array([5.0]))
     search = Search(3, Archive(population(0.3, 0.2), np.array([7.0, 6.0])), archive, None)
-    design, found = problem.champion(search, scenario)
+    design, found = champion.champion(search, scenario)
     assert (found.fitness, found.merit) == (20.0, 20.0)
     assert design.score == {
         "scenario": "c-axis-ramp",

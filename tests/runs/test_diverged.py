@@ -12,7 +12,7 @@ from run_folders import hfc
 from hfc_design import api
 from hfc_design.core.records import RunError
 from hfc_design.files.design import design_json, parse_design
-from hfc_design.runs import problem, run
+from hfc_design.runs import champion, run
 
 #: Gains so large that no individual stays finite.
 ALL = """
@@ -65,10 +65,10 @@ def test_a_cell_of_a_batch_has_failed_and_is_told_again(scenario, tmp_path):
 
 
 def test_a_champion_that_diverges_in_float64_alone_is_none(tmp_path, monkeypatch):
-    def failed(design, scenario, evaluate=problem.evaluate):
+    def failed(design, scenario, evaluate=champion.evaluate):
         return evaluate(design, scenario)._replace(diverged=True, merit=-np.inf, fitness=-np.inf)
 
-    monkeypatch.setattr(problem, "evaluate", failed)
+    monkeypatch.setattr(champion, "evaluate", failed)
     small = {"simulation.duration_s": 0.1, "search.population": 24, "search.generations": 2}
     with pytest.raises(RunError, match=r"no design: the best \d+ diverge in float64; try"):
         api.design(api.load_scenario("c-axis-ramp", small), tmp_path / "run")

@@ -6,7 +6,7 @@ import pytest
 from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import flat
-from hfc_design.runs.problem import genome_of
+from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import fault, generations, searcher
 from hfc_design.search.strategies.cma import CmaSettings, _heats, _sound
 from hfc_design.search.strategy import Task

@@ -9,7 +9,7 @@ from toy_fronts import PointGenome, scored, zdt
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.records import UserError
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runs.problem import genome_of
+from hfc_design.runs.individuals import genome_of
 from hfc_design.search import fronts
 from hfc_design.search.loop import fault, generations, searcher
 from hfc_design.search.strategies.cma import CmaSettings

@@ -9,7 +9,7 @@ from own_strategies import MODULE
 from sledge import hfc, imported, installed, refused
 
 from hfc_design import api
-from hfc_design.runs import problem
+from hfc_design.runs import individuals
 
 SMALL = ("--set", "simulation.duration_s=0.1", "--population", 12, "--generations", 5, "--quiet")
 SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
@@ -104,7 +104,7 @@ def test_a_hierarchy_keeps_the_bounds_that_a_strategy_sets(searching):
 
     api.register(strategies.CLIMB._replace(settings=Narrow))
     scenario = api.load_scenario("c-axis-ramp", {"search.preset": "climb", **SIZES})
-    genome = problem.genome_of(scenario)
+    genome = individuals.genome_of(scenario)
     found = genome.fresh(np.arange(105), np.random.default_rng(0))
     assert 500.0 <= found.gains[:, 0].min() <= found.gains[:, 0].max() <= 501.0
     assert found.gains[:, 1].max() > 1000.0  # the default

@@ -4,6 +4,8 @@ All are numbers between two ends, so that every strategy can search them. The en
 nominal drive, in its units; what is fed forward is a multiple of what that drive asks for.
 """
 
+from abc import abstractmethod
+
 import numpy as np
 
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
@@ -60,24 +62,24 @@ class LinearGenome(GainsGenome):
     def _prepare(self) -> None:
         """What a genome needs besides, of the model."""
 
+    @abstractmethod
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
         """What is varied beside the feed-forward, of good individuals with bandwidths (n,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         """The same with ranges, which follow from good individuals."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
         """kp, ki, kd, kept and the gains on signals, each (n,)."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def signals(self) -> tuple[str, ...]:
         """Those that are fed back."""
-        raise NotImplementedError
 
     def empty(self) -> GainVectors:
         """The start."""

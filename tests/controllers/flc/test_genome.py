@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 from hfc_design.controllers.genome import taken
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runs import problem
+from hfc_design.runs import individuals
 
 COUNT = 60_000
 STEP = 1e-4
@@ -29,7 +29,7 @@ SLOW = ["plant.parameters.gain=10.0", "reference.feed_mm_min=100.0"]
 def own(request):
     kind = [f"controller.kind={request.param}", "controller.symmetric=false"]
     most = f"controller.largest_integral_gain={LARGEST_INTEGRAL}"
-    return problem.genome_of(load_scenario("feed-drive-circle", [*SLOW, *kind, most]))
+    return individuals.genome_of(load_scenario("feed-drive-circle", [*SLOW, *kind, most]))
 
 
 def published(own, count=COUNT):

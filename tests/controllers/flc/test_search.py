@@ -10,8 +10,9 @@ from hfc_design.controllers.genome import taken
 from hfc_design.core.records import UserError
 from hfc_design.files.pairing import controller_of, load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runs import problem
+from hfc_design.runs import individuals
 from hfc_design.runs import run as design
+from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluation import evaluate
@@ -25,7 +26,7 @@ SECONDS = "simulation.duration_s=4.0"
 
 
 def genome(kind, *changes):
-    return problem.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
+    return individuals.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
 
 
 def bred(own, count=60, rounds=4):
@@ -83,13 +84,13 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
     own = genome(kind)
     found = bred(own, count=3)
     scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS])
-    one = problem.design_of(taken(own.empty(), slice(1)), scenario)
+    one = individuals.design_of(taken(own.empty(), slice(1)), scenario)
     loop = closed_loop(scenario, controller_of(one, scenario)[0])
     machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
     for k in range(3):
         gains = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], own.gains(found))
         judged, _ = simulate.trajectory(loop, machines, samples, gains)
-        file = problem.design_of(taken(found, slice(k, k + 1)), scenario)
+        file = individuals.design_of(taken(found, slice(k, k + 1)), scenario)
         assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
 
 
@@ -115,7 +116,7 @@ def small(kind):
 def run(request, tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
     folder = tmp_path_factory.mktemp("runs") / request.param
-    programs = (simulate._scores, simulate._trajectory)
+    programs = (compiled.scores, compiled.trajectory)
     for program in programs:
         program.clear_cache()
     found = design.run(design.new_run(small(request.param), folder), folder)
@@ -123,8 +124,8 @@ def run(request, tmp_path_factory):
 
 
 def test_one_compilation_serves_all_tables(run):
-    found, compiled, _ = run
-    assert compiled == [1, 1]
+    found, compilations, _ = run
+    assert compilations == [1, 1]
     assert found.search.generation == 5
 
 

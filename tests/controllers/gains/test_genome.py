@@ -5,11 +5,11 @@ from chance import mean_is, normal, uniform
 
 from hfc_design.controllers.genome import taken
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runs import problem
+from hfc_design.runs import individuals
 
 COUNT = 20_000
 RANGES = "{k_p=[0.1, 1000.0], k_i=[0.0, 8.0], k_d=[-1.0, 3.0]}"
-GENOME = problem.genome_of(
+GENOME = individuals.genome_of(
     load_scenario("feed-drive-line", [f"controller={{kind='pid', ranges={RANGES}}}"])
 )
 

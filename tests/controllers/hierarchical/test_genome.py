@@ -7,7 +7,7 @@ from chance import mean_is, normal, uniform
 from hfc_design.controllers.genome import taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.files.scenario import load_scenario
-from hfc_design.runs import problem
+from hfc_design.runs import individuals
 
 COUNT = 20_000
 LIMITS = np.array([4.0, 4.0, 4.0, 20.0])  # of the units, the root last
@@ -22,7 +22,7 @@ TABLE_MOVES = 0.1  # of all tables are shifted, as many tilted along columns, as
 
 
 def genome(*changes):
-    return problem.genome_of(load_scenario("c-axis-ramp", list(changes)))
+    return individuals.genome_of(load_scenario("c-axis-ramp", list(changes)))
 
 
 def fresh(own, count=COUNT):

@@ -13,7 +13,7 @@ from hfc_design.controllers.hierarchical.loop import open_loop, slopes
 from hfc_design.controllers.linear import model as linear
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import PlantSettings
-from hfc_design.runs.problem import genome_of
+from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 from hfc_design.stability.margins import margins
 

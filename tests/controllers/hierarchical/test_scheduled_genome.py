@@ -9,7 +9,7 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import flat
 from hfc_design.files.design import Design
-from hfc_design.runs.problem import genome_of
+from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 
 NAMES = ("reference_rate", "error", "spindle_velocity")

@@ -10,7 +10,7 @@ from hfc_design.controllers.genome import taken
 from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear import regulator
 from hfc_design.core.records import UserError
-from hfc_design.runs.problem import genome_of
+from hfc_design.runs.individuals import genome_of
 from hfc_design.stability.margins import margins
 
 KINDS = ("pid+ff", "lqr", "lqi")

@@ -20,7 +20,7 @@ from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller
 from hfc_design.simulation.closed_loop import LANES
-from hfc_design.simulation.population import _rows
+from hfc_design.simulation.stepping import _rows
 
 devices.configure()
 

@@ -1,0 +1,148 @@
+"""``hfc design``: a search from the options of a command line to tables on a terminal."""
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hfc_design.cli.options import (
+    ANYWAY_HELP,
+    CHOICES,
+    CHOSEN,
+    PATH,
+    Texts,
+    memory,
+    setting,
+    with_plugins,
+)
+from hfc_design.cli.trading import show_front, trading
+
+if TYPE_CHECKING:
+    from hfc_design.files.scenario import Scenario
+    from hfc_design.runs.run import Result
+
+#: Option of the command -> key of the scenario.
+KEYS = {
+    "seed": "run.seed",
+    "population": "search.population",
+    "generations": "search.generations",
+    "preset": "search.preset",
+    "precision": "run.precision",
+}
+PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
+PRESET_HELP = "Search strategy, see hfc list strategies [default: the scenario's, else race]."
+DEFAULT = "c-axis-practical"
+
+
+@click.command()
+@click.argument("scenario", required=False)
+@click.option("--out", type=PATH, help="Run folder [default: runs/NAME-N].")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
+@click.option("--population", type=int, help="Individuals in a generation.")
+@click.option("--generations", type=int, help="Generations.")
+@click.option("--preset", help=PRESET_HELP)
+@click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
+@click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
+@setting
+@click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
+@click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
+@click.option("--quiet", is_flag=True, help="No progress.")
+@memory
+@with_plugins(CHOICES)
+def design(
+    scenario: str | None,
+    changes: Texts,
+    out: Path | None,
+    resume: bool,
+    anyway: bool,
+    quiet: bool,
+    pareto: str | None,
+    **options: Any,
+) -> None:
+    """Search a controller for SCENARIO (a built-in name or a TOML file).
+
+    Without arguments: c-axis-practical, the C-axis within tolerances, in several motions, with
+    sensors and limits as drives have them.
+    """
+    from hfc_design.cli import shown
+    from hfc_design.cli.usable_table import show_usable
+    from hfc_design.core.lock import alone
+    from hfc_design.report.page import BASELINES, write_page
+    from hfc_design.runs import run
+
+    found, folder = _asked_for(scenario, changes, out, resume, anyway, pareto, options)
+    click.get_current_context().with_resource(alone(folder))  # until the report is written
+    if not resume:
+        found = run.new_run(found, folder)
+    result, summary = _searched(found, folder, anyway, quiet)
+    rivals = write_page(found, result, folder)
+    show_usable(run.kept_use(folder))
+    names = BASELINES.get(found.plant.name, {})
+    rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
+    shown.show_table(found, rows, summary)
+    if result.front is not None:
+        show_front(result.front)
+    click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
+
+
+def _asked_for(
+    scenario: str | None,
+    changes: Texts,
+    out: Path | None,
+    resume: bool,
+    anyway: bool,
+    pareto: str | None,
+    options: dict[str, Any],
+) -> tuple["Scenario", Path]:
+    """The scenario and the folder of the run that the options of hfc design ask for.
+
+    Raises:
+        UserError: options do not go together, a value is not allowed, or there is no such run.
+        RunError: the folder cannot be made.
+    """
+    from hfc_design.cli import shown
+    from hfc_design.core.records import UserError
+    from hfc_design.files.scenario import load_scenario
+    from hfc_design.runs import run
+    from hfc_design.runs.problem import check_memory
+
+    plugins = [*filter(None, [options[key] for key in CHOSEN])]
+    told = {key: x for name, key in KEYS.items() if (x := options[name]) is not None}
+    if pareto is not None and not resume:
+        told = trading(scenario or DEFAULT, pareto, told, [*plugins, *changes])
+    given = [f"{key}={x}" for key, x in told.items()]
+    if anyway and not resume:
+        raise UserError("--anyway needs --resume")
+    if not resume:
+        found = load_scenario(scenario or DEFAULT, [*plugins, *given, *changes])
+        check_memory(found)
+        return found, out or shown.free_folder(found.name)
+    if out is None or scenario is not None or given or changes or pareto:
+        raise UserError("--resume needs --out DIR and nothing else: config.toml says the rest")
+    return run.opened_run(out), out
+
+
+def _searched(
+    scenario: "Scenario", folder: Path, anyway: bool, quiet: bool
+) -> tuple["Result", str]:
+    """The result of the run in a folder, and what its search took, "" if ``quiet``.
+
+    Raises:
+        RunError: it was interrupted, or found nothing.
+    """
+    from hfc_design.cli import shown
+    from hfc_design.core.plugins import resuming
+    from hfc_design.core.records import RunError
+    from hfc_design.runs import run
+
+    watch = shown.Watch(scenario)
+    try:
+        with nullcontext() if quiet else watch:
+            own = {} if quiet else {"on_generation": watch.generation}
+            result = run.run(scenario, folder, anyway=anyway, **own)
+    except KeyboardInterrupt:
+        raise RunError(f"interrupted; {resuming(folder)}") from None
+    except RunError as error:
+        raise RunError(f"{error} (run folder {folder})") from None
+    return result, "" if quiet else watch.summary()

@@ -1,0 +1,82 @@
+"""Whether a machine can follow what a scenario asks: on which axes, how far, how fast."""
+
+import numpy as np
+
+from hfc_design.files.machine import Axis, PlantSettings, check_axes
+from hfc_design.files.motions import AnyReference
+from hfc_design.motion.references import EachAxis, Reference
+from hfc_design.motion.samples import Simulation
+from hfc_design.motion.trajectories import Trajectory, speed_fault
+
+TOO_FAR = "leaves what numbers can hold; nothing real is so large, so small or so fast"
+
+
+def check_following(plant: PlantSettings, reference: AnyReference, simulation: Simulation) -> None:
+    """Whether the machine has the axes that the reference is for, and can keep up.
+
+    Raises:
+        ValueError: it has others, or cannot.
+    """
+    axes = plant.machine.axes
+    if isinstance(reference, Trajectory):
+        _check_path(reference, plant.each())
+        return
+    if isinstance(reference, EachAxis):
+        check_axes("reference.axes", reference.axes, axes)
+        if missing := [axis for axis in axes if axis not in reference.axes]:
+            raise ValueError(f"reference.axes.{missing[0]}: is missing")
+    elif len(axes) > 1:
+        raise ValueError(
+            f"reference.kind = {reference.kind!r}: a machine of {len(axes)} axes follows "
+            f"{'a path in X-Y, or ' if len(axes) == 2 else ''}kind 'per-axis'"
+        )
+    for axis in plant.each():
+        _check_speed(axis, reference_of(reference, axis.name), simulation)
+
+
+def reference_of(reference: AnyReference, axis: str) -> Reference:
+    """The reference of one axis of a machine that follows no path."""
+    assert not isinstance(reference, Trajectory)
+    return reference.axes[axis] if isinstance(reference, EachAxis) else reference
+
+
+def _check_path(path: Trajectory, axes: list[Axis]) -> None:
+    key = f"reference.kind = {path.kind!r}"
+    if len(axes) != 2:
+        one = "a reference for one axis, or kind 'per-axis'"
+        raise ValueError(f"{key}: a machine of {len(axes)} axes follows {one}")
+    lengths = []
+    for axis in axes:
+        if axis.length is None:
+            raise ValueError(f"{key}: is for feed drives, not for the {axis.drive.name}")
+        lengths.append(axis.length)
+    x, y = lengths
+    if x != y:
+        raise ValueError(
+            f"{key}: the axes of a path have to count in the same length, not in {x:g} and {y:g} mm"
+        )
+    speeds = [axis.drive.top_speed(axis.parameters) * x for axis in axes]
+    with np.errstate(all="ignore"):
+        if not path.motion.finite:
+            raise ValueError(f"{key}: {TOO_FAR}")
+        fault = speed_fault(path, speeds)
+    if fault:
+        raise ValueError(f"reference: {fault}")
+
+
+def _check_speed(axis: Axis, reference: Reference, simulation: Simulation) -> None:
+    """Whether the steps of the integration are short enough for the fastest reference."""
+    with np.errstate(all="ignore"):
+        told = reference.samples(simulation.time)
+    if not all(np.isfinite(x).all() for x in (told.target, told.reference_rate)):
+        raise ValueError(f"reference.kind = {reference.kind!r}: {TOO_FAR}")
+    speed = float(np.abs(told.reference_rate).max())
+    substeps = simulation.substeps
+    limit = axis.drive.fastest(axis.parameters, simulation.sample_time_s / substeps)
+    if speed > limit:
+        needed = np.ceil(substeps * speed / limit)
+        raise ValueError(
+            f"simulation.substeps = {substeps}: a reference of up to "
+            f"{speed:.3g} {axis.drive.units['error_rate']} needs at least {needed:.15g} with "
+            "this friction and sample time"
+        )

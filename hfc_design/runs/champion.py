@@ -1,0 +1,91 @@
+"""Which individual of a search becomes its design."""
+
+from typing import Any
+
+import numpy as np
+
+from hfc_design.controllers.genome import Population, joined, taken
+from hfc_design.core.records import RunError
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import Scenario
+from hfc_design.runs.individuals import design_of, with_score
+from hfc_design.runs.problem import final_problem
+from hfc_design.search.loop import Search
+from hfc_design.simulation.evaluation import Evaluation, evaluate
+
+#: This many of the archive's best are simulated again in float64 before one is chosen.
+FINALISTS = 16
+#: What to try where a search found nothing that stays finite.
+HINTS = (
+    "try a larger simulation.substeps or search.population, smaller gains or ranges, a shorter "
+    "simulation.duration_s, another run.seed or start"
+)
+SPREAD_HINT = "try a smaller robust.spread; "
+#: In the score of a design: none that was tried keeps every constraint, this one breaks them least.
+LEAST_VIOLATED = "least_violated"
+
+
+def champion(
+    search: Search, scenario: Scenario, one: Population | None = None
+) -> tuple[Design, Evaluation]:
+    """The best of the archive and of the last generation in float64, or that ``one``.
+
+    float32 and a single try flatter loops that are nearly chaotic.
+
+    Raises:
+        RunError: all have diverged.
+    """
+    finalists, sound = _finalists(search) if one is None else [one], True
+    if not finalists:
+        tried = f"every individual diverged{_why(search, scenario)}"
+        raise RunError(f"no design: {tried}; {SPREAD_HINT if scenario.robust else ''}{HINTS}")
+    if scenario.ensemble and one is None:
+        best, sound = _best_of_many(joined(*finalists), scenario)
+        finalists = [best]
+    designs = [design_of(individual, scenario) for individual in finalists]
+    found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
+    design, evaluation = max(found, key=lambda item: item[1].merit)
+    if evaluation.diverged:
+        why = f" ({evaluation.divergence})" if evaluation.divergence else ""
+        raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
+    design = with_score(design, evaluation, scenario)
+    if not sound:
+        design = design.model_copy(update={"score": {**design.score, LEAST_VIOLATED: True}})
+    return design, evaluation
+
+
+def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:
+    """The finalist that ranks first on machines within the tolerances, in float64.
+
+    And whether it keeps every constraint on all of them; if not, nobody does.
+    """
+    rank = final_problem(scenario).rank_of_finalists(finalists)
+    best = int(np.argmax(rank))
+    return taken(finalists, np.array([best])), bool(rank[best] >= 0.0)
+
+
+def _why(search: Search, scenario: Scenario) -> str:
+    """Why one of a population diverges that has all diverged; "" if nobody knows."""
+    population = getattr(search.state, "population", None)
+    if population is None:
+        return ""
+    lost = evaluate(design_of(taken(population, np.array([0])), scenario), scenario)
+    if lost.divergence is None:
+        return f" (one does not with simulation.substeps = {lost.substeps})"
+    return f" ({lost.divergence})"
+
+
+def _finalists(search: Search) -> list[Population]:
+    """The best of the archive and of the last generation, without those that failed."""
+    found = []
+    sources: list[Any] = [search.archive]
+    if {"population", "score"} <= set(getattr(search.state, "_fields", ())):
+        sources.append(search.state)
+    for source in sources:
+        order = np.argsort(-source.score, kind="stable")[:FINALISTS]
+        ranked = order[np.isfinite(source.score[order])]
+        found += [taken(source.population, np.array([k])) for k in ranked]
+    trail = getattr(search.state, "trail", None)
+    if trail is not None:  # whatever they were worth on a few machines
+        found += [taken(trail, np.array([k])) for k in range(len(trail.tree))]
+    return found

@@ -1,0 +1,77 @@
+"""What a search varies, and the designs that its individuals become."""
+
+from pathlib import Path
+
+from hfc_design import __version__
+from hfc_design.controllers.genome import Genome, Population
+from hfc_design.controllers.kind import kinds
+from hfc_design.core.numbers import Json
+from hfc_design.core.plugins import References, sources
+from hfc_design.core.records import checked
+from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.simulation.evaluation import Evaluation
+
+
+def genome_of(scenario: Scenario) -> Genome:
+    """What the search of ``scenario`` varies."""
+    kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
+    genome: Genome = kind.genome(scenario.controller, scenario.target)
+    return genome
+
+
+def design_of(individual: Population, scenario: Scenario) -> Design:
+    """A population of one as a design file."""
+    return design_with(genome_of(scenario).record(individual), scenario)
+
+
+def design_with(controller: Json, scenario: Scenario) -> Design:
+    """A controller as a design file spells it, its sample time left out, for ``scenario``.
+
+    Raises:
+        UserError: it is no controller that can run.
+    """
+    own_parts = sources(parts_of(scenario, controller))
+    movable = renamed(scenario, lambda key, file: Path(file.name))
+    data = {
+        "name": scenario.name,
+        "plant": _plant(scenario.plant),
+        "controller": {"sample_time_s": scenario.simulation.sample_time_s, **controller},
+        "limits": scenario.limits.model_dump(exclude_none=True),
+        "provenance": {
+            "program": f"hfc-design {__version__}",
+            **({"plugins": own_parts} if own_parts else {}),
+            "scenario": movable.model_dump(mode="json", exclude_none=True),
+        },
+    }
+    return checked(Design, data, f"{scenario.name}, kind {controller['kind']!r}", Path())
+
+
+def _plant(settings: PlantSettings) -> dict[str, object]:
+    """The machine in full, so that the design does not depend on a program's defaults."""
+    found = [record._asdict() for record in settings.values()]
+    if len(found) == 1 and not settings.axes:
+        return {"name": settings.name, "parameters": found[0]}
+    axes = dict(zip(settings.machine.axes, found, strict=True))
+    return {"name": settings.name, "parameters": {}, "axes": axes}
+
+
+def with_score(design: Design, evaluation: Evaluation, scenario: Scenario) -> Design:
+    """The design with its fitness, merit and metrics on a scenario."""
+    score: Json = {"scenario": scenario.name, **evaluation.score(scenario.judge())}
+    if evaluation.substeps > scenario.simulation.substeps:
+        score["substeps"] = evaluation.substeps  # it diverges with fewer
+    return design.model_copy(update={"score": score})
+
+
+def parts_of(scenario: Scenario, controller: Json) -> References:
+    """Group and name of everything that a scenario and a controller name."""
+    used = [("plant", scenario.plant.name), ("fitness", scenario.fitness.kind)]
+    return [*used, ("strategy", scenario.search.preset), *kinds_of(controller)]
+
+
+def kinds_of(controller: Json) -> References:
+    """Every kind of a controller or of its settings, that of each axis too."""
+    each = [controller, *controller.get("axes", {}).values()]
+    return [("controller", own["kind"]) for own in each]

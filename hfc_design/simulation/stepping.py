@@ -1,0 +1,160 @@
+"""How a population steps: the loop of one machine in scalars becomes that of many.
+
+``closed_loop`` is written for one machine in scalars. Here, and only here, it becomes a
+population: every leaf of the gains carries the individuals in its *trailing* axis, the scan over
+the samples runs outermost, and its body is ``vmap`` of the scalar sample over rows that are
+sliced from the leaves inside the body. The compiler then emits one vector loop a sample.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jax.typing import ArrayLike, DTypeLike
+from jaxtyping import Array, PyTree
+
+from hfc_design.core.numbers import Floats, Gains, Integers, Parameters, State
+from hfc_design.motion.samples import Samples
+from hfc_design.objectives.judge import Individuals, Judged
+from hfc_design.simulation.closed_loop import (
+    Loop,
+    Moving,
+    Recorded,
+    Watch,
+    moved,
+    positions,
+    start,
+    watched,
+    watching,
+)
+
+#: A number of one individual, or the rows of a table as tuples of tuples.
+Rows: TypeAlias = Individuals | tuple["Rows", ...]
+Carry: TypeAlias = tuple[Moving, Watch]  # the machines with their copies, what is seen of them
+Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
+
+
+class Inputs(NamedTuple):
+    """What goes into a compiled loop."""
+
+    told: tuple[Parameters, ...]
+    true: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
+    samples: Samples  # of all motions one after the other, each with a start of its own
+    gains: Gains  # leaves (..., individuals)
+    bounds: Integers | None = None  # (motions, 2) columns of each motion; None: there is but one
+
+    def cast(self, dtype: DTypeLike) -> "Inputs":
+        """The same as arrays, floating numbers in a precision."""
+
+        def converted(leaf: ArrayLike) -> Floats | Integers:
+            array = np.asarray(leaf)
+            return array if array.dtype.kind == "i" else array.astype(dtype)
+
+        return jax.tree.map(converted, self)
+
+
+def trailing(tree: PyTree) -> int:
+    """How many individuals or machines there are, by the trailing axis of every leaf."""
+    count: int = jax.tree.leaves(tree)[0].shape[-1]
+    return count
+
+
+def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
+    """(motions, 2 + objectives, individuals) what the judge says of every motion."""
+
+    def told(judged: Judged) -> Array:
+        return jnp.stack([judged.merit, judged.failed, *judged.values.T])
+
+    if inputs.bounds is None:
+        return told(one_motion(loop, own_machine, inputs, record=False)[0])[None]
+    body, rows, started = _stepping(loop, own_machine, inputs, record=False)
+
+    def one(motion: tuple[Array, tuple[State, ...], tuple[State, ...]]) -> Array:
+        bounds, *starts = motion
+
+        def at(k: Array, carry: Carry) -> Carry:
+            return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
+
+        carry = lax.fori_loop(bounds[0], bounds[1], at, started(*starts))
+        return told(_judged(loop, carry))
+
+    samples = inputs.samples
+    each: Array = lax.map(one, (inputs.bounds, samples.start, samples.beside))
+    return each
+
+
+def one_motion(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Judged, Any]:
+    """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
+    body, rows, started = _stepping(loop, own_machine, inputs, record)
+    samples = inputs.samples
+    carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
+    return _judged(loop, carry), outputs
+
+
+def _judged(loop: Loop, carry: Carry) -> Judged:
+    """What the judge says in the end; the copies come last in the states."""
+    machines, watch = carry
+    places = [place[: watch.means[0].shape[0]] for place in positions(loop, machines.states)]
+    return loop.judge.judged(watch.sums, places)
+
+
+def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Any, Any, Any]:
+    """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry.
+
+    Copies of the machines, where the loop has them, are individuals like the others behind them:
+    the program is no larger for them.
+    """
+    told, true, samples, gains, _ = inputs
+    count = trailing(gains)
+    zeros = jnp.zeros(count, samples.settled.dtype)
+    fixed = loop.machine.coefficients(true)
+    doubled = loop.doubled and bool(samples.beside)
+    own = 0 if own_machine else None
+    step = jax.vmap(partial(moved, loop), in_axes=(None, own, None, 0, 0, None))
+    look = jax.vmap(partial(watched, loop), in_axes=(own, None, 0, 0, 0, None, 0))
+    both = _both if doubled else lambda tree, _: tree
+    every, all_fixed = both(gains, gains), both(fixed, fixed) if own_machine else fixed
+
+    def first(tree: PyTree) -> PyTree:
+        return jax.tree.map(lambda leaf: leaf[:count], tree) if doubled else tree
+
+    def body(carry: Carry, row: Samples) -> tuple[Carry, Any]:
+        before, watch = carry
+        # Slicing here and not outside keeps each leaf one operand of the compiled loop.
+        numbers = jax.tree.map(_rows, every)
+        after = step(told, all_fixed, samples.sample_time, numbers, before, row)
+        copy = jax.tree.map(lambda leaf: leaf[count:], before.states) if doubled else ()
+        seen = (first(before), first(after.commands), watch, row, copy)
+        watch, outputs = look(fixed, samples.sample_time, *seen)
+        return (after, watch), outputs if record else None
+
+    def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
+        machine = start(loop, zeros, here)
+        if not doubled:
+            return machine, watching(loop, zeros, machine)
+        copy = start(loop, zeros, off)
+        return _both(machine, copy), watching(loop, zeros, machine, copy)
+
+    # Loads and noise as tuples, so that the loop hands out scalars.
+    axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
+    rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), beside=())
+    return body, rows, started
+
+
+def _both(one: PyTree, other: PyTree) -> PyTree:
+    """Individuals and then others, along the trailing axis."""
+    return jax.tree.map(lambda *leaves: jnp.concatenate(leaves, axis=-1), one, other)
+
+
+def _rows(leaf: Array) -> Rows:
+    """A leaf (..., individuals) as nested tuples of its (individuals,) rows."""
+    if leaf.ndim == 1:
+        return leaf
+    flat = leaf.reshape(-1, leaf.shape[-1])
+    rows: list[Rows] = [lax.index_in_dim(flat, k, keepdims=False) for k in range(flat.shape[0])]
+    for size in leaf.shape[-2:0:-1]:
+        rows = [tuple(rows[k : k + size]) for k in range(0, len(rows), size)]
+    return tuple(rows)
