@@ -71,7 +71,9 @@ def _why(search: Search, scenario: Scenario) -> str:
         return ""
     lost = evaluate(design_of(taken(population, np.array([0])), scenario), scenario)
     if lost.divergence is None:
-        return f" (one does not with simulation.substeps = {lost.substeps})"
+        finer = lost.substeps > scenario.simulation.substeps
+        other = f"with simulation.substeps = {lost.substeps}" if finer else "in float64"
+        return f" (one does not {other})"
     return f" ({lost.divergence})"
 
 

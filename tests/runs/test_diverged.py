@@ -14,10 +14,10 @@ from hfc_design.core.records import RunError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.runs import champion, run
 
-#: Gains so large that no individual stays finite.
+#: Gains so large that no individual stays finite, in float64 either.
 ALL = """
 simulation = { duration_s = 0.1, sample_time_s = 0.005 }
-search = { population = 12, generations = 2, kp_range = [1e9, 1e10], kd_range = [1e9, 1e10] }
+search = { population = 12, generations = 2, kp_range = [1e12, 1e13], kd_range = [1e12, 1e13] }
 """
 
 
@@ -43,6 +43,13 @@ def test_it_fails_with_what_to_try_and_can_be_resumed(scenario, tmp_path):
         assert done.exit_code == 2
         assert "holds no finished run (no design.json); continue with:" in done.stderr
         assert f"hfc design --resume --out {out}" in done.stderr
+
+
+def test_an_error_that_only_float32_cannot_hold_is_told(tmp_path):
+    """Ends near 1e20 rad in float64."""
+    lost = written(tmp_path, ALL.replace("1e12, 1e13", "1e9, 1e9"))
+    done = hfc("design", lost, "--out", tmp_path / "run", "--quiet")
+    assert "hfc: no design: every individual diverged (one does not in float64); try" in done.stderr
 
 
 def test_in_a_script_too(scenario, tmp_path):
