@@ -29,6 +29,7 @@ from hfc_design.simulation.gain_range import FACTORS, Louder, gain_range
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
+from hfc_design.simulation.monte_carlo import FEW
 from hfc_design.simulation.population import Machines
 from hfc_design.stability.margins import margins
 
@@ -113,7 +114,7 @@ def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judg
         again = np.flatnonzero(judged.failed.any(axis=1))
         if not len(again):
             break
-        found = simulated(where, machines.take(np.resize(again, -(-len(again) // 16) * 16)))
+        found = simulated(where, machines.take(np.resize(again, -(-len(again) // FEW) * FEW)))
         for part, new in zip(judged, found, strict=True):
             part[again] = new[: len(again)]
     return judged
