@@ -28,7 +28,7 @@ from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
 from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import several
+from hfc_design.simulation.in_use import chaos_told, several
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
@@ -131,6 +131,7 @@ def _used(scenario: Scenario, result: Result, folder: Path) -> Json | None:
             "others": {name: why for name, one in each if (why := _why_others(one))},
             "alone": any(one.get("asked_of") == "nominal" for _, one in each),
             "gain_told": found["gain"] and gain_told(found["gain"]),
+            "chaos_told": chaos_told(found),
         }
     # ... or the file has been edited
     except (UserError, KeyError, TypeError, AttributeError, ValueError):

@@ -12,6 +12,8 @@ from hfc_design.core.numbers import Floats, Gains, Mask, Memory, Scalar, Xp
 FACTORS, LARGEST_FACTOR = 32, 16.0
 #: And the smallest.
 SMALLEST_FACTOR = LARGEST_FACTOR ** (1.0 / FACTORS - 1.0)
+#: Factors on the command of repeats that a loop which is not chaotic cannot tell apart.
+REPEATS = 1.0 + 1e-6 * np.linspace(-1.0, 1.0, 2 * FACTORS - 1)
 
 
 class Louder(NamedTuple):

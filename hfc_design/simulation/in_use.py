@@ -13,6 +13,8 @@ UNSTABLE = (
     "at rest its linear loop swings by itself (hfc stability tells more, a motion that holds a "
     "position would show it)"
 )
+#: Change of the merit, as a share, from which on one figure does not stand for it.
+CHAOS = 0.01
 
 
 class InMotion(NamedTuple):
@@ -39,6 +41,8 @@ class Usable(NamedTuple):
     substeps: float | None  # the same to four times the substeps; None: not allowed
     units: dict[str, str]  # of the measures
     loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
+    merit: float  # of the nominal machine, in float64
+    repeats: tuple[float, float]  # smallest and largest merit, the command a millionth another
 
     @property
     def good(self) -> Mask:
@@ -54,6 +58,12 @@ class Usable(NamedTuple):
     def interval(self) -> tuple[float, float]:
         """Of the share of such machines, by Clopper and Pearson."""
         return share_interval(int(self.good.sum()), len(self.good))
+
+    @property
+    def chaotic(self) -> bool:
+        """Whether a millionth of the command moves the merit by more than ``CHAOS``."""
+        low, high = self.repeats
+        return not (high - low <= CHAOS * abs(self.merit))
 
     @property
     def yes(self) -> bool:
@@ -103,9 +113,20 @@ class Usable(NamedTuple):
             "gain": None if self.gain is None else [*self.gain],
             "precision": _plain(self.precision),
             "substeps": None if self.substeps is None else _plain(self.substeps),
+            "merit": _plain(self.merit),
+            "repeats": [_plain(end) for end in self.repeats],
+            "chaotic": self.chaotic,
             "units": self.units,
             "motions": {one.name: _motion_numbers(one) for one in self.motions},
         }
+
+
+def chaos_told(found: Json) -> str:
+    """Of ``Usable.numbers``: between what the merit is if it is chaotic, else nothing."""
+    if not found.get("chaotic"):  # or from before that was asked
+        return ""
+    low, high = ("none" if end is None else f"{end:.4g}" for end in found["repeats"])
+    return f"merit is chaotic: {low} to {high} where the command is a millionth another"
 
 
 def several(reason: str) -> str:

@@ -25,7 +25,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.gain_range import FACTORS, Louder, gain_range
+from hfc_design.simulation.gain_range import FACTORS, REPEATS, Louder, gain_range
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
@@ -66,7 +66,7 @@ def usable(
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     motions = scenario.each_motion()
     judged = _on_machines(design, scenario, some)
-    exact, gain = _gain(design, scenario, some.take(np.zeros(1, int)))
+    exact, gain, repeats = _gain(design, scenario, some.take(np.zeros(1, int)))
     once = merit(scenario, exact.merit)
     coarse = merit(scenario, judged.merit[:1])
     told = tuple(in_motion(scenario, judged, k, one) for k, one in enumerate(motions))
@@ -79,6 +79,8 @@ def usable(
         _substeps(design, scenario, some.take(np.zeros(1, int)), once),
         units(scenario),
         _loop_stable(design, scenario),
+        once,
+        repeats,
     )
 
 
@@ -92,12 +94,16 @@ def _loop_stable(design: Design, scenario: Scenario) -> bool | None:
 
 def merit(scenario: Scenario, merits: ArrayLike) -> float:
     """Of the first of (individuals, motions) merits, of all motions together."""
+    return float(_merits(scenario, np.asarray(merits)[:1])[0])
+
+
+def _merits(scenario: Scenario, merits: Floats) -> Floats:
+    """(individuals,) of (individuals, motions)."""
     weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
-    first = np.asarray(merits)[0]
-    if len(first) == 1:
-        return float(first[0])
+    if merits.shape[1] == 1:
+        return merits[:, 0]
     with np.errstate(all="ignore"):
-        return float(weights.sum() / (weights @ (1.0 / first)))
+        return np.asarray(weights.sum() / ((1.0 / merits) @ weights))
 
 
 def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judged:
@@ -122,25 +128,31 @@ def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judg
 
 def _gain(
     design: Design, scenario: Scenario, nominal: Machines
-) -> tuple[Judged, tuple[float, float] | None]:
-    """The nominal machine in float64, and the factors between which it keeps everything."""
+) -> tuple[Judged, tuple[float, float] | None, tuple[float, float]]:
+    """The nominal machine in float64, and the factors between which it keeps everything.
+
+    And the smallest and the largest merit of repeats whose command is a millionth another.
+    """
     loop, gains = loop_in_use(design, scenario)
     loop = loop._replace(controller=Louder(loop.controller))
     samples = [motion.samples() for motion in scenario.each_motion()]
     wide = jax.tree.map(lambda leaf: np.repeat(leaf, 2 * FACTORS, axis=-1), gains)
-    first: list[Judged] = []
 
-    def kept(factors: Floats) -> Mask:
-        """Of 1 and other factors; the last ones only fill up."""
+    def louder(factors: Floats) -> Judged:
+        """With factors of 1 and others."""
         both = (np.append(1.0, factors), wide)
         found = population.scores(loop, nominal, samples, both, np.float64)
-        judged = Judged(*(part[:, 0] for part in found))
-        first.append(judged)
-        bad = np.logical_or.reduce([*not_kept(scenario, judged).values()])
+        return Judged(*(part[:, 0] for part in found))
+
+    def kept(factors: Floats) -> Mask:
+        bad = np.logical_or.reduce([*not_kept(scenario, louder(factors)).values()])
         return np.asarray(~bad.any(axis=1))
 
-    gain = gain_range(kept)
-    return first[0], gain
+    judged = louder(REPEATS)
+    merits = _merits(scenario, np.asarray(judged.merit))
+    lost = judged.failed.any(axis=1) | ~np.isfinite(merits)
+    merits = np.where(lost, -np.inf, merits)
+    return judged, gain_range(kept), (float(merits.min()), float(merits.max()))
 
 
 def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float) -> float | None:

@@ -76,6 +76,14 @@ def test_the_table_by_hand(capsys):
     assert told.err == WARNING + "\n"
 
 
+def test_chaos_is_told_in_a_line(capsys):
+    show_usable(ANSWER | {"chaotic": True, "repeats": [189.34, 686.4]})
+    text = " ".join(capsys.readouterr().out.split())
+    assert "merit is chaotic: 189.3 to 686.4 where the command is a millionth another" in text
+    show_usable(ANSWER | {"chaotic": True, "repeats": [None, 686.4]})
+    assert "merit is chaotic: none to 686.4" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_design_that_can_be_used_is_not_warned_of(capsys):
     show_usable(ANSWER | {"usable": True, "answer": "yes: all", "gain": None})
     told = capsys.readouterr()

@@ -1,5 +1,7 @@
 """Whether a design can be used: against runs of its own, poles, and the constraints by hand."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,12 @@ from hfc_design.core.statistics import share_interval
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.evaluation import evaluate
-from hfc_design.simulation.gain_range import gain_range, gain_told
+from hfc_design.simulation.gain_range import REPEATS, gain_range, gain_told
+from hfc_design.simulation.in_use import chaos_told
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.usable import BEYOND, usable
 
+DATA = Path(__file__).parents[1] / "data"
 #: Two motions of a second, with tolerances and a bound on the command.
 TWO = {
     "name": "two",
@@ -61,6 +65,38 @@ def test_the_gain_is_kept_up_to_a_bound_on_the_command():
     assert loose.precision < 1e-2
     assert loose.substeps is not None
     assert loose.substeps < 1e-4
+
+
+def louder(design, factor):
+    """The same with its whole command times a factor."""
+    gains = design.controller.pd
+    changes = {"pd.kp": factor * gains.kp, "pd.kd": factor * gains.kd}
+    if "output_scale" in type(design.controller).model_fields:
+        changes["output_scale"] = factor * design.controller.output_scale
+    return load_design(design, [f"controller.{key}={float(x)!r}" for key, x in changes.items()])
+
+
+def test_a_millionth_of_the_command_hardly_moves_a_loop_that_is_not_chaotic():
+    scenario, design = load_scenario(TWO), load_design("pd-only")
+    found = usable(design, scenario)
+    ends = sorted(evaluate(louder(design, 1.0 + off), scenario).merit for off in (-1e-6, 1e-6))
+    assert found.repeats == pytest.approx(ends, rel=1e-10)
+    assert found.merit == pytest.approx(evaluate(design, scenario).merit, rel=1e-10)
+    assert not found.chaotic
+    assert chaos_told(found.numbers()) == ""
+
+
+def test_a_chaotic_loop_has_a_range_and_no_figure():
+    """The best that a search found under the cutting load; each repeat is a run of its own."""
+    design, scenario = load_design(DATA / "chaotic.json"), load_scenario("c-axis-ramp-cutting")
+    found = usable(design, scenario, machines=8)
+    low, high = found.repeats
+    alone = [evaluate(louder(design, factor), scenario).merit for factor in REPEATS[::6]]
+    assert max(alone) > 1.01 * min(alone)
+    assert high > 1.01 * low
+    assert found.chaotic
+    told = f"merit is chaotic: {low:.4g} to {high:.4g} where the command is a millionth another"
+    assert chaos_told(found.numbers()) == told
 
 
 def test_who_keeps_a_constraint_is_counted_with_its_interval():
