@@ -18,6 +18,7 @@ from hfc_design.controllers.linear.lq_genome import LqGenome
 from hfc_design.controllers.linear.record import LqrSettings
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 from hfc_design.core.records import UserError
+from hfc_design.stability.nominal import nominal
 
 if TYPE_CHECKING:
     from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
@@ -45,7 +46,8 @@ class Regulators:
 
     def __init__(self, genome: "HierarchicalGenome"):
         self.genome = genome
-        model = _linear_genome(genome, ()).model
+        target = genome.target
+        model = nominal(target.machine.drives[0], target.parameters[0], target.sample_time)
         seen = {name: model.outputs[name] for name in genome.names if name in model.outputs}
         rate = model.outputs["error_rate"]
         #: Velocities that are read twice -> how much of the error's rate they are.
@@ -56,8 +58,8 @@ class Regulators:
             if alike and f"{PREVIOUS}{name}" in genome.names:
                 self.velocities[name] = share
         known = model._replace(outputs={**{name: model.outputs[name] for name in ERRORS}, **seen})
-        signals = regulator.measured(known, None, genome.target.machine.name).names[len(ERRORS) :]
-        self.search = _linear_genome(genome, signals)
+        signals = regulator.measured(known, None, target.machine.name).names[len(ERRORS) :]
+        self.search = LqGenome(LqrSettings(kind="lqr", signals=signals), target)
 
     def fresh(self, tree: Integers, rng: np.random.Generator) -> "Hierarchies":
         """Regulators of random weights on the given trees."""
@@ -131,10 +133,6 @@ def regulators_for(genome: "HierarchicalGenome") -> Regulators | None:
         return Regulators(genome)
     except UserError:
         return None
-
-
-def _linear_genome(genome: "HierarchicalGenome", signals: tuple[str, ...]) -> LqGenome:
-    return LqGenome(LqrSettings(kind="lqr", signals=signals), genome.target)
 
 
 def _between(

@@ -8,7 +8,6 @@ from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.planes import Regulators, along, passing
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs.problem import Problem, genome_of
-from hfc_design.stability.nominal import nominal
 
 #: The seven terms of LL eq. 3 fit a line to this within half the universe; a value meets it once in
 #: each unit on its way to the root.
@@ -128,4 +127,3 @@ def test_a_drive_that_cannot_be_linearised_begins_at_random(monkeypatch):
 
     monkeypatch.setattr(linear, "nominal", no)
     assert genome().informed(np.zeros(3, int), np.random.default_rng(0)) is None
-    assert nominal is not no
