@@ -9,7 +9,7 @@ from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
 from hfc_design.motion.contour import local_error
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
 
 
 class ContourSettings(ObjectiveSettings):
@@ -37,14 +37,16 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
         largest = jnp.maximum(largest, jnp.abs(error))
         return squares + error * error, largest, lags + behind * behind, count + 1.0
 
-    def score(sums: Sums) -> Scalar:
+    def best(sums: Sums, left: Left) -> Scalar:
         squares, largest, lags, count = sums
+        count = count + left.samples
         return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
 
     return Objective(
         initial=lambda zero: (zero, zero, zero, zero),
         update=update,
-        score=score,
+        score=lambda sums: best(sums, Left(0.0, 0.0)),
+        best=best,
         name="contour",
         title="fitness",
         unit="1/BLU",

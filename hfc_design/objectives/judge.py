@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Annotated, NamedTuple, TypeAlias
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -14,7 +15,7 @@ from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.measures import Measure
-from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
 from hfc_design.objectives.stick_share import stick_share
 
 #: Every objective by its name: the files here, and what users add.
@@ -73,10 +74,24 @@ class Judge(NamedTuple):
         pairs = zip(self._parts, sums, strict=True)
         return tuple(one.update(own, moments, path) for one, own in pairs)
 
+    def values(self, sums: tuple[Sums, ...]) -> list[Scalar]:
+        """Of each objective, of whose sums these are."""
+        return [one.score(own) for one, own in zip(self.objectives, sums, strict=True)]
+
+    def best(self, sums: tuple[Sums, ...], left: Left) -> Individuals:
+        """The merit that each of a population can still reach, infinite where nobody knows.
+
+        A merit grows with every objective.
+        """
+        pairs = [*zip(self.objectives, sums, strict=False)]
+        if any(one.best is None for one, _ in pairs):
+            return jnp.full_like(jnp.asarray(jax.tree.leaves(sums)[0]), jnp.inf)
+        return self.merit([one.best(own, left) for one, own in pairs if one.best])
+
     def judged(self, sums: tuple[Sums, ...], positions: list[Individuals]) -> Judged:
         """A population by its sums and by the last position of every axis, (individuals,) each."""
         count = len(self.objectives)
-        values = [one.score(own) for one, own in zip(self.objectives, sums[:count], strict=True)]
+        values = self.values(sums[:count])
         merit = self.merit(values)
         values += [one.value(own) for one, own in zip(self.measured, sums[count:], strict=True)]
         finite = jnp.isfinite(jnp.stack([merit, *values, *positions]))

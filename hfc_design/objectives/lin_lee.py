@@ -6,8 +6,9 @@ from typing import Literal
 import jax.numpy as jnp
 from pydantic import model_validator
 
+from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
-from hfc_design.objectives.objective import Objective, ObjectiveSettings
+from hfc_design.objectives.objective import Objective, ObjectiveSettings, Sums
 
 
 class LinLeeSettings(ObjectiveSettings):
@@ -27,13 +28,18 @@ class LinLeeSettings(ObjectiveSettings):
 @cache
 def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Objective:
     """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
+
+    def score(sums: Sums) -> Scalar:
+        return 1000.0 * (error_weight / sums[0] + error_rate_weight / sums[1])
+
     return Objective(
         initial=lambda zero: (zero, zero),
         update=lambda sums, moments, path: (
             sums[0] + sum(jnp.abs(moment.error) for moment in moments),
             sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
         ),
-        score=lambda sums: 1000.0 * (error_weight / sums[0] + error_rate_weight / sums[1]),
+        score=score,
+        best=lambda sums, left: score(sums),  # both sums only grow
         name="lin-lee",
         title="fitness, LL eq. 5",
         meaning="eq. 5 of Lin & Lee (1999)",

@@ -38,6 +38,13 @@ class Moment(NamedTuple):
     apart_rate: Scalar = 0.0  # [1/s]
 
 
+class Left(NamedTuple):
+    """What is still to come of a motion."""
+
+    samples: Scalar
+    settled: Scalar  # those of them that count as settled
+
+
 class ObjectiveSettings(Record):
     """The ``[fitness]`` of a scenario; an objective that has weights adds them."""
 
@@ -75,6 +82,8 @@ class Objective(NamedTuple):
     #: Why it cannot judge a machine of so many axes, on a path or not, in a line.
     fault: Callable[[int, bool], str | None] = lambda axes, path: None
     positive: bool = False  # never below zero
+    #: What the number can be at most in the end, of the sums by now; None: anything.
+    best: Callable[[Sums, Left], Scalar] | None = None
 
     def label(self, tail: str = "") -> str:
         """What people read: the title, ``tail`` behind it, the unit."""

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.records import Positive
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
 
 #: Below this share of the commanded speed the spindle counts as stuck.
 STUCK = 0.1
@@ -42,10 +42,15 @@ def stick_share(weight: float = 1.0) -> Objective:
             settled = settled + moment.settled
         return stuck, settled
 
+    def best(sums: Sums, left: Left) -> Scalar:
+        stuck, settled = sums
+        return -(weight * stuck / jnp.maximum(settled + left.settled, 1.0))
+
     return Objective(
         initial=lambda zero: (zero, zero),
         update=update,
-        score=lambda sums: -(weight * sums[0] / jnp.maximum(sums[1], 1.0)),
+        score=lambda sums: best(sums, Left(0.0, 0.0)),
+        best=best,
         name="stick-share",
         title=f"-{weight:g} stick share",
         unit="1",

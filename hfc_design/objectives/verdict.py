@@ -47,7 +47,7 @@ class Ensemble(NamedTuple):
         Of a search that narrows down what it allows (the epsilon level of Takahama and Sakai,
         CEC 2006), ``lenient`` is how much may still be broken.
         """
-        weights = self._shares(judged.failed.shape[1])
+        weights = self.shares(judged.failed.shape[1])
         with np.errstate(all="ignore"):
             costs = np.where(judged.failed | ~(judged.merit > 0.0), np.inf, 1.0 / judged.merit)
             merit = 1.0 / np.where(weights > 0.0, weights * costs, 0.0).sum(axis=-1)
@@ -72,7 +72,7 @@ class Ensemble(NamedTuple):
 
         As merits become one: means of the motions, and of the machines what is kept.
         """
-        weights = self._shares(values.shape[1])[..., None]
+        weights = self.shares(values.shape[1])[..., None]
         with np.errstate(all="ignore"):
             each = np.where(weights > 0.0, weights * values, 0.0).sum(axis=2)
             ways = {
@@ -87,7 +87,7 @@ class Ensemble(NamedTuple):
         """(motions,)."""
         return np.array(self.nominal or [False] * len(self.weights))
 
-    def _shares(self, machines: int) -> Floats:
+    def shares(self, machines: int) -> Floats:
         """(machines, motions) that add up to 1 in every machine; the nominal one is the first."""
         counts = np.tile(self.weights, (machines, 1))
         counts[1:, self._nominal] = 0.0

@@ -28,6 +28,7 @@ from hfc_design.simulation.sensors import (
     measured,
     read,
     sensors_of,
+    without_steps,
 )
 from plants import Drive, Machine
 from plants.blocks import decay, once, pick, ratio
@@ -52,6 +53,17 @@ class Loop(NamedTuple):
     def doubled(self) -> bool:
         """Whether a copy of the machine, that began a little off, runs beside it."""
         return any(one.doubled for one in self.judge.measured)
+
+    @property
+    def smooth(self) -> "Loop":
+        """The same to be differentiated: of the steps of encoders and converters that would be 0.
+
+        Nothing is measured beside the objectives.
+        """
+        sensors = tuple(own and without_steps(own) for own in self.sensors)
+        ideal = (0.0,) * len(self.resolutions)
+        judge = self.judge._replace(measured=())
+        return self._replace(judge=judge, sensors=sensors, resolutions=ideal)
 
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:

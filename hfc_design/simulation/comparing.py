@@ -75,6 +75,7 @@ def compare(
         [bout for bout, all_of_them in zip(bouts, asked, strict=True) if all_of_them]
     )
     said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
+    said += [told for bout in bouts for told in bout.chaos()]
     return Comparison(named, spread, seed, machines, bouts, _differences(bouts), said)
 
 
@@ -91,7 +92,7 @@ def _scenarios(
 
 
 def _side(found: Robustness) -> Side:
-    return Side(found.stable, found.nominal_stable, found.nominal, found.values)
+    return Side(found.stable, found.nominal_stable, found.nominal, found.values, found.ranges)
 
 
 def _together(bouts: Sequence[Bout]) -> list[Bout]:

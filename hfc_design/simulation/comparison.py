@@ -4,6 +4,7 @@ A design that does not hold a machine is not left out there: it has lost against
 does, whatever its numbers.
 """
 
+from collections.abc import Iterator
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.monte_carlo import Robustness
+from hfc_design.simulation.repeats import chaos_told
 
 #: Parts of the names of the metrics that are compared, in the order of every table.
 COMPARED = (
@@ -35,6 +37,7 @@ class Side(NamedTuple):
     nominal_stable: bool
     nominal: dict[str, float]  # of each metric; nan where there is none
     values: dict[str, Floats]  # the same, (machines,)
+    ranges: dict[str, Json] = {}  # of the nominal machine's scores that are chaotic
 
     def numbers(self) -> Json:
         """As plain data; None where there is no number."""
@@ -50,6 +53,7 @@ class Side(NamedTuple):
             "stable_share": float(self.stable.mean()),
             "stable_interval": list(self.interval),
             "nominal_stable": bool(self.nominal_stable),
+            "repeats": self.ranges,
             "metrics": metrics,
         }
 
@@ -73,7 +77,9 @@ class Side(NamedTuple):
         return self.quantile(key, 0.05), self.quantile(key, 0.5), self.quantile(key, 0.95)
 
     def of_nominal(self, key: str) -> float | None:
-        """The metric of the nominal machine; None: it has none."""
+        """The metric of the nominal machine, the lowest of chaotic ones; None: it has none."""
+        if key in self.ranges:
+            return None if self.ranges[key]["lowest"] is None else float(self.ranges[key]["lowest"])
         found = self.nominal[key]
         return found if self.nominal_stable and np.isfinite(found) else None
 
@@ -93,6 +99,13 @@ class Bout(NamedTuple):
         heads = tuple(f"{window.name}_" for window in windows)
         keys = [key for key in self.meanings if not key.startswith(heads)]
         return [key for part in COMPARED for key in keys if part in key]
+
+    def chaos(self) -> Iterator[str]:
+        """Which scores are chaotic on the nominal machine, a line each."""
+        for name, side in self.sides.items():
+            for key, found in side.ranges.items():
+                if key in self.meanings:
+                    yield f"{name} in {self.name}: {chaos_told(key, found)}"
 
 
 class Difference(NamedTuple):

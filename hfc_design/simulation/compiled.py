@@ -14,7 +14,9 @@ from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Array, PyTree
 
 from hfc_design.core import devices
+from hfc_design.core.numbers import Integers
 from hfc_design.objectives.judge import Judged
+from hfc_design.simulation import rejecting
 from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.stepping import Inputs, Motions, each_motion, one_motion, trailing
 
@@ -65,31 +67,65 @@ def scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
     spread = jax.shard_map(
         on_device,
         mesh=Mesh(jax.devices(), ("population",)),
-        in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains), whole),),
+        in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains), whole, whole),),
         out_specs=PartitionSpec(None, None, "population"),
         check_vma=False,
     )
     return spread(inputs)
 
 
-@partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
-def trajectory(loop: Loop, own_machine: bool, inputs: Inputs) -> tuple[Judged, Motions]:
-    """What the judge says, and the motion of every axis, leaves (steps, individuals)."""
-    return one_motion(loop, own_machine, inputs, record=True)
-
-
 @partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
-def error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
-    """Tracking error (steps, lanes) of copies of an individual, and its derivatives.
+def scores_needed(loop: Loop, inputs: Inputs) -> Array:
+    """(3 + objectives, lanes): as ``rejecting.each`` gives them, each of what it needs."""
 
-    Each lane has that by one of the numbers in ``gains``; the last lanes only fill up.
+    def on_device(inputs: Inputs) -> Array:
+        count = trailing(inputs.gains)
+        chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
+        return rejecting.each(loop, inputs, chunk)
+
+    def last(leaf: Array) -> PartitionSpec:
+        return PartitionSpec(*[None] * (leaf.ndim - 1), "population")
+
+    whole: Any = PartitionSpec()
+    lanes: Any = (jax.tree.map(last, inputs.gains), whole, PartitionSpec("population"))
+    spread = jax.shard_map(
+        on_device,
+        mesh=Mesh(jax.devices(), ("population",)),
+        in_specs=(Inputs(whole, whole, whole, *lanes),),
+        out_specs=PartitionSpec(None, "population"),
+        check_vma=False,
+    )
+    return spread(inputs)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
+def trajectory(
+    loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
+) -> tuple[Judged, Motions]:
+    """What the judge says, and the motion of every axis, leaves (steps, ``recorded``)."""
+    return one_motion(loop, own_machine, inputs, recorded)
+
+
+def filled_up(chosen: Integers) -> Integers:
+    """Numbers of parameters, -1 behind them, so that the chunks of all devices are full."""
+    width = jax.device_count() * LANES
+    return np.append(chosen, np.full(-len(chosen) % width, -1)).astype(np.int32)
+
+
+@partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
+def jacobians(
+    loop: Loop, quantities: tuple[str, ...], inputs: Inputs, chosen: Array
+) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Some ``quantities`` of ``Recorded`` (steps, lanes) of copies of an individual, and slopes.
+
+    Each lane has their derivatives by one of the numbers in ``gains``, ``chosen`` ones; those by -1
+    are 0.
     """
     leaves, structure = jax.tree.flatten(inputs.gains)
     sizes = [leaf.size if jnp.issubdtype(leaf.dtype, jnp.floating) else 0 for leaf in leaves]
     starts = np.cumsum([0, *sizes])
-    width = jax.device_count() * LANES
 
-    def on_device(lanes: Array) -> tuple[Array, Array]:
+    def on_device(lanes: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         copies = [jnp.broadcast_to(leaf, (*leaf.shape[:-1], lanes.size)) for leaf in leaves]
         moving = [k for k, size in enumerate(sizes) if size]
         directions = []
@@ -97,15 +133,15 @@ def error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
             hit = starts[k] + np.arange(sizes[k])[:, None] == lanes
             directions.append(hit.astype(copies[k].dtype).reshape(copies[k].shape))
 
-        def errors(*changed: Array) -> Array:
+        def recorded(*changed: Array) -> tuple[Array, ...]:
             full = list(copies)
             for k, leaf in zip(moving, changed, strict=True):
                 full[k] = leaf
             gains = jax.tree.unflatten(structure, full)
-            error: Array = one_motion(loop, False, inputs._replace(gains=gains), True)[1][0].error
-            return error
+            (motion,) = one_motion(loop, False, inputs._replace(gains=gains), lanes.size)[1]
+            return tuple(getattr(motion, name) for name in quantities)
 
-        return jax.jvp(errors, [copies[k] for k in moving], directions)
+        return jax.jvp(recorded, [copies[k] for k in moving], directions)
 
     spread = jax.shard_map(
         on_device,
@@ -114,4 +150,4 @@ def error_jacobian(loop: Loop, inputs: Inputs) -> tuple[Array, Array]:
         out_specs=PartitionSpec(None, "parameters"),
         check_vma=False,
     )
-    return spread(jnp.arange(-(-int(starts[-1]) // width) * width))
+    return spread(chosen)

@@ -1,6 +1,6 @@
 """One design on one scenario, in float64: its merit, its metrics, its whole motion."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import chain, starmap
 from types import MappingProxyType
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Signals
-from hfc_design.core.numbers import Floats, Gains, Parameters
+from hfc_design.core.numbers import Floats, Gains, Json, Parameters
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
@@ -22,6 +22,13 @@ from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import Loop, Recorded, axis_signals, closed_loop
 from hfc_design.simulation.divergence import Divergence, divergence_of, finer
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.repeats import (
+    Each,
+    averaged,
+    louder,
+    repeats_of,
+    together,
+)
 from plants import Drive, Machine, in_a_name
 
 
@@ -82,11 +89,37 @@ class Evaluation(NamedTuple):
     #: Of a scenario of several motions the evaluation of each, by its name; what is above this is
     #: that of the first one then, but for fitness, merit and metrics, which are of all.
     motions: Mapping[str, "Evaluation"] = MappingProxyType({})
+    #: "fitness" and "merit" -> those of repeats; nothing where none were simulated.
+    repeats: Each = MappingProxyType({})
 
-    def score(self, judge: Judge) -> dict[str, float | str | None]:
-        """Fitness, merit and metrics as a file has them: None where there is no number."""
+    @property
+    def chaotic(self) -> bool:
+        """Whether a millionth of the command moves fitness or merit by more than one percent."""
+        return bool(self.ranges)
+
+    @property
+    def ranges(self) -> dict[str, Json]:
+        """``Repeats.numbers`` of the fitness or merit that is chaotic, by its key."""
+        if self.diverged:
+            return {}
+        return {key: one.numbers() for key, one in self.repeats.items() if one.chaotic}
+
+    @property
+    def worth(self) -> float:
+        """What it is ranked by: the merit, of a chaotic loop the lowest of the repeats."""
+        known = self.repeats.get("merit")
+        return self.merit if known is None or self.diverged else known.worth
+
+    def score(self, judge: Judge) -> Json:
+        """Fitness, merit and metrics as a file has them: None where there is no number.
+
+        Of a chaotic loop the ranges as well.
+        """
         fitness, merit = (None if self.diverged else x for x in (self.fitness, self.merit))
-        return {"fitness": fitness, "merit": merit, "judged_by": judge.title, **self.metrics}
+        found: Json = {"fitness": fitness, "merit": merit, "judged_by": judge.title}
+        if ranges := self.ranges:
+            found |= {"chaotic": True, "repeats": ranges}
+        return found | self.metrics
 
 
 def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
@@ -94,7 +127,7 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
 
     The plant is the design's, with the parameters that the scenario sets laid over it. A motion
     that diverges is simulated again in finer steps, so that it is the loop that is judged and not
-    the step.
+    the step. Beside it stand its ``repeats``, which tell whether it is chaotic.
 
     Raises:
         UserError: the two are made for different plants or sample times, or it needs more memory
@@ -110,8 +143,8 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     machines = population.one_machine(machine(design, scenario).values())
     controller, gains = controller_of(design, scenario)
     for where in chain([scenario], finer(scenario)):
-        loop = closed_loop(where, controller)
-        found = next(evaluations(where, loop, machines, where.samples(), gains))
+        loop, many = louder(closed_loop(where, controller), gains)
+        found = next(evaluations(where, loop, machines, where.samples(), many))
         if not found.diverged:
             break
     return found
@@ -120,9 +153,13 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
 def evaluations(
     scenario: Scenario, loop: Loop, machines: Machines, samples: Samples, gains: Gains
 ) -> Iterator[Evaluation]:
-    """What is read off the motion of each of ``machines``, simulated together."""
+    """What is read off the motion of each of ``machines``, simulated together.
+
+    On a single machine ``gains`` may be those of ``louder``.
+    """
     own, time = loop.machine, scenario.simulation.time
-    judged, motions = population.trajectory(loop, machines, samples, gains)
+    judged, motions = population.trajectory(loop, machines, samples, gains, machines.size)
+    many = len(judged.merit) > machines.size
     for k in range(machines.size):
         parameters = jax.tree.map(lambda leaf, k=k: float(leaf[k]), machines.true)
         moved = jax.tree.map(lambda leaf, k=k: leaf[:, k], motions)
@@ -142,7 +179,8 @@ def evaluations(
         fitness, merit = (-np.inf, -np.inf) if diverged else scores
         lost = divergence_of(time, _quantities(axes)) if diverged else None
         whole = Evaluation(fitness, merit, diverged, own, found, time, axes, path)
-        yield whole._replace(substeps=loop.substeps, divergence=lost)
+        again = repeats_of(judged) if many else {}
+        yield whole._replace(substeps=loop.substeps, divergence=lost, repeats=again)
 
 
 def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
@@ -152,9 +190,7 @@ def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
     weights = np.array([motion.weight for motion in scenario.motions])
 
     def mean(merits: list[float]) -> float:
-        if lost or min(merits) <= 0.0:
-            return -np.inf if lost else 0.0
-        return float(weights.sum() / (weights @ (1.0 / np.array(merits))))
+        return float(averaged(np.array([merits]), weights)[0])
 
     metrics = {
         f"{_key(name)}_{key}": value
@@ -166,6 +202,7 @@ def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:
         merit=mean([one.merit for one in motions.values()]),
         metrics=metrics,
         motions=motions,
+        repeats=together([one.repeats for one in motions.values()], weights),
     )
 
 
@@ -217,46 +254,6 @@ def meanings(scenario: Scenario) -> dict[str, str]:
         own = {key: text for axis, found in each for key, text in _headed(axis, found).items()}
     names = ("", *(window.name for window in scenario.windows))
     return {key: text for name in names for key, text in _headed(name, own).items()}
-
-
-def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
-    """Fitness, merit and metrics, a row each; a column for each evaluation.
-
-    A metric is written in a ``form``, as ``none`` where it has no value.
-    """
-    rows = []
-    for key, title in judge.titles.items():
-        scores = ("diverged" if x.diverged else f"{getattr(x, key):.4f}" for x in found)
-        rows.append([title, *scores])
-    for key in found[0].metrics:
-        values = (item.metrics[key] for item in found)
-        rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
-    return rows
-
-
-def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
-    """Of several motions the first metric, the error: a row each; a column for each evaluation."""
-    rows = []
-    for name, one in found[0].motions.items():
-        key = next(iter(one.metrics))
-        values = [item.motions[name].metrics[key] for item in found]
-        cells = [none if value is None else f"{value:{form}}" for value in values]
-        rows.append([f"{name} {key}", *cells])
-    return rows
-
-
-def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
-    """What has to be told beside the numbers of some designs, a line each."""
-    found, own = [], scenario.simulation.substeps
-    for name, one in rows.items():
-        if one.divergence:
-            tried = f", with {one.substeps} substeps too" if one.substeps > own else ""
-            found.append(f"{name} diverges: {one.divergence}{tried}")
-        elif one.substeps > own:
-            found.append(
-                f"{name} is simulated with {one.substeps} substeps, it diverges with {own}"
-            )
-    return found
 
 
 def _key(motion: str) -> str:

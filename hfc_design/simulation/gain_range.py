@@ -1,40 +1,15 @@
 """By which factors the whole command may be multiplied until something is no longer kept."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.controller import Controller, Stepped, View
-from hfc_design.core.numbers import Floats, Gains, Mask, Memory, Scalar, Xp
+from hfc_design.core.numbers import Floats, Mask
 
 #: Factors on the whole command that are tried at once, and the largest of them.
 FACTORS, LARGEST_FACTOR = 32, 16.0
 #: And the smallest.
 SMALLEST_FACTOR = LARGEST_FACTOR ** (1.0 / FACTORS - 1.0)
-#: Factors on the command of repeats that a loop which is not chaotic cannot tell apart.
-REPEATS = 1.0 + 1e-6 * np.linspace(-1.0, 1.0, 2 * FACTORS - 1)
-
-
-class Louder(NamedTuple):
-    """A controller whose command is multiplied; its gains are the factor and its own."""
-
-    inner: Controller
-
-    @property
-    def kind(self) -> str:
-        """That of the controller itself."""
-        return self.inner.kind
-
-    def initial_memory(self, zero: Scalar) -> Memory:
-        """That of the controller itself."""
-        return self.inner.initial_memory(zero)
-
-    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
-        """Its commands, times the factor."""
-        factor, own = gains
-        commands, memory = self.inner.step(xp, own, memory, view)
-        return tuple(factor * command for command in commands), memory
 
 
 def gain_range(kept: Callable[[Floats], Mask]) -> tuple[float, float] | None:

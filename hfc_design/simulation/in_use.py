@@ -7,14 +7,13 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Json, Mask
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.monte_carlo import ENOUGH
+from hfc_design.simulation.repeats import Repeats, chaos_told
 
 #: What motions that never rest may not show.
 UNSTABLE = (
     "at rest its linear loop swings by itself (hfc stability tells more, a motion that holds a "
     "position would show it)"
 )
-#: Change of the merit, as a share, from which on one figure does not stand for it.
-CHAOS = 0.01
 
 
 class InMotion(NamedTuple):
@@ -41,8 +40,7 @@ class Usable(NamedTuple):
     substeps: float | None  # the same to four times the substeps; None: not allowed
     units: dict[str, str]  # of the measures
     loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
-    merit: float  # of the nominal machine, in float64
-    repeats: tuple[float, float]  # smallest and largest merit, the command a millionth another
+    repeats: Repeats  # of the merit of the nominal machine, in float64
 
     @property
     def good(self) -> Mask:
@@ -58,12 +56,6 @@ class Usable(NamedTuple):
     def interval(self) -> tuple[float, float]:
         """Of the share of such machines, by Clopper and Pearson."""
         return share_interval(int(self.good.sum()), len(self.good))
-
-    @property
-    def chaotic(self) -> bool:
-        """Whether a millionth of the command moves the merit by more than ``CHAOS``."""
-        low, high = self.repeats
-        return not (high - low <= CHAOS * abs(self.merit))
 
     @property
     def yes(self) -> bool:
@@ -113,20 +105,17 @@ class Usable(NamedTuple):
             "gain": None if self.gain is None else [*self.gain],
             "precision": _plain(self.precision),
             "substeps": None if self.substeps is None else _plain(self.substeps),
-            "merit": _plain(self.merit),
-            "repeats": [_plain(end) for end in self.repeats],
-            "chaotic": self.chaotic,
+            "merit": _plain(float(self.repeats.values[0])),
+            "repeats": self.repeats.numbers(),
+            "chaotic": self.repeats.chaotic,
             "units": self.units,
             "motions": {one.name: _motion_numbers(one) for one in self.motions},
         }
 
 
-def chaos_told(found: Json) -> str:
+def merit_told(found: Json) -> str:
     """Of ``Usable.numbers``: between what the merit is if it is chaotic, else nothing."""
-    if not found.get("chaotic"):  # or from before that was asked
-        return ""
-    low, high = ("none" if end is None else f"{end:.4g}" for end in found["repeats"])
-    return f"merit is chaotic: {low} to {high} where the command is a millionth another"
+    return chaos_told("merit", found["repeats"]) if found.get("chaotic") else ""
 
 
 def several(reason: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Json, Mask
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import share_interval
 from hfc_design.files.design import AnyDesign, Design
@@ -17,7 +17,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.evaluation import Evaluation, evaluations
+from hfc_design.simulation.evaluation import Evaluation, evaluate, evaluations
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import measuring, settled
@@ -50,6 +50,7 @@ class Robustness(NamedTuple):
     nominal: dict[str, float]  # fitness, merit and metrics; nan where there is none
     values: dict[str, Floats]  # the same of every sample, (samples,)
     motion: Evaluation  # of the nominal machine
+    ranges: dict[str, Json]  # of its fitness or merit, where that is chaotic
 
     @property
     def usable(self) -> bool:
@@ -83,6 +84,7 @@ class Robustness(NamedTuple):
             "nominal_stable": self.nominal_stable,
             "refused_draws": self.refused_draws,
             "refined": self.refined,
+            "repeats": self.ranges,
             "metrics": metrics,
         }
 
@@ -133,7 +135,8 @@ def robustness(
     columns = {key: np.array([score[key] for score in scores], float) for key in keys}
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
-    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0])
+    ranges = evaluate(design, scenario).ranges
+    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges)
     return Robustness(spread, seed, machines, refused, refined, *parts)
 
 

@@ -17,7 +17,7 @@ from hfc_design.core.plugins import own_code
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import compiled
-from hfc_design.simulation.closed_loop import Loop
+from hfc_design.simulation.closed_loop import Loop, axis_signals
 from hfc_design.simulation.stepping import Inputs, Motions, trailing
 
 
@@ -73,33 +73,108 @@ def scores(
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0)
 
 
+def scores_needed(
+    loop: Loop,
+    machines: Machines,
+    samples: Samples,
+    gains: Gains,
+    needed: Floats,
+    dtype: DTypeLike = np.float32,
+) -> tuple[Judged, Floats]:
+    """What the judge says of every individual on one machine, and how many samples it took.
+
+    As ``scores``, with the same bits, but that nobody is simulated any longer who cannot reach the
+    merit that is ``needed`` of it (individuals,): it has the merit that it could still have
+    reached, and its values mean nothing.
+    """
+    count = trailing(gains)
+    lane = np.minimum(np.arange(compiled.filled(count)), count - 1)
+    gains = jax.tree.map(lambda leaf: np.take(leaf, lane, axis=-1), gains)
+    least = np.append(needed, np.full(len(lane) - count, np.inf))
+    with _own_code(loop), jax.enable_x64(True):
+        inputs = Inputs(*machines.take(0), samples, gains, needed=least).cast(dtype)
+        found = np.asarray(compiled.scores_needed(loop, inputs), np.float64)
+    merit, failed, simulated, *values = found[:, :count, None, None]
+    return Judged(merit, np.stack(values, axis=-1), failed > 0.0), simulated[:, 0, 0]
+
+
 def trajectory(
-    loop: Loop, machines: Machines, samples: Samples, gains: Gains
+    loop: Loop, machines: Machines, samples: Samples, gains: Gains, recorded: int | None = None
 ) -> tuple[Judged, Motions]:
     """What the judge says, and the motion of every axis and individual, in float64 as numpy.
 
-    All on the only one of ``machines``, or each on a machine of its own.
+    All on the only one of ``machines``, or each on a machine of its own. With ``recorded`` all are
+    judged, and the motions are those of the first so many.
     """
+    recorded = trailing(gains) if recorded is None else recorded
     own = machines.size > 1
     inputs = Inputs(*(machines if own else machines.take(0)), samples, gains)
     with _own_code(loop), jax.enable_x64(True):
-        return jax.tree.map(np.asarray, compiled.trajectory(loop, own, inputs.cast(np.float64)))
+        return jax.tree.map(
+            np.asarray, compiled.trajectory(loop, own, recorded, inputs.cast(np.float64))
+        )
+
+
+def largest_signals(
+    loop: Loop, machines: Machines, motions: Sequence[Samples], gains: Gains
+) -> dict[str, float]:
+    """What each signal of the first axis reaches at most in any motion, one individual in float64.
+
+    Those of ``closed_loop.axis_signals``, as ideal sensors tell them.
+    """
+    found: dict[str, float] = {}
+    drive = loop.machine.drives[0]
+    for samples in motions:
+        _, moved = trajectory(loop, machines.take(np.zeros(1, int)), samples, gains)
+        own = jax.tree.map(lambda leaf: leaf[..., 0], moved[0])
+        fixed = drive.coefficients(machines.told[0])
+        seen = axis_signals(drive, fixed, drive.measured(fixed, own.state), samples.axes[0])
+        for name, values in seen.items():
+            found[name] = max(found.get(name, 0.0), float(np.nanmax(np.abs(values))))
+    return found
 
 
 def error_jacobian(
-    loop: Loop, machines: Machines, samples: Samples, gains: Gains, dtype: DTypeLike = np.float32
+    loop: Loop,
+    machines: Machines,
+    samples: Samples,
+    gains: Gains,
+    dtype: DTypeLike = np.float32,
+    chosen: Integers | None = None,
 ) -> tuple[Floats, Floats]:
     """Tracking error (steps,) of one individual on one machine, and its derivative.
 
-    The derivative is (steps, parameters); the parameters are the floating leaves of ``gains``
-    (trailing axis 1) one after the other. Forward mode on a population of copies, one a
-    parameter, is as fast as the population is.
+    The derivative is (steps, chosen), see ``jacobians``.
     """
+    return jacobians(loop, machines, samples, gains, ("error",), dtype, chosen)["error"]
+
+
+def jacobians(
+    loop: Loop,
+    machines: Machines,
+    samples: Samples,
+    gains: Gains,
+    quantities: tuple[str, ...],
+    dtype: DTypeLike = np.float32,
+    chosen: Integers | None = None,
+) -> dict[str, tuple[Floats, Floats]]:
+    """Quantities of ``Recorded`` (steps,) of one individual on the first machine, and derivatives.
+
+    A derivative is (steps, chosen), by the ``chosen`` ones of the parameters or by all; these are
+    the floating leaves of ``gains`` (trailing axis 1) one after the other. Forward mode on a
+    population of copies, one a parameter, is as fast as the population is.
+    """
+    if chosen is None:
+        sizes = [leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f"]
+        chosen = np.arange(sum(sizes))
     with _own_code(loop), jax.enable_x64(True):
         inputs = Inputs(*machines.take(0), samples, gains).cast(dtype)
-        error, jacobian = compiled.error_jacobian(loop, inputs)
-    parameters = sum(leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f")
-    return np.asarray(error[:, 0], np.float64), np.asarray(jacobian[:, :parameters], np.float64)
+        values, slopes = compiled.jacobians(loop, quantities, inputs, compiled.filled_up(chosen))
+    count = len(chosen)
+    return {
+        name: (np.asarray(value[:, 0], np.float64), np.asarray(slope[:, :count], np.float64))
+        for name, value, slope in zip(quantities, values, slopes, strict=True)
+    }
 
 
 def _own_code(loop: Loop) -> AbstractContextManager[None]:

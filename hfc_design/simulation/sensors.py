@@ -37,6 +37,12 @@ def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
     return Sensors(wanted.encoder_resolution, wanted.velocity, gains, read)
 
 
+def without_steps(sensors: Sensors) -> Sensors:
+    """The same with infinitely fine resolutions."""
+    readings = tuple((name, 0.0) for name, _ in sensors.readings)
+    return sensors._replace(encoder_resolution=0.0, readings=readings)
+
+
 def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
     """Gains alpha and beta of an observer of a ``bandwidth`` [Hz] in samples of a time [s].
 

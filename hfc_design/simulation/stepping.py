@@ -45,6 +45,8 @@ class Inputs(NamedTuple):
     samples: Samples  # of all motions one after the other, each with a start of its own
     gains: Gains  # leaves (..., individuals)
     bounds: Integers | None = None  # (motions, 2) columns of each motion; None: there is but one
+    #: (individuals,) merit that each needs: of the only motion, where one machine is everybody's.
+    needed: Individuals | None = None
 
     def cast(self, dtype: DTypeLike) -> "Inputs":
         """The same as arrays, floating numbers in a precision."""
@@ -65,12 +67,12 @@ def trailing(tree: PyTree) -> int:
 def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
     """(motions, 2 + objectives, individuals) what the judge says of every motion."""
 
-    def told(judged: Judged) -> Array:
-        return jnp.stack([judged.merit, judged.failed, *judged.values.T])
+    def told(own: Judged) -> Array:
+        return jnp.stack([own.merit, own.failed, *own.values.T])
 
     if inputs.bounds is None:
-        return told(one_motion(loop, own_machine, inputs, record=False)[0])[None]
-    body, rows, started = _stepping(loop, own_machine, inputs, record=False)
+        return told(one_motion(loop, own_machine, inputs)[0])[None]
+    body, rows, started = stepping(loop, own_machine, inputs)
 
     def one(motion: tuple[Array, tuple[State, ...], tuple[State, ...]]) -> Array:
         bounds, *starts = motion
@@ -79,35 +81,39 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
             return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
 
         carry = lax.fori_loop(bounds[0], bounds[1], at, started(*starts))
-        return told(_judged(loop, carry))
+        return told(judged(loop, carry))
 
     samples = inputs.samples
     each: Array = lax.map(one, (inputs.bounds, samples.start, samples.beside))
     return each
 
 
-def one_motion(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Judged, Any]:
-    """Scan over the samples; returns what the judge says and, if asked for, the trajectories."""
-    body, rows, started = _stepping(loop, own_machine, inputs, record)
+def one_motion(
+    loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
+) -> tuple[Judged, Any]:
+    """Scan over the samples; what the judge says, and the motions of the first individuals."""
+    body, rows, started = stepping(loop, own_machine, inputs, recorded)
     samples = inputs.samples
     carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
-    return _judged(loop, carry), outputs
+    return judged(loop, carry), outputs
 
 
-def _judged(loop: Loop, carry: Carry) -> Judged:
+def judged(loop: Loop, carry: Carry) -> Judged:
     """What the judge says in the end; the copies come last in the states."""
     machines, watch = carry
     places = [place[: watch.means[0].shape[0]] for place in positions(loop, machines.states)]
     return loop.judge.judged(watch.sums, places)
 
 
-def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tuple[Any, Any, Any]:
+def stepping(
+    loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
+) -> tuple[Any, Any, Any]:
     """(carry, row) -> (carry, recorded); the rows of all samples; start -> the first carry.
 
     Copies of the machines, where the loop has them, are individuals like the others behind them:
     the program is no larger for them.
     """
-    told, true, samples, gains, _ = inputs
+    told, true, samples, gains, *_ = inputs
     count = trailing(gains)
     zeros = jnp.zeros(count, samples.settled.dtype)
     fixed = loop.machine.coefficients(true)
@@ -129,7 +135,8 @@ def _stepping(loop: Loop, own_machine: bool, inputs: Inputs, record: bool) -> tu
         copy = jax.tree.map(lambda leaf: leaf[count:], before.states) if doubled else ()
         seen = (first(before), first(after.commands), watch, row, copy)
         watch, outputs = look(fixed, samples.sample_time, *seen)
-        return (after, watch), outputs if record else None
+        kept = jax.tree.map(lambda leaf: leaf[:recorded], outputs)
+        return (after, watch), kept if recorded else None
 
     def started(here: tuple[State, ...], off: tuple[State, ...]) -> Carry:
         machine = start(loop, zeros, here)

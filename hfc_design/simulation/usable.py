@@ -5,7 +5,6 @@ the nominal machine with its whole command times many factors, in float64; the n
 four times the substeps.
 """
 
-import jax
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -25,12 +24,13 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.gain_range import FACTORS, REPEATS, Louder, gain_range
+from hfc_design.simulation.gain_range import gain_range
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
 from hfc_design.simulation.monte_carlo import FEW
 from hfc_design.simulation.population import Machines
+from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
 from hfc_design.stability.margins import margins
 
 #: Of a scenario that says nothing about tolerances.
@@ -79,7 +79,6 @@ def usable(
         _substeps(design, scenario, some.take(np.zeros(1, int)), once),
         units(scenario),
         _loop_stable(design, scenario),
-        once,
         repeats,
     )
 
@@ -102,8 +101,7 @@ def _merits(scenario: Scenario, merits: Floats) -> Floats:
     weights = np.array([motion.weight for motion in scenario.motions] or [1.0])
     if merits.shape[1] == 1:
         return merits[:, 0]
-    with np.errstate(all="ignore"):
-        return np.asarray(weights.sum() / ((1.0 / merits) @ weights))
+    return averaged(merits, weights)
 
 
 def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judged:
@@ -128,31 +126,24 @@ def _on_machines(design: Design, scenario: Scenario, machines: Machines) -> Judg
 
 def _gain(
     design: Design, scenario: Scenario, nominal: Machines
-) -> tuple[Judged, tuple[float, float] | None, tuple[float, float]]:
-    """The nominal machine in float64, and the factors between which it keeps everything.
-
-    And the smallest and the largest merit of repeats whose command is a millionth another.
-    """
-    loop, gains = loop_in_use(design, scenario)
-    loop = loop._replace(controller=Louder(loop.controller))
+) -> tuple[Judged, tuple[float, float] | None, Repeats]:
+    """The nominal machine in float64, the factors between which it keeps everything, repeats."""
+    once, gains = loop_in_use(design, scenario)
     samples = [motion.samples() for motion in scenario.each_motion()]
-    wide = jax.tree.map(lambda leaf: np.repeat(leaf, 2 * FACTORS, axis=-1), gains)
 
-    def louder(factors: Floats) -> Judged:
-        """With factors of 1 and others."""
-        both = (np.append(1.0, factors), wide)
-        found = population.scores(loop, nominal, samples, both, np.float64)
+    def judged(factors: Floats) -> Judged:
+        loop, many = louder(once, gains, factors)
+        found = population.scores(loop, nominal, samples, many, np.float64)
         return Judged(*(part[:, 0] for part in found))
 
     def kept(factors: Floats) -> Mask:
-        bad = np.logical_or.reduce([*not_kept(scenario, louder(factors)).values()])
+        found = judged(np.append(1.0, factors))
+        bad = np.logical_or.reduce([*not_kept(scenario, found).values()])
         return np.asarray(~bad.any(axis=1))
 
-    judged = louder(REPEATS)
-    merits = _merits(scenario, np.asarray(judged.merit))
-    lost = judged.failed.any(axis=1) | ~np.isfinite(merits)
-    merits = np.where(lost, -np.inf, merits)
-    return judged, gain_range(kept), (float(merits.min()), float(merits.max()))
+    found = judged(FACTORS)
+    ranks = np.where(found.failed, -np.inf, found.merit)
+    return found, gain_range(kept), Repeats(_merits(scenario, ranks))
 
 
 def _substeps(design: Design, scenario: Scenario, nominal: Machines, once: float) -> float | None:

@@ -1,0 +1,81 @@
+"""A population of which those that cannot reach what they need are no longer simulated.
+
+The motion is cut into segments. After each, what an individual can still reach at best is known
+from its sums; the lost ones go behind the others, and the next segment steps as many full chunks as
+those still fill. One program, and of whoever is not lost the same bits as without.
+"""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, PyTree
+
+from hfc_design.objectives.objective import Left
+from hfc_design.simulation.closed_loop import Loop
+from hfc_design.simulation.stepping import Inputs, judged, stepping, trailing
+
+#: Ends of the segments, in shares of the motion: most are lost early.
+SHARES = (0.01, 0.02, 0.035, 0.055, 0.08, 0.11, 0.15, 0.2, 0.27, 0.36, 0.48, 0.64, 0.82, 1.0)
+
+
+def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
+    """(3 + objectives, individuals): merit, 1 where one failed, samples simulated, values.
+
+    The merit of one that is lost is what it could still have reached, which is less than it needs.
+    ``chunk`` individuals step together; their number is a multiple of it.
+    """
+    samples, count = inputs.samples, trailing(inputs.gains)
+    needed = jnp.asarray(inputs.needed)
+    _, rows, started = stepping(loop, False, inputs)
+    steps = samples.settled.shape[-1]
+    ends = np.unique(np.maximum(np.round(np.array(SHARES) * steps).astype(int), 1))
+    counted = jnp.concatenate([jnp.zeros(1, samples.settled.dtype), jnp.cumsum(samples.settled)])
+
+    def segment(k: Array, state: Any) -> Any:
+        carry, order, alive, lost, best, simulated = state
+        begin, end = jnp.array([0, *ends[:-1]])[k], jnp.array(ends)[k]
+
+        def step(number: Array, own: tuple[PyTree, Array]) -> tuple[PyTree, Array]:
+            carry, simulated = own
+            lanes = lax.dynamic_slice(order, (number * chunk,), (chunk,))
+            gains = _taken(inputs.gains, lanes)
+            body, _, _ = stepping(loop, False, inputs._replace(gains=gains))
+
+            def at(k: Array, carry: PyTree) -> PyTree:
+                return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
+
+            after = lax.fori_loop(begin, end, at, _taken(carry, lanes))
+            put = jax.tree.map(lambda leaf, own: leaf.at[..., lanes].set(own), carry, after)
+            return put, simulated.at[lanes].add((end - begin).astype(jnp.int32))
+
+        chunks = (alive + chunk - 1) // chunk
+        carry, simulated = lax.fori_loop(0, chunks, step, (carry, simulated))
+        left = Left(steps - end, counted[-1] - counted[end])
+        reach = loop.judge.best(carry[1].sums, left)
+        # What is no number any more is lost as well, and has failed.
+        now = ~lost & (end < steps) & ~(reach >= needed)
+        best = jnp.where(now, reach, best)
+        lost = lost | now
+        order = jnp.argsort(lost, stable=True).astype(order.dtype)
+        return carry, order, jnp.sum(~lost, dtype=alive.dtype), lost, best, simulated
+
+    start = (
+        started(samples.start, samples.beside),
+        jnp.arange(count, dtype=jnp.int32),
+        jnp.int32(count),
+        jnp.zeros(count, bool),
+        jnp.full(count, jnp.inf, samples.settled.dtype),
+        jnp.zeros(count, jnp.int32),
+    )
+    carry, _, _, lost, best, simulated = lax.fori_loop(0, len(ends), segment, start)
+    found = judged(loop, carry)
+    merit = jnp.where(lost, best, found.merit)
+    failed = jnp.where(lost, ~jnp.isfinite(best), found.failed)
+    return jnp.stack([merit, failed, simulated.astype(merit.dtype), *found.values.T])
+
+
+def _taken(tree: PyTree, lanes: Array) -> PyTree:
+    return jax.tree.map(lambda leaf: leaf[..., lanes], tree)

@@ -1,0 +1,138 @@
+"""Repeats of a motion, each with a command that is up to a millionth another.
+
+A loop that is not chaotic cannot tell them apart. In a chaotic one the last bits decide, so that
+one figure is one draw of many: it is told as a range, and ranked by the range's lower end.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from hfc_design.controllers.controller import Controller, Stepped, View
+from hfc_design.core.numbers import Floats, Gains, Json, Mask, Memory, Scalar, Xp
+from hfc_design.objectives.judge import Judged
+from hfc_design.simulation.closed_loop import Loop
+
+#: Factors on the whole command; the first one is the loop as it is.
+FACTORS = np.append(1.0, 1.0 + 1e-6 * np.linspace(-1.0, 1.0, 63))
+#: Change, as a share, from which on one figure does not stand for all of them.
+CHAOS = 0.01
+#: What the repeats are, for people.
+TOLD = f"of {len(FACTORS)} repeats with commands up to a millionth apart"
+
+
+class Louder(NamedTuple):
+    """A controller whose command is multiplied; its gains are the factor and its own."""
+
+    inner: Controller
+
+    @property
+    def kind(self) -> str:
+        """That of the controller itself."""
+        return self.inner.kind
+
+    def initial_memory(self, zero: Scalar) -> Memory:
+        """That of the controller itself."""
+        return self.inner.initial_memory(zero)
+
+    def step(self, xp: Xp, gains: Gains, memory: Memory, view: View) -> Stepped:
+        """Its commands, times the factor."""
+        factor, own = gains
+        commands, memory = self.inner.step(xp, own, memory, view)
+        return tuple(factor * command for command in commands), memory
+
+
+def louder(loop: Loop, gains: Gains, factors: Floats = FACTORS) -> tuple[Loop, Gains]:
+    """The loop of one individual as many, (factors,), that differ by a factor on the command."""
+    wide = jax.tree.map(lambda leaf: np.repeat(leaf, len(factors), axis=-1), gains)
+    return loop._replace(controller=Louder(loop.controller)), (factors, wide)
+
+
+class Repeats(NamedTuple):
+    """A fitness or merit of every repeat."""
+
+    values: Floats  # (FACTORS,) the loop as it is first; -inf where one failed
+
+    @property
+    def lowest(self) -> float:
+        """What a chaotic design is ranked by."""
+        return float(self.values.min())
+
+    @property
+    def highest(self) -> float:
+        """Of all repeats."""
+        return float(self.values.max())
+
+    @property
+    def chaotic(self) -> bool:
+        """Whether the repeats differ by more than ``CHAOS`` of the loop as it is.
+
+        A loop that fails as it is has failed, and is not called chaotic.
+        """
+        own = self.values[0]
+        return bool(np.isfinite(own)) and not self.highest - self.lowest <= CHAOS * abs(own)
+
+    @property
+    def worth(self) -> float:
+        """What a design is ranked by: as it is, or where it is chaotic the lower end."""
+        return self.lowest if self.chaotic else float(self.values[0])
+
+    def numbers(self) -> Json:
+        """As plain data; None where a repeat failed."""
+        # Not interpolated: between one that failed and one that did not there is nothing.
+        median = float(np.quantile(self.values, 0.5, method="lower"))
+        ends = {"lowest": self.lowest, "median": median, "highest": self.highest}
+        plain = {key: x if np.isfinite(x) else None for key, x in ends.items()}
+        return {**plain, "count": len(self.values)}
+
+
+#: Of an evaluation: of its fitness and its merit.
+Each = Mapping[str, Repeats]
+
+
+def repeats_of(judged: Judged) -> dict[str, Repeats]:
+    """Of individuals that differ by ``FACTORS``, (FACTORS,) each."""
+    values = {"fitness": np.asarray(judged.values)[:, 0], "merit": np.asarray(judged.merit)}
+    return {key: Repeats(_sound(x, np.asarray(judged.failed))) for key, x in values.items()}
+
+
+def together(each: Sequence[Each], weights: Floats) -> dict[str, Repeats]:
+    """Of several motions as of one, repeat by repeat."""
+    stacked = {key: np.stack([one[key].values for one in each], axis=1) for key in each[0]}
+    return {key: Repeats(averaged(values, weights)) for key, values in stacked.items()}
+
+
+def averaged(merits: Floats, weights: Floats) -> Floats:
+    """(n,) of (n, motions): costs, which are their inverses, are averaged by weights.
+
+    -inf where a motion failed, 0 where one is worth nothing.
+    """
+    with np.errstate(all="ignore"):
+        found = weights.sum() / ((1.0 / merits) @ weights)
+    worst = merits.min(axis=1)
+    return np.where(worst > 0.0, found, np.where(worst == -np.inf, -np.inf, 0.0))
+
+
+def _sound(values: Floats, failed: Mask) -> Floats:
+    return np.where(failed | ~np.isfinite(values), -np.inf, values)
+
+
+def range_told(found: Json) -> str:
+    """Of ``Repeats.numbers`` of what is chaotic: between what it is."""
+    low, high = (_short(found[end]) for end in ("lowest", "highest"))
+    return f"{low} to {high} (chaotic)"
+
+
+def chaos_told(what: str, found: Json) -> str:
+    """The same as a sentence about the fitness or the merit."""
+    low, high = (_short(found[end]) for end in ("lowest", "highest"))
+    return f"{what} is chaotic: {low} to {high} {TOLD}"
+
+
+def _short(value: float | None) -> str:
+    """Four digits, of a range that is one percent wide at least."""
+    if value is None:
+        return "diverged"
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e7 else f"{value:.4g}"

@@ -1,0 +1,58 @@
+"""What tables say of evaluations: fitness, merit, metrics, and what is told beside them."""
+
+from collections.abc import Mapping, Sequence
+
+from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.judge import Judge
+from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.repeats import TOLD, range_told
+
+
+def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
+    """Fitness, merit and metrics, a row each; a column for each evaluation.
+
+    A metric is written in a ``form``, as ``none`` where it has no value.
+    """
+    rows = []
+    for key, title in judge.titles.items():
+        rows.append([title, *(_score(x, key) for x in found)])
+    for key in found[0].metrics:
+        values = (item.metrics[key] for item in found)
+        rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
+    return rows
+
+
+def _score(found: Evaluation, key: str) -> str:
+    """The fitness or the merit, as a range where it is chaotic."""
+    if found.diverged:
+        return "diverged"
+    many = found.ranges.get(key)
+    return range_told(many) if many else f"{getattr(found, key):.4f}"
+
+
+def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
+    """Of several motions the first metric, the error: a row each; a column for each evaluation."""
+    rows = []
+    for name, one in found[0].motions.items():
+        key = next(iter(one.metrics))
+        values = [item.motions[name].metrics[key] for item in found]
+        cells = [none if value is None else f"{value:{form}}" for value in values]
+        rows.append([f"{name} {key}", *cells])
+    return rows
+
+
+def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
+    """What has to be told beside the numbers of some designs, a line each."""
+    found, own = [], scenario.simulation.substeps
+    for name, one in rows.items():
+        if one.divergence:
+            tried = f", with {one.substeps} substeps too" if one.substeps > own else ""
+            found.append(f"{name} diverges: {one.divergence}{tried}")
+        elif one.substeps > own:
+            found.append(
+                f"{name} is simulated with {one.substeps} substeps, it diverges with {own}"
+            )
+        if one.chaotic:
+            whole = "all else is of the command as it is"
+            found.append(f"{name} is chaotic: the ranges are {TOLD}, {whole}")
+    return found
