@@ -1,0 +1,201 @@
+"""How good any controller of a C-axis could be: a certified bound of sum |e|, a voltage near it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.attainable.certificate import Bounds, Certified, certified
+from hfc_design.attainable.freed import ANGLE, Freed, Sampled, freed, sampled, undriven
+from hfc_design.attainable.open_loop import best_voltage
+from hfc_design.attainable.playing import Played, Player, player
+from hfc_design.attainable.programme import Linear, Programme, Solved, programme
+from hfc_design.attainable.reach import Reach, reach
+from hfc_design.attainable.sliding import Case, bent, speeds
+from hfc_design.core import devices
+from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.records import RunError, UserError
+from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from plants import C_AXIS
+from plants.c_axis import CAxisState
+
+#: Samples that count after the first in which anything happens, and at most.
+SAMPLES, MOST_SAMPLES = 256, 1024
+#: Of an error in the last quarter of them that is a larger share of the sum they are doubled.
+LATE = 0.005
+#: Rounds in which the speed is asked for, at so many samples each, until they raise the bound by
+#: less than a share; and where the errors of the known motion have added up to such a share.
+ROUNDS, ASKED, RISE, MOSTLY = 3, 16, 0.01, 0.99
+#: Samples after that whose errors count in these rounds.
+AFTER = 24
+
+
+class Attainable(NamedTuple):
+    """Of one motion; sums of ``|e|`` over all its samples [rad]."""
+
+    name: str
+    bound: float  # no controller is below
+    simple: float  # the same before anything is known of the spindle's direction
+    reached: float  # by the best voltage that was found
+    samples: int  # that the bound counts; errors of later ones are taken for nothing
+    allowance: float  # for rounding and for what bristles do within a sample, in the bound already
+    voltage: Floats  # (steps,) that reaches it [V]
+
+    def numbers(self) -> Json:
+        """Everything but the voltage as plain data."""
+        kept = ("bound", "simple", "reached", "allowance")
+        return {key: float(getattr(self, key)) for key in kept} | {"samples": self.samples}
+
+
+def check(scenario: Scenario) -> None:
+    """Whether there is a bound for a scenario.
+
+    Raises:
+        UserError: there is none, and why.
+    """
+    machine = scenario.plant.machine
+    if len(machine.drives) != 1 or machine.drives[0] is not C_AXIS or machine.forces:
+        raise UserError(
+            f"scenario {scenario.name} has the plant {machine.name}: bounds are of machines of one "
+            f"{C_AXIS.name} only"
+        )
+    if scenario.limits.of(machine.axes[0]).command is None:
+        raise UserError(
+            f"scenario {scenario.name} has no limits.command: without one there is no bound, a "
+            "voltage that is large enough leaves next to no error; try --set limits.command=250"
+        )
+
+
+def attainable(scenario: AnyScenario) -> dict[str, Attainable]:
+    """Bound and best known voltage of every motion of a scenario, by its name.
+
+    It is of the nominal machine with ideal sensors; of a controller that may know everything
+    beforehand, load and friction too, and is bound by the limit of the voltage alone, and by the
+    delay of a sample where the scenario has one.
+
+    Raises:
+        UserError: the scenario has no bound.
+        RunError: the solver of linear programmes found nothing.
+    """
+    scenario = load_scenario(scenario)
+    check(scenario)
+    devices.configure()
+    names = [motion.name for motion in scenario.motions] or [scenario.name]
+    each = zip(names, scenario.each_motion(), strict=True)
+    return {name: _of_motion(name, where) for name, where in each}
+
+
+class _Window(NamedTuple):
+    """The first samples of a motion."""
+
+    machine: Freed
+    one: Sampled
+    moved: Floats  # (samples + 1, 5) without voltage and bristles
+    errors: Floats  # (samples,) at the end of each
+    reached: Reach
+    start: float  # of the bristles [rad]
+
+
+def _of_motion(name: str, scenario: Scenario) -> Attainable:
+    played = player(scenario)
+    start = CAxisState(*(float(x) for x in played.samples.start[0]))
+    machine = freed(scenario.plant.each()[0].parameters)
+    one = sampled(machine, scenario.simulation.sample_time_s)
+    moved = undriven(machine, played.samples, played.substeps, start)
+    errors = np.asarray(played.samples.axes[0].target) - moved[:, ANGLE]
+    if len(errors) == 1:  # nothing that a voltage does is seen
+        first = abs(float(errors[0]))
+        return Attainable(name, first, first, first, 1, 0.0, np.zeros(1))
+    largest = np.full(len(errors), played.limit)
+    largest[: scenario.limits.of(scenario.plant.machine.axes[0]).delay_samples] = 0.0
+    count = min(SAMPLES + int(np.argmax(np.abs(errors) > 0.0)), len(errors))
+    while True:
+        window = _window(machine, one, moved, played, largest, start, count)
+        bounds = Bounds(largest[: count - 1], -window.reached.bristles, window.reached.bristles)
+        found, proof, late = _bound(window, bounds)
+        if count >= min(MOST_SAMPLES, len(errors)) or late <= LATE:
+            break
+        count = min(2 * count, len(errors))
+    known = best_voltage(played, np.append(found.inputs[:, 0], 0.0), largest)
+    total, first = float(np.abs(known.error).sum()), abs(float(errors[0]))
+    best = _tightened(window, bounds, proof, known, total - first)
+    return Attainable(
+        name=name,
+        bound=min(first + max(best.bound, 0.0), total),
+        simple=first + max(proof.bound, 0.0),
+        reached=total,
+        samples=count,
+        allowance=best.rounding + best.between,
+        voltage=known.voltage,
+    )
+
+
+def _window(
+    machine: Freed,
+    one: Sampled,
+    moved: Floats,
+    played: Player,
+    largest: Floats,
+    start: CAxisState,
+    count: int,
+) -> _Window:
+    """The first ``count`` samples."""
+    target = np.asarray(played.samples.axes[0].target)[1:count]
+    loads = np.asarray(played.samples.axes[0].loads)[:, :count]
+    z = start.bristle_deflection
+    reached = reach(machine, one, moved[:count], loads, largest[: count - 1], abs(z))
+    return _Window(machine, one, moved[:count], target - moved[1:count, ANGLE], reached, z)
+
+
+def _first(window: _Window, bounds: Bounds, steps: int) -> tuple[_Window, Bounds]:
+    """The same of fewer samples."""
+    reached = Reach(*(x[:steps] for x in window.reached))
+    moved, errors = window.moved[: steps + 1], window.errors[:steps]
+    first = window._replace(moved=moved, errors=errors, reached=reached)
+    return first, Bounds(*(x[:steps] for x in bounds))
+
+
+def _programme(window: _Window, bounds: Bounds) -> Programme:
+    steps, one = len(window.errors), window.one
+    driven = np.column_stack([one.voltage, one.bristle])
+    system = Linear(np.repeat(one.a[None], steps, 0), np.repeat(driven[None], steps, 0), ANGLE)
+    low = np.column_stack([-bounds.voltage, bounds.low])
+    return programme(system, window.errors, low, np.column_stack([bounds.voltage, bounds.high]))
+
+
+def _bound(window: _Window, bounds: Bounds) -> tuple[Solved, Certified, float]:
+    """What the solver found, what it proves, and the share of the last quarter in its errors."""
+    found = _programme(window, bounds).least_sum()
+    if found is None:
+        raise RunError("the linear programme of the bound has no solution that HiGHS finds")
+    multipliers = np.clip(found.multipliers, -1.0, 1.0)
+    proof = certified(window.machine, window.one, window.errors, multipliers, bounds)
+    left = np.abs(found.errors)
+    late = float(left[-(len(left) // 4) :].sum() / max(left.sum(), np.finfo(float).tiny))
+    return found, proof, late
+
+
+def _tightened(
+    window: _Window, bounds: Bounds, proof: Certified, known: Played, budget: float
+) -> Certified:
+    """The bound of motions that are better than the ``known`` one, whose friction is better known.
+
+    The solver may fail in any round; what the rounds before it prove stays.
+    """
+    added = np.abs(known.error[1 : len(window.errors) + 1]).cumsum()
+    end = min(int(np.searchsorted(added, MOSTLY * budget)) + 1, len(window.errors))
+    asked = [*range(2, end, max(end // ASKED, 1)), end]
+    signs = np.sign(known.states[asked, CAxisState._fields.index("spindle_velocity")])
+    for _ in range(ROUNDS):
+        part, own = _first(window, bounds, min(end + AFTER, len(window.errors)))
+        case = Case(part.machine, part.one, part.moved, part.errors, part.reached, own, budget)
+        low, high = speeds(case, _programme(part, own), asked, signs)
+        rest = window.reached.speed[len(low) :]
+        whole = Case(*case[:2], window.moved, window.errors, window.reached, bounds, budget)
+        low, high = np.append(low, -rest), np.append(high, rest)
+        bounds = bent(whole, low, high, window.start)
+        better = _bound(window, bounds)[1]
+        rise = better.bound - proof.bound
+        proof = better if rise > 0.0 else proof
+        if rise <= RISE * abs(proof.bound) or proof.bound >= budget:
+            break
+    return proof

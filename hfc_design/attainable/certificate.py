@@ -1,0 +1,120 @@
+"""What any multipliers prove: a number that sum |e| is never below, rounding counted.
+
+With multipliers ``l(k)`` within +-1, ``sum |e(k)| >= sum l(k) e(k)``, and this is linear in voltage
+and bristles. Its least value is found one sample after the other: the voltage stands at a limit,
+the bristles at a bound of theirs at every moment. Who found the multipliers need not be trusted.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from hfc_design.attainable.freed import ANGLE, MOMENTUM, STATES, Freed, Sampled
+from hfc_design.core.numbers import Floats
+
+#: Of one operation on float64.
+ROUNDING = float(np.finfo(np.float64).eps)
+
+#: A state counts for no less than this share of the one that counts most.
+LEAST_SIZE = 1e-9
+
+
+class Bounds(NamedTuple):
+    """What holds in each sample, all (steps,)."""
+
+    voltage: Floats  # largest magnitude [V]
+    low: Floats  # of the bristles' deflection, anywhere within the sample [rad]
+    high: Floats
+
+
+class Certified(NamedTuple):
+    """A lower bound and what it is made of [rad]."""
+
+    bound: float  # all is taken off already
+    rounding: float  # allowance for float64
+    between: float  # allowance for what the bristles do within a sample
+
+
+def certified(
+    machine: Freed,
+    one: Sampled,
+    errors: Floats,
+    multipliers: Floats,
+    bounds: Bounds,
+    momentum: Floats | None = None,
+) -> Certified:
+    """The least ``sum l(k) e(k) + sum m(k) p(k)``, k = 1 ... steps, of motions within ``bounds``.
+
+    With the ``multipliers`` l (steps,) within +-1 and without m it is a bound of ``sum |e(k)|``.
+    ``errors`` (steps,) are those without voltage and bristles at the end of each sample; m (steps,)
+    [rad / (N m s)] is by the ``momentum``, as far as voltage and bristles make it.
+    """
+    found = np.nan_to_num(multipliers)
+    back = _adjoint(one, found, momentum)
+    gain = back @ one.voltage
+    pushed = np.abs(gain) * bounds.voltage
+    starts, ends = back @ (one.a @ machine.bristle), back @ machine.bristle
+    worst = [_worst(density, bounds) for density in (starts, ends)]
+    bent = 0.5 * one.time * (worst[0] + worst[1])
+    between = _between(machine, one, back, bounds)
+    value = float(found @ errors - pushed.sum() - bent.sum())
+    rounding = _rounding(machine, one, back, float(np.abs(found) @ np.abs(errors)), bounds)
+    return Certified(value - between - rounding, rounding, between)
+
+
+def _adjoint(one: Sampled, multipliers: Floats, momentum: Floats | None) -> Floats:
+    """(steps, 5) by the state at the end of a sample: what is to come less by a unit of it."""
+    back = np.empty((len(multipliers), STATES))
+    x = np.zeros(STATES)
+    for k in range(len(multipliers) - 1, -1, -1):
+        x = x @ one.a
+        x[ANGLE] += multipliers[k]
+        if momentum is not None:
+            x[MOMENTUM] -= momentum[k]
+        back[k] = x
+    return back
+
+
+def _worst(density: Floats, bounds: Bounds) -> Floats:
+    """What bristles at a bound take away at a moment, by what one radian does."""
+    return np.maximum(density * bounds.low, density * bounds.high)
+
+
+def _between(machine: Freed, one: Sampled, back: Floats, bounds: Bounds) -> float:
+    """How far the trapezoidal rule may be off the integral of what bristles take away.
+
+    What they take away is a convex function of their density, and the density is off the line
+    through its ends by ``h^2/8`` times its largest second derivative at most, its mean by two
+    thirds of that.
+    """
+    curved = np.abs(back @ machine.a @ machine.a)
+    largest = curved @ (expm(np.abs(machine.a) * one.time) @ np.abs(machine.bristle))
+    reach = np.maximum(np.abs(bounds.low), np.abs(bounds.high))
+    return float(one.time**3 / 12.0 * (largest @ reach))
+
+
+def _rounding(machine: Freed, one: Sampled, back: Floats, given: float, bounds: Bounds) -> float:
+    """A bound of what float64 may have changed, with the exponentials to a few units each.
+
+    In coordinates in which the machine hardly grows anything, a step's own rounding is passed on
+    by the largest of the powers of its matrix.
+    """
+    size = np.abs(back).max(axis=0)
+    if not size.any():
+        return 0.0  # every multiplier is zero, and nothing was added
+    size = np.maximum(size, LEAST_SIZE * size.max())
+    a = one.a.T * size / size[:, None]  # of the adjoint, counted in its own sizes
+    power, growth = np.eye(STATES), 1.0
+    for _ in range(len(back)):
+        power = a @ power
+        growth = max(growth, float(np.linalg.norm(power, np.inf)))
+    each = 64.0 * ROUNDING * growth * (float(np.linalg.norm(np.abs(a), np.inf)) + 1.0)
+    off = len(back) * each * size  # of every adjoint
+    reach = np.maximum(np.abs(bounds.low), np.abs(bounds.high)).sum()
+    by_voltage = float(off @ np.abs(one.voltage)) * bounds.voltage.sum()
+    density = np.abs(machine.bristle) + np.abs(one.a @ machine.bristle)
+    by_bristles = float(off @ density) * one.time * reach
+    total = given + float(np.abs(back @ one.voltage) @ bounds.voltage)
+    total += one.time * reach * float((np.abs(back) @ density).max())
+    return by_voltage + by_bristles + len(back) * 64.0 * ROUNDING * total

@@ -1,0 +1,135 @@
+"""The best voltage that is found with everything known beforehand: what surely can be reached.
+
+The head of the motion, where the voltage is at its limit, by linear programmes along the motion
+itself, friction and all: each makes the sum of errors least for small changes, and is kept where
+the simulator says so too. The rest, where errors can be next to nothing, by Gauss-Newton steps:
+linear regulators along the motion (Li & Todorov 2004), which also hold it to its place on the steps
+of a converter.
+"""
+
+import numpy as np
+
+from hfc_design.attainable.playing import Played, Player, answers, played
+from hfc_design.attainable.programme import Linear, programme
+from hfc_design.core.numbers import Floats
+from plants.c_axis import CAxisState
+
+#: Programmes along the head, and at which trust [share of the limit] they begin and end.
+ROUNDS, TRUST, LEAST_TRUST = 24, 0.5, 1e-3
+#: A round or step that lowers the sum by a smaller share is the last.
+GAIN = 1e-3
+#: Sums below are nothing.
+TINY = float(np.finfo(np.float64).tiny)
+#: Samples of the head that the rest begins with: a programme ends as it likes.
+OVERLAP = 32
+#: Gauss-Newton steps, and what a change of a volt costs in them beside an error of a radian.
+SWEEPS, COST, LEAST_COST = 16, 1e-9, 1e-13
+#: The same of regulators that hold a motion on the steps of a converter.
+COSTS = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
+
+
+def best_voltage(one: Player, first: Floats, largest: Floats) -> Played:
+    """A motion with a small ``sum |e|``, from a ``first`` voltage (samples,) of its head [V].
+
+    ``largest`` (steps,) is what the voltage may be in each sample of the whole motion.
+    """
+    smooth = one._replace(resolution=0.0)
+    motion = _head(smooth, first, largest)
+    kept = len(largest)
+    if len(motion.voltage) < kept:
+        kept = max(len(motion.voltage) - OVERLAP, 1)
+        motion = _rest(smooth, motion, kept)
+    still = played(one, np.zeros(len(largest)))  # nothing may be best
+    if not one.resolution:
+        return min(motion, still, key=_sum)
+    system, held = answers(one, motion.voltage, motion.states), [still]
+    for cost in COSTS:  # the dearer a change, the less it does about a single step's rounding
+        gain, _ = _regulator(system, motion.error, cost, 1)
+        held.append(played(one, motion.voltage, (motion.states, gain)))
+    return min(held, key=_sum)
+
+
+def _rest(one: Player, head: Played, kept: int) -> Played:
+    """The whole motion, of which the ``head`` is ``kept`` for so many samples."""
+    voltage, states = _quasi_static(one)
+    gain, _ = _regulator(answers(one, voltage, states), np.zeros(len(voltage)), COST, kept)
+    voltage[:kept] = head.voltage[:kept]
+    best, cost = played(one, voltage, (states, gain)), COST
+    for _ in range(SWEEPS):
+        system = answers(one, best.voltage, best.states)
+        gain, change = _regulator(system, best.error, cost, kept)
+        tried = played(one, best.voltage + change, (best.states, gain))
+        share = _sum(tried) / max(_sum(best), TINY)
+        best = min(best, tried, key=_sum)
+        cost = max(0.1 * cost, LEAST_COST) if share < 1.0 else 30.0 * cost
+        if 1.0 - GAIN < share <= 1.0:
+            break
+    return best
+
+
+def _sum(motion: Played) -> float:
+    total = float(np.abs(motion.error).sum())
+    return total if np.isfinite(total) else np.inf
+
+
+def _head(one: Player, voltage: Floats, largest: Floats) -> Played:
+    """The first samples, as many as ``voltage`` has, by linear programmes along the motion."""
+    motion, trust = played(one, voltage), TRUST
+    most, whole = largest[: len(voltage)], float(largest.max())
+    for _ in range(ROUNDS):
+        now = motion.voltage
+        low = np.maximum(-most, now - trust * whole) - now
+        high = np.minimum(most, now + trust * whole) - now
+        system = answers(one, now, motion.states)
+        own = Linear(system.a[:-1], system.b[:-1], system.output)
+        change = programme(own, motion.error[1:], low[:-1, None], high[:-1, None]).least_sum()
+        if change is None:
+            break
+        tried = played(one, now + np.append(change.inputs[:, 0], 0.0))
+        better = 1.0 - _sum(tried) / max(_sum(motion), TINY)
+        motion = min(motion, tried, key=_sum)
+        trust *= 2.0 if better > GAIN else 0.25
+        if 0.0 <= better <= GAIN or trust < LEAST_TRUST:
+            break
+    return motion
+
+
+def _quasi_static(one: Player) -> tuple[Floats, Floats]:
+    """(steps,) voltages and (steps, 6) states that would do if nothing ever changed (LL eq. 2)."""
+    happens, (c,) = one.samples.axes[0], one.fixed
+    place, speed = np.asarray(happens.target), np.asarray(happens.reference_rate)
+    stribeck = np.exp(-((speed * c.friction.inverse_stribeck_velocity) ** 2))
+    sliding = np.sign(speed) * (c.friction.coulomb + c.friction.stribeck_rise * stribeck)
+    torque = sliding + c.friction.viscous * speed + np.asarray(happens.loads)[0]
+    spring, turning = torque / c.gear_ratio, c.gear_ratio * speed
+    current = (spring + c.rotor_damping * turning) / c.torque_constant
+    voltage = (c.current_decay * current + c.back_emf * turning) / c.inverse_inductance
+    states = CAxisState(
+        current=current,
+        rotor_angle=c.gear_ratio * place + spring / c.stiffness,
+        rotor_velocity=turning,
+        spindle_angle=place,
+        spindle_velocity=speed,
+        bristle_deflection=sliding / c.friction.bristle_stiffness,
+    )
+    return voltage, np.column_stack(states)
+
+
+def _regulator(system: Linear, error: Floats, cost: float, begin: int) -> tuple[Floats, Floats]:
+    """(steps, states) gains and (steps,) changes that make ``sum e^2 + cost sum dv^2`` least."""
+    steps, states = system.b.shape[:2]
+    gain, change = np.zeros((steps, states)), np.zeros(steps)
+    weight, slope = np.zeros((states, states)), np.zeros(states)
+    counted = np.zeros((states, states))
+    counted[system.output, system.output] = 1.0
+    for k in range(steps - 1, begin - 1, -1):
+        a, b = system.a[k], system.b[k, :, 0]
+        pushed = weight @ b
+        whole = cost + b @ pushed
+        gain[k] = (pushed @ a) / whole
+        change[k] = -(b @ slope) / whole
+        left = a - np.outer(b, gain[k])
+        slope = left.T @ slope
+        slope[system.output] -= error[k]
+        weight = left.T @ weight @ left + cost * np.outer(gain[k], gain[k]) + counted
+    return gain, change

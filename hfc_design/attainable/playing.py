@@ -1,0 +1,141 @@
+"""The scenario's machine under voltages that are known beforehand, and how it answers to them."""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array
+
+from hfc_design.attainable.programme import Linear
+from hfc_design.core import devices
+from hfc_design.core.numbers import Floats, Parameters
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import Samples
+from hfc_design.simulation.sensors import converted, largest_command
+from plants import Machine
+from plants.c_axis import CAxisState
+
+#: Number of the spindle's angle in the state of the drive.
+ANGLE = CAxisState._fields.index("spindle_angle")
+
+
+class Player(NamedTuple):
+    """What happens to the machine beside the voltage."""
+
+    machine: Machine
+    substeps: int
+    limit: float | None  # [V]
+    resolution: float  # of the converter [V]
+    fixed: tuple[Parameters, ...]  # of the machine's only drive
+    samples: Samples
+
+
+class Played(NamedTuple):
+    """A motion, in float64."""
+
+    voltage: Floats  # (steps,) that acted [V]
+    states: Floats  # (steps, 6) at the start of each sample
+    error: Floats  # (steps,) [rad]
+
+
+def player(scenario: Scenario) -> Player:
+    """That of the nominal machine of a ``scenario`` of one motion."""
+    plant, axis = scenario.plant, scenario.plant.machine.axes[0]
+    limits = scenario.limits.of(axis)
+    return Player(
+        plant.machine,
+        scenario.simulation.substeps,
+        largest_command(limits),
+        limits.resolution,
+        jax.tree.map(float, plant.machine.coefficients(plant.values())),
+        scenario.samples(),
+    )
+
+
+def played(
+    one: Player,
+    voltage: Floats,
+    held: tuple[Floats, Floats] | None = None,
+) -> Played:
+    """The first samples of the motion, under ``voltage`` (samples,) [V].
+
+    It may be ``held`` to places (samples, 6) by gains (samples, 6): less the gain times how far the
+    state is off its place. Limit and converter act on the whole.
+    """
+    devices.configure()
+    steps, start = len(voltage), np.array(one.samples.start[0], dtype=float)
+    loads = np.asarray(one.samples.axes[0].loads).T[:steps]
+    near, gain = held or (np.zeros((steps, len(start))),) * 2
+    how = (one.machine, one.substeps, one.limit, one.resolution)
+    clock = float(one.samples.sample_time)
+    with jax.enable_x64(True):
+        found = _played(how, one.fixed, clock, start, loads, voltage, near, gain)
+    voltages, states = (np.asarray(x) for x in found)
+    target = np.asarray(one.samples.axes[0].target)[:steps]
+    return Played(voltages, states, target - states[:, ANGLE])
+
+
+def answers(one: Player, voltage: Floats, states: Floats) -> Linear:
+    """What small changes of voltage (samples,) and states (samples, 6) make of the next state."""
+    devices.configure()
+    loads = np.asarray(one.samples.axes[0].loads).T[: len(voltage)]
+    how, clock = (one.machine, one.substeps), float(one.samples.sample_time)
+    with jax.enable_x64(True):
+        a, b = _answers(how, one.fixed, clock, states, loads, voltage)
+    return Linear(np.asarray(a), np.asarray(b)[..., None], ANGLE)
+
+
+def _moved(
+    how: tuple[Machine, int],
+    fixed: tuple[Parameters, ...],
+    time: Array,
+    x: Array,
+    loads: Array,
+    voltage: Array,
+) -> Array:
+    """The state (6,) a sample later, by the same step as in every simulation."""
+    machine, substeps = how
+    states, given = (CAxisState(*x),), tuple(loads)
+    (found,) = machine.moved(fixed, states, (voltage,), (given,), time, substeps)
+    return jnp.stack(list(found))
+
+
+@partial(jax.jit, static_argnums=0)
+def _played(
+    how: tuple[Machine, int, float | None, float],
+    fixed: tuple[Parameters, ...],
+    time: Array,
+    start: Array,
+    loads: Array,
+    voltage: Array,
+    near: Array,
+    gain: Array,
+) -> tuple[Array, Array]:
+    machine, substeps, limit, resolution = how
+
+    def body(x: Array, row: tuple[Array, ...]) -> tuple[Array, tuple[Array, Array]]:
+        load, asked, place, back = row
+        acting = converted(asked - back @ (x - place), limit, resolution)
+        return _moved((machine, substeps), fixed, time, x, load, acting), (acting, x)
+
+    return lax.scan(body, start, (loads, voltage, near, gain))[1]
+
+
+@partial(jax.jit, static_argnums=0)
+def _answers(
+    how: tuple[Machine, int],
+    fixed: tuple[Parameters, ...],
+    time: Array,
+    states: Array,
+    loads: Array,
+    voltage: Array,
+) -> tuple[Array, Array]:
+    def each(x: Array, load: Array, acting: Array) -> tuple[Array, Array]:
+        found = jax.jacfwd(partial(_moved, how, fixed, time), argnums=(0, 2))(x, load, acting)
+        a, b = found
+        return a, b
+
+    return jax.vmap(each)(states, loads, voltage)

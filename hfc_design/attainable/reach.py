@@ -1,0 +1,103 @@
+"""How far anything can get, whatever the voltage: the bristles no further than the spindle moves.
+
+``d|z|/dt <= |omega|``, so that ``|z|`` is at most the way so far; in the first samples that is less
+than what the material allows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from hfc_design.attainable.freed import MOMENTUM, STATES, Freed, Sampled
+from hfc_design.core.numbers import Floats
+
+#: A parabola through three values stays within so many times the largest of them.
+PARABOLA = 1.25
+
+
+class Reach(NamedTuple):
+    """The largest magnitudes within each sample."""
+
+    states: Floats  # (steps, 5)
+    bristles: Floats  # (steps,) of z [rad]
+    speed: Floats  # (steps,) of the spindle [rad/s]
+    bending: Floats  # (steps,) second derivative of the momentum [N m/s]
+
+
+def reach(
+    machine: Freed, one: Sampled, moved: Floats, loads: Floats, voltage: Floats, bent: float = 0.0
+) -> Reach:
+    """Of motions under ``voltage`` (steps,), its largest magnitudes, which do not fall.
+
+    ``moved`` (steps + 1, 5) are the states without voltage and bristles, ``loads`` (2 substeps + 1,
+    steps + 1) as in ``Samples``, ``bent`` is ``|z|`` at the start. Every speed counts as the
+    largest so far, every ``|z|`` within a sample as that at its end.
+    """
+    steps, slope = len(voltage), 1.0 / machine.inertia
+    shared, allowed = machine.damping * slope, max(machine.largest, bent)
+    by_voltage = _answers(machine, one, machine.voltage, steps)
+    by_bristles = _answers(machine, one, machine.bristle, steps)
+    drift = _drift(machine, one, moved, loads)
+    share = slope * by_bristles[0, MOMENTUM] + shared  # of |z| at the end of a sample in its speed
+    left = 1.0 - one.time * share
+    speed, way, bristles = 0.0, bent, np.full(steps, allowed)
+    for k in range(steps):
+        past = by_voltage[: k + 1, MOMENTUM] @ voltage[k::-1]
+        past += by_bristles[1 : k + 1, MOMENTUM] @ bristles[:k][::-1]
+        own = slope * (drift[k, MOMENTUM] + past) + share * way
+        speed = max(speed, own / left) if left > 0.0 else np.inf
+        way += one.time * speed
+        if not way < allowed:
+            break
+        bristles[k] = way
+    states = drift + _convolved(by_voltage, voltage) + _convolved(by_bristles, bristles)
+    speeds = slope * states[:, MOMENTUM] + shared * bristles
+    return Reach(states, bristles, speeds, _bending(machine, one, states, loads, voltage, bristles))
+
+
+def _answers(machine: Freed, one: Sampled, given: Floats, steps: int) -> Floats:
+    """(steps, 5) bounds of the integral, over each sample, of the magnitude of an impulse's answer.
+
+    The trapezoidal rule, and the error of a line through both ends (see ``certificate``).
+    """
+    x, ends = np.array(given), np.empty((steps + 1, STATES))
+    for k in range(steps + 1):
+        ends[k] = x
+        x = one.a @ x
+    ends = np.abs(ends)
+    within = np.abs(machine.a @ machine.a) @ expm(np.abs(machine.a) * one.time)
+    return 0.5 * one.time * (ends[:-1] + ends[1:]) + one.time**3 / 12.0 * (ends[:-1] @ within.T)
+
+
+def _convolved(answers: Floats, given: Floats) -> Floats:
+    """(steps, 5) sums of answers (steps, 5) to what was given (steps,) up to each sample."""
+    columns = [np.convolve(column, given)[: len(given)] for column in answers.T]
+    return np.column_stack(columns)
+
+
+def _drift(machine: Freed, one: Sampled, moved: Floats, loads: Floats) -> Floats:
+    """(steps, 5) the largest magnitudes within each sample without voltage and bristles."""
+    most = PARABOLA * np.abs(loads).max(axis=0)
+    rates = np.abs(moved) @ np.abs(machine.a).T + np.outer(most, np.abs(machine.load))
+    ends = np.abs(moved) + one.time * rates
+    return np.maximum(ends[:-1], ends[1:])
+
+
+def _bending(
+    machine: Freed, one: Sampled, states: Floats, loads: Floats, voltage: Floats, bristles: Floats
+) -> Floats:
+    """(steps,) bounds of the second derivative of the momentum [N m/s]."""
+    most = PARABOLA * np.abs(loads).max(axis=0)[:-1]
+    rates = states @ np.abs(machine.a).T
+    for given, by in (
+        (voltage, machine.voltage),
+        (bristles, machine.bristle),
+        (most, machine.load),
+    ):
+        rates += np.outer(given, np.abs(by))
+    speed = states[:, MOMENTUM] / machine.inertia + bristles * machine.damping / machine.inertia
+    bent = speed * (1.0 + bristles / machine.sliding)
+    change = 3.0 * np.abs(np.diff(loads, axis=0)).max(axis=0)[:-1]  # of a parabola in half a step
+    rising = change * (len(loads) - 1) / one.time
+    return rates @ np.abs(machine.a[MOMENTUM]) + abs(machine.bristle[MOMENTUM]) * bent + rising

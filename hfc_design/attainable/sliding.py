@@ -1,0 +1,101 @@
+"""Where the spindle surely moves forwards, or backwards, its friction cannot push it on.
+
+A motion is either no better than one that is known, or its errors add up to less. Of the latter a
+linear programme finds the least momentum at a sample, its multipliers prove it. Where the speed is
+proven to have one sign, the bristles follow: ``dz/dt >= omega (1 - sigma_0 z / T_c)`` where it is
+positive (LL eq. 1f, 1g), so that they no longer push, and soon hold back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.attainable.certificate import Bounds, certified
+from hfc_design.attainable.freed import MOMENTUM, Freed, Sampled
+from hfc_design.attainable.programme import Programme
+from hfc_design.attainable.reach import Reach
+from hfc_design.core.numbers import Floats
+
+
+class Case(NamedTuple):
+    """Motions whose errors add up to less than a budget."""
+
+    machine: Freed
+    one: Sampled
+    moved: Floats  # (steps + 1, 5) without voltage and bristles
+    errors: Floats  # (steps,) the same at the end of each sample
+    reach: Reach
+    bounds: Bounds
+    budget: float
+
+
+def slowest(case: Case, solver: Programme, step: int, sign: float) -> float:
+    """The least of ``sign`` times the momentum after so many samples; -inf: nothing is known."""
+    found = solver.least_state(MOMENTUM, step, sign, case.budget)
+    if found is None or not found.budget > 0.0:
+        return -np.inf
+    multipliers = np.clip(found.multipliers, -found.budget, found.budget)
+    momentum = np.zeros(len(case.errors))
+    momentum[step - 1] = sign
+    proof = certified(case.machine, case.one, case.errors, multipliers, case.bounds, momentum)
+    return sign * case.moved[step, MOMENTUM] + proof.bound - found.budget * case.budget
+
+
+def speeds(case: Case, solver: Programme, steps: list[int], signs: Floats) -> tuple[Floats, Floats]:
+    """(samples,) each: the lowest and the highest speed of the spindle in each sample [rad/s].
+
+    Asked for at ``steps``, of the lowest where the sign is positive, else of the highest. Between
+    two of them the momentum is below the line through both by what its second derivative allows.
+    """
+    machine, reached = case.machine, case.reach.speed
+    low, high = -reached, reached.copy()
+    least = [slowest(case, solver, step, sign) for step, sign in zip(steps, signs, strict=True)]
+    for k in range(len(steps) - 1):
+        part, sign = slice(steps[k], steps[k + 1]), signs[k]
+        if sign != signs[k + 1]:
+            continue
+        time = (steps[k + 1] - steps[k]) * case.one.time
+        momentum = min(least[k], least[k + 1]) - time**2 / 8.0 * case.reach.bending[part].max()
+        bent = case.bounds.high[part] if sign > 0 else -case.bounds.low[part]
+        speed = (momentum - machine.damping * bent.max()) / machine.inertia
+        if sign > 0:
+            low[part] = np.maximum(low[part], speed)
+        else:
+            high[part] = np.minimum(high[part], -speed)
+    return low, high
+
+
+def bent(case: Case, low: Floats, high: Floats, start: float) -> Bounds:
+    """Where the bristles are in each sample, if the speed is between ``low`` and ``high``.
+
+    ``start`` is where they are at first [rad].
+    """
+    below = _lowest(case, low, high, start)
+    above = -_lowest(case, -high, -low, -start)
+    lowest, highest = np.maximum(case.bounds.low, below), np.minimum(case.bounds.high, above)
+    return Bounds(case.bounds.voltage, lowest, highest)
+
+
+def _lowest(case: Case, low: Floats, high: Floats, start: float) -> Floats:
+    """(samples,) the lowest deflection in each sample, by the lowest and the highest speed."""
+    machine, z, time = case.machine, start, case.one.time
+    found = np.empty(len(low))
+    for k in range(len(low)):
+        before, back = z, -machine.steady(high[k])
+        if low[k] > 0.0 and z < 0.0:
+            z = min(z + time * low[k], 0.0)
+        elif low[k] > 0.0:
+            z = max(z, _relaxed(z, machine.sliding, time * low[k]))
+        elif high[k] < 0.0 and z < back:
+            z = _relaxed(z, back, -time * high[k])
+        else:
+            z = min(z, 0.0) + time * low[k]
+            z = max(z, back) if high[k] < 0.0 else z
+        z = max(z, -case.reach.bristles[k])
+        found[k] = min(before, z)
+    return found
+
+
+def _relaxed(z: float, steady: float, way: float) -> float:
+    """Where bristles at ``z`` are after a ``way`` that bends them to ``steady``."""
+    return steady + (z - steady) * float(np.exp(-way / abs(steady)))

@@ -1,0 +1,54 @@
+"""``hfc attainable``: how good any controller of a C-axis could be."""
+
+import json
+from pathlib import Path
+
+import click
+
+from hfc_design.cli.options import CHOICES, Texts, as_json, setting, with_plugins
+
+DESIGN_HELP = "Say how near this design comes [default: that of the run]."
+
+
+@click.command()
+@click.argument("name", metavar="SCENARIO")
+@click.option("--design", help=DESIGN_HELP)
+@setting
+@as_json
+@with_plugins({key: text for key, text in CHOICES.items() if key == "plant"})
+def attainable(
+    name: str, design: str | None, changes: Texts, as_json: bool, plant: str = ""
+) -> None:
+    """Between what and what the best sum |e| lies in SCENARIO, whatever the controller.
+
+    SCENARIO is a built-in name, a TOML file, or the folder of a finished run, which keeps the
+    answer as attainable.json and in its page. Of C-axes with a limit of the voltage, of the nominal
+    machine: a certified lower bound, and what the best voltage does that was found with everything
+    known beforehand.
+    """
+    from hfc_design.core.console import plain_table, terminal
+    from hfc_design.files.scenario import load_scenario
+    from hfc_design.report.page import write_page
+    from hfc_design.runs.attained import HEADS, attained, attained_rows, keep_attained
+    from hfc_design.runs.run import DESIGN, finished_run
+
+    folder = Path(name)
+    if (folder / DESIGN).is_file() and not (changes or design or plant):
+        scenario, result = finished_run(folder)
+        found = keep_attained(scenario, result.design, folder)
+        write_page(scenario, result, folder)
+    else:
+        source = str(folder / "config.toml") if folder.is_dir() else name
+        found = attained(load_scenario(source, [*filter(None, [plant]), *changes]), design)
+    if as_json:
+        click.echo(json.dumps(found))
+        return
+    own = any("sum_error" in one for one in found["motions"].values())
+    shown = HEADS if own else HEADS[:2]
+    table = plain_table(caption="sum |e| over all samples [rad]", caption_justify="left")
+    table.add_column("motion", no_wrap=True)
+    for head in shown:
+        table.add_column(head.replace(" ", "\n"), justify="right")
+    for row in attained_rows(found):
+        table.add_row(*(cell.replace("–", "-") for cell in row[: 1 + len(shown)]))
+    terminal().print(table)
