@@ -61,6 +61,10 @@ class Genome(Protocol):
         """Coordinates about the individual that the stage before ended with; None: the first."""
         raise TypeError(f"{type(self).__name__} has no stages")
 
+    def around(self, about: Members) -> Stage | None:
+        """Coordinates of every number about a population of one; None where there are none."""
+        return self.stage(len(self.stages) - 1, about) if self.stages else None
+
     def empty(self) -> Members:
         """One individual of each structure that nobody has tried."""
 
@@ -69,6 +73,13 @@ class Genome(Protocol):
 
     def informed(self, tree: Integers, rng: np.random.Generator) -> Members | None:
         """The same of what is known of the machine; None where ``fresh`` is all there is."""
+        return None
+
+    def laws(self) -> Any | None:
+        """Laws of few numbers that the individuals can follow; None: there are none.
+
+        They are searched before the individuals are, see ``hierarchical.laws.LinearLaws``.
+        """
         return None
 
     def mutated(self, population: Members, step: Floats, rng: np.random.Generator) -> Members:

@@ -28,9 +28,17 @@ LEAST_VIOLATED = "least_violated"
 def champion(
     search: Search, scenario: Scenario, one: Population | None = None
 ) -> tuple[Design, Evaluation]:
+    """Design and evaluation of ``best_of``; RunError: all have diverged."""
+    return best_of(search, scenario, one)[1:]
+
+
+def best_of(
+    search: Search, scenario: Scenario, one: Population | None = None
+) -> tuple[Population, Design, Evaluation]:
     """The best of the archive and of the last generation in float64, or that ``one``.
 
-    float32 and a single try flatter loops that are nearly chaotic.
+    float32 and a single try flatter loops that are nearly chaotic: of one machine each is ranked by
+    its ``worth``.
 
     Raises:
         RunError: all have diverged.
@@ -43,15 +51,16 @@ def champion(
         best, sound = _best_of_many(joined(*finalists), scenario)
         finalists = [best]
     designs = [design_of(individual, scenario) for individual in finalists]
-    found = ((design, evaluate(design, scenario)) for design in designs)  # one motion at a time
-    design, evaluation = max(found, key=lambda item: item[1].merit)
+    each = zip(finalists, designs, strict=True)
+    found = ((own, design, evaluate(design, scenario)) for own, design in each)  # one at a time
+    individual, design, evaluation = max(found, key=lambda item: item[2].worth)
     if evaluation.diverged:
         why = f" ({evaluation.divergence})" if evaluation.divergence else ""
         raise RunError(f"no design: the best {len(designs)} diverge in float64{why}; {HINTS}")
     design = with_score(design, evaluation, scenario)
     if not sound:
         design = design.model_copy(update={"score": {**design.score, LEAST_VIOLATED: True}})
-    return design, evaluation
+    return individual, design, evaluation
 
 
 def _best_of_many(finalists: Population, scenario: Scenario) -> tuple[Population, bool]:

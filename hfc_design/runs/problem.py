@@ -1,5 +1,8 @@
 """What a search needs of a scenario: what its individuals are worth there, and enough memory."""
 
+from copy import copy
+from typing import NamedTuple
+
 import numpy as np
 
 from hfc_design.controllers.genome import Population, taken
@@ -9,15 +12,17 @@ from hfc_design.core.plugins import own_code
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs.first_laws import FirstLaws, worthwhile
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Scored, Task
 from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
-from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 
@@ -28,6 +33,17 @@ LENIENT, NARROWED = 0.2, 0.6
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
+#: A machine is near to breaking a constraint that it breaks if so many times less is allowed.
+NEAR = 2.0
+
+
+class Parts(NamedTuple):
+    """What a problem simulates."""
+
+    loop: Loop
+    machines: Machines
+    motions: list[Samples]
+    ensemble: Ensemble | None
 
 
 class Problem:
@@ -51,19 +67,34 @@ class Problem:
         if self._robust and self._allowed and not final:
             self._ensemble = self._allowed.tighter(self._robust.tighter)
             self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
+        self._evaluations = scenario.search.population * scenario.search.generations
         self._traded, self._record = scenario.traded, design.controller
+        #: Whether there is but one machine in one motion, which may end early.
+        self._single = not self._ensemble and len(self._samples) == 1 and not self._loop.doubled
+        self.simulated = 0  # samples of control of all that were ranked, without derivatives
         #: Generations of which each has machines of its own.
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
 
-    def rank(self, population: Population, generation: int = 0) -> Floats:
+    def rank(
+        self, population: Population, generation: int = 0, needed: Floats | None = None
+    ) -> Floats:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
+
+        One that cannot reach what is ``needed`` of it may have any merit below that.
 
         Of many machines everybody meets a few, the best of them more. Where scores of different
         generations are never compared, each generation has others of the same machines.
         """
         robust, lenient = self._robust, self._lenient(generation)
         if robust is None:
-            return self._ranked(population, np.zeros(1, int), lenient)
+            if not self._single:
+                return self._ranked(population, np.zeros(1, int), lenient)
+            least = np.full(len(population.tree), -np.inf) if needed is None else needed
+            gains, (samples,) = self.genome.gains(population), self._samples
+            about = (self._loop, self._machines, samples, gains, least, self._dtype)
+            judged, simulated = simulate.scores_needed(*about)
+            self.simulated += int(simulated.sum())
+            return self._rank(judged, None)
         rank = self._ranked(population, self._some(robust.first, generation), lenient)
         for count in (robust.machines, robust.elite):
             if count == robust.first:
@@ -76,14 +107,18 @@ class Problem:
         return rank
 
     def scored(
-        self, population: Population, generation: int = 0, machines: Integers | None = None
+        self,
+        population: Population,
+        generation: int = 0,
+        machines: Integers | None = None,
+        needed: Floats | None = None,
     ) -> Floats | Scored:
         """What the strategy of the scenario is told: ranks, or with them what it trades off.
 
         Costs that are compared are those of the same ``machines``, without them the first ones.
         """
         if not self._traded:
-            return self.rank(population, generation)
+            return self.rank(population, generation, needed)
         if generation < self._fresh:  # before it trades
             rank = self.rank(population, generation)
             unknown = np.full((len(rank), len(self._traded)), np.inf)
@@ -104,7 +139,11 @@ class Problem:
 
     def rank_of_finalists(self, population: Population) -> Floats:
         """What they are ranked by on all the machines that were drawn."""
-        return self._ranked(population, np.arange(self._machines.size))
+        return self.rank_on(population, np.arange(self._machines.size))
+
+    def rank_on(self, population: Population, machines: Integers) -> Floats:
+        """What they are ranked by on some of the machines that were drawn."""
+        return self._ranked(population, machines)
 
     def _lenient(self, generation: int) -> float:
         if generation >= self._fresh:
@@ -123,7 +162,9 @@ class Problem:
         return self._rank(judged, self._ensemble, lenient)
 
     def _judged(self, gains: Gains, machines: Machines) -> Judged:
-        return simulate.scores(self._loop, machines, self._samples, gains, self._dtype)
+        found = simulate.scores(self._loop, machines, self._samples, gains, self._dtype)
+        self.simulated += found.merit[..., 0].size * sum(len(x.time) for x in self._samples)
+        return found
 
     def _rank(self, judged: Judged, ensemble: Ensemble | None, lenient: float = 0.0) -> Floats:
         if ensemble is None:
@@ -142,13 +183,33 @@ class Problem:
         )
         return np.stack([*columns], axis=1).astype(float)
 
+    def nearest_to_breaking(self, individual: Population, count: int) -> Integers:
+        """The machines that a population of one keeps everything on, but with least to spare.
+
+        The nominal one is not among them, nor are those that are forgiven.
+        """
+        ensemble = self._ensemble or Ensemble((1.0,))
+        judged = self._judged(self.genome.gains(individual), self._machines)
+        found, near = ensemble.verdict(judged), ensemble.tighter(NEAR).verdict(judged)
+        order = np.lexsort((found.merit[0], -near.broken.sum(axis=(2, 3))[0]))
+        return order[found.sound[0, order] & (order > 0)][:count]
+
+    @property
+    def parts(self) -> Parts:
+        """What is simulated."""
+        return Parts(self._loop, self._machines, self._samples, self._ensemble)
+
+    @property
+    def has_derivative(self) -> bool:
+        """Whether there is one axis to follow, so that its error has a derivative."""
+        return len(self._loop.machine.axes) == 1
+
     @property
     def task(self) -> Task:
         """What a strategy is given; a derivative only where there is one axis to follow."""
-        alone = hasattr(self.genome, "space") and len(self._loop.machine.axes) == 1
-        differs = alone and self._ensemble is None
+        differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
         hardest = self._hardest if self._robust else None
-        return Task(self.genome, self._linear if differs else None, hardest)
+        return Task(self.genome, self._linear if differs else None, hardest, self._informed)
 
     def _hardest(self, population: Population) -> Integers:
         """The nominal machine and those on which most is broken.
@@ -163,13 +224,33 @@ class Problem:
         others = 1 + np.argsort(-broken[1:], kind="stable")
         return np.sort(np.append(0, others[kept[others]][: HARD - 1]))
 
-    def _linear(self, individual: Population) -> Linear | None:
+    def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""
         gains = self.genome.gains(individual)
-        about = (self._loop, self._machines, *self._samples, gains, self._dtype)
+        about = (self._loop, self._machines, *self._samples, gains, self._dtype, chosen)
         error, jacobian = simulate.error_jacobian(*about)
         finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
-        return Linear(error, jacobian) if finite else None
+        return Linear(error, jacobian, chosen) if finite else None
+
+    def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
+        """First individuals on the given trees, of laws that are searched; None: nobody knows."""
+        laws, evaluations = self.genome.laws(), self._evaluations
+        if laws is not None and worthwhile(evaluations):
+            of_laws = copy(self)
+            of_laws.genome = laws
+            of_laws._loop = self._loop._replace(controller=laws.controller())
+            of_laws.simulated = 0
+            found = FirstLaws(self, of_laws, evaluations).dealt(tree, rng)
+            self.simulated += of_laws.simulated
+            if found is not None:
+                return found
+        known: Population | None = self.genome.informed(tree, rng)
+        return known
+
+    def largest_signals(self, individual: Population) -> dict[str, float]:
+        """What each signal of the first axis reaches at most, on the nominal machine."""
+        gains = self.genome.gains(individual)
+        return simulate.largest_signals(self._loop, self._machines, self._samples, gains)
 
 
 def final_problem(scenario: Scenario) -> Problem:

@@ -14,11 +14,13 @@ from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
 from hfc_design.runs import stored
-from hfc_design.runs.champion import LEAST_VIOLATED, champion
+from hfc_design.runs.champion import LEAST_VIOLATED, best_of, champion
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front
 from hfc_design.runs.individuals import with_score
+from hfc_design.runs.polishing import check_polish, polished
 from hfc_design.runs.problem import Problem, check_memory
 from hfc_design.search.loop import Search, generations, searcher
+from hfc_design.search.polish import Polished
 from hfc_design.simulation.evaluation import Evaluation, evaluate
 from hfc_design.simulation.usable import usable
 
@@ -54,6 +56,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
         UserError: the folder already holds a run.
         RunError: the folder cannot be written.
     """
+    check_polish(scenario)
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
 
@@ -87,6 +90,7 @@ def run(
     folder: Path,
     on_generation: Callable[[Search], None] = lambda search: None,
     anyway: bool = False,
+    on_polish: Callable[[Polished], None] = lambda done: None,
 ) -> Result:
     """Search from the start, or from the folder's checkpoint, and fill the folder.
 
@@ -124,7 +128,10 @@ def run(
     assert search is not None  # there is at least one generation
     front = front_of(search, scenario)
     one = front.individual(search, front.best) if front is not None and len(front.merit) else None
-    design, evaluation = champion(search, scenario, one)
+    individual, design, evaluation = best_of(search, scenario, one)
+    if scenario.run.polish:
+        begun = (individual, design, evaluation)
+        design, evaluation = polished(scenario, folder, begun, made_by, anyway, on_polish)
     if scenario.robust:
         design = _with_use(design, used(scenario, Result(design, evaluation, search), folder))
     if front is not None:

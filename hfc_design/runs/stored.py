@@ -37,6 +37,16 @@ def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
     }
 
 
+def belongs(path: Path, made_by: dict[str, str], needed: dict[str, str], hint: str = "") -> None:
+    """Refuse a file that was made by something else than is ``needed``; RunError: it was."""
+    for key, now in needed.items():
+        if (was := made_by.get(key)) is None:
+            raise RunError(f"{path}: is of a version that did not say what made it{hint}")
+        if was != now:
+            which = f"{short(was, 20)}, here {short(now, 20)}"
+            raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
+
+
 def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "") -> Search | None:
     """The search in a file; None where there is no such file.
 
@@ -54,12 +64,7 @@ def load(path: Path, scenario: Scenario, needed: dict[str, str], hint: str = "")
     fields = {"state": state, "population": empty, Population: empty}
     with checkpoint.doubted(path):
         made_by, arrays = checkpoint.read(path, SPARE + tried * (each + SPARE_EACH))
-        for key, now in needed.items():
-            if (was := made_by.get(key)) is None:
-                raise RunError(f"{path}: is of a version that did not say what made it{hint}")
-            if was != now:
-                which = f"{short(was, 20)}, here {short(now, 20)}"
-                raise RunError(f"{path}: belongs to a run with another {key} ({which}){hint}")
+        belongs(path, made_by, needed, hint)
         search: Search = checkpoint.record_of(Search, fields, arrays)
         if wrong := fault(search, empty, settings):
             raise ValueError(wrong)

@@ -57,7 +57,8 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
 
 
 #: What the population of a generation is ranked by, no finite number where an individual failed;
-#: for a strategy that trades with the costs of each, on the machines that it names if it does.
+#: for a strategy that trades with the costs of each, on the ``machines`` that it names if it does.
+#: One that says what is ``needed`` of each may be told less where that is not reached.
 Evaluate = Callable[..., Floats | Scored]
 
 
@@ -72,7 +73,9 @@ class History(NamedTuple):
     """What became of each generation."""
 
     best: Floats  # (generations,) best score so far; nan while all have failed
-    median: Floats  # median score of those in the generation that did not fail; nan without any
+    #: Median score of those in the generation that did not fail; nan without any. Of those that
+    #: were lost before the motion had ended it is what they could still have reached.
+    median: Floats
     diverged: Integers  # individuals that failed
     structures: Integers  # distinct trees in the generation
 
@@ -109,9 +112,9 @@ def generations(
             state, asked = searcher.start(rng)
         else:
             state, asked = searcher.ask(search.state, generation, rng)
-        machines = getattr(asked, "machines", None)
-        named = () if machines is None else (machines,)
-        judged = evaluate(asked.population, generation, *named)
+        more = {name: getattr(asked, name, None) for name in ("machines", "needed")}
+        named = {name: value for name, value in more.items() if value is not None}
+        judged = evaluate(asked.population, generation, **named)
         score = judged.score if isinstance(judged, Scored) else judged
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)

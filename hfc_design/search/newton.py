@@ -13,14 +13,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hfc_design.controllers.genome import AnyPopulation, Space
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Integers, Mask
 
 
 class Linear(NamedTuple):
     """A closed loop linearised about one individual."""
 
     error: Floats  # (steps,) tracking error [rad]
-    jacobian: Floats  # (steps, parameters) its derivative
+    jacobian: Floats  # (steps, chosen) its derivative
+    chosen: Integers | None = None  # (chosen,) the parameters by which it is; None: by all
 
 
 TINY = float(np.finfo(np.float64).tiny)
@@ -39,17 +40,32 @@ def individuals(
 ) -> tuple[AnyPopulation, Floats]:
     """``count`` individuals around a single one, and the damping of each."""
     space: Space = genome.space()
-    point = space.vectors(best)[0]
-    points, dampings = proposals(point, linear, space.frozen, damping, count)
+    points = np.repeat(space.vectors(best), count, axis=0)
+    chosen = np.arange(points.shape[1]) if linear.chosen is None else linear.chosen
+    free = ~space.frozen[chosen]
+    chosen, linear = chosen[free], linear._replace(jacobian=linear.jacobian[:, free])
+    points[:, chosen], dampings = proposals(points[0, chosen], linear, damping, count)
     return space.from_vectors(np.clip(points, space.low, space.high), best), dampings
 
 
-def proposals(
-    point: Floats, linear: Linear, frozen: Mask, damping: float, count: int
-) -> tuple[Floats, Floats]:
-    """``count`` points (count, parameters) around ``point`` and the damping of each.
+def some_numbers(
+    genome: Any, best: AnyPopulation, count: int, rng: np.random.Generator
+) -> Integers:
+    """(count,) numbers of an individual that may move, drawn anew, or all if there are no more.
 
-    Dampings span three decades to either side of ``damping``; ``frozen`` parameters stay.
+    A step by some of the numbers costs as much less as they are fewer, and the next one has others.
+    Those that stand at an end are left out: a step that counts on what is then clipped is none.
+    """
+    space: Space = genome.space()
+    point = space.vectors(best)[0]
+    free = np.flatnonzero(~space.frozen & (point > space.low) & (point < space.high))
+    return np.sort(rng.choice(free, min(count, len(free)), replace=False))
+
+
+def proposals(point: Floats, linear: Linear, damping: float, count: int) -> tuple[Floats, Floats]:
+    """``count`` points (count, chosen) around ``point`` (chosen,) and the damping of each.
+
+    Dampings span three decades to either side of ``damping``.
     """
     each = -(-count // (len(HORIZONS) * len(LENGTHS)))
     dampings = damping * 10.0 ** np.linspace(-3.0, 3.0, each)
@@ -58,6 +74,7 @@ def proposals(
     rows = np.round(np.array((0.0, *HORIZONS)) * len(weight)).astype(int)
     parameters = linear.jacobian.shape[1]
     normal, slope = np.zeros((parameters, parameters)), np.zeros(parameters)
+    nothing = np.zeros(parameters, bool)  # is held
     points = []
     # Matrices of this size gain little from a second thread and lose all of it, thirty times
     # over, where another program wants the core.
@@ -66,12 +83,12 @@ def proposals(
             block, weights = linear.jacobian[start:stop], weight[start:stop]
             normal = normal + block.T @ (block * weights[:, None])
             slope = slope + block.T @ (weights * linear.error[start:stop])
-            steps = _steps(normal, slope, frozen, dampings)
+            steps = damped(normal, slope, nothing, dampings)
             points += [point + length * steps for length in LENGTHS]
     return np.concatenate(points)[:count], np.tile(dampings, len(points))[:count]
 
 
-def _steps(normal: Floats, slope: Floats, frozen: Mask, dampings: Floats) -> Floats:
+def damped(normal: Floats, slope: Floats, frozen: Mask, dampings: Floats) -> Floats:
     """The step for each damping, (dampings, parameters), with Marquardt's scaling."""
     diagonal = np.diag(normal)
     size = np.sqrt(diagonal + 1e-12 * diagonal.max() + TINY)

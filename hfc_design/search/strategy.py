@@ -33,12 +33,16 @@ class Task(NamedTuple):
     """What a strategy searches."""
 
     genome: Genome
-    #: The tracking error and its derivative about one individual, which gives None where they
-    #: are not finite; None where the genome or the machine has no such derivative.
-    linearised: Callable[[Population], Linear | None] | None = None
+    #: The tracking error about one individual and its derivative, by all of its numbers or by some
+    #: that are named behind it; gives None where they are not finite. None where the genome or the
+    #: machine has no such derivative.
+    linearised: Callable[..., Linear | None] | None = None
     #: The numbers of the machines on which individuals break constraints most, the nominal one
     #: among them; None where there is but one machine. What a strategy asks may have ``machines``.
     hardest: Callable[[Population], Integers] | None = None
+    #: First individuals on the given trees that know the machine, of (trees, generator); None, or
+    #: giving None, where nothing is known.
+    informed: Callable[[Integers, np.random.Generator], Population | None] | None = None
 
 
 class Scored(NamedTuple):

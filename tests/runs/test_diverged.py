@@ -14,10 +14,15 @@ from hfc_design.core.records import RunError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.runs import champion, run
 
-#: Gains so large that no individual stays finite, in float64 either.
+#: Gains so large that no individual stays finite, in float64 either, of those that are drawn.
 ALL = """
 simulation = { duration_s = 0.1, sample_time_s = 0.005 }
-search = { population = 12, generations = 2, kp_range = [1e12, 1e13], kd_range = [1e12, 1e13] }
+[search]
+population = 12
+generations = 2
+kp_range = [1e12, 1e13]
+kd_range = [1e12, 1e13]
+informed = 0.0
 """
 
 

@@ -226,7 +226,7 @@ def test_csv_tables_travel_with_the_run(tmp_path):
 
 def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
     """Of each program one: scores, derivatives and the float64 check of the finalists."""
-    programs = (compiled.scores, compiled.error_jacobian, compiled.trajectory)
+    programs = (compiled.scores_needed, compiled.jacobians, compiled.trajectory)
     for program in programs:
         program.clear_cache()
     found = design.run(started(tmp_path / "run"), tmp_path / "run")

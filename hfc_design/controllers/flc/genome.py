@@ -8,7 +8,7 @@ import numpy as np
 
 from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.flc.record import FuzzySettings, nearest_labels, terms_of
-from hfc_design.controllers.genome import Genome, some, taken
+from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
 from hfc_design.core.records import TERMS, ZR
@@ -25,6 +25,9 @@ SHARES = (0.1, 0.95)
 INSIDE = 0.99
 #: Places of the range's K_2 bound between which it is interpolated.
 POINTS = 200
+#: First standard deviation of a distribution of all numbers, and how many times larger or smaller
+#: a distance may become in it (its logarithm).
+EVERYTHING, FAR = 0.02, 4.0
 
 
 class FuzzyTables(NamedTuple):
@@ -136,6 +139,31 @@ class FuzzyGenome(Genome):
         """Other singletons by a millionth."""
         off = 1.0 - 1e-6 * rng.random(population.singletons.shape)
         return population._replace(singletons=population.singletons * off)
+
+    def around(self, about: FuzzyTables) -> Stage:
+        """Distances of centres by their logarithm, the rest in shares of its range."""
+        heights = self.largest_command
+        most = self.settings.largest_integral_gain
+        widths, edges = about.joints[0, ..., 0], about.joints[0, ..., 1:]
+        ends = np.cumsum([widths.size, edges.size, about.singletons[0].size, 1])
+
+        def members(points: Floats, tree: Integers) -> FuzzyTables:
+            parts = np.split(points, ends, axis=1)
+            logarithms = np.clip(parts[0], -FAR, FAR).reshape(-1, *widths.shape)
+            moved = edges + parts[1].reshape(-1, *edges.shape)
+            joints = np.concatenate([(widths * np.exp(logarithms))[..., None], moved], axis=-1)
+            table = parts[2].reshape(-1, *about.singletons.shape[1:])
+            return self._allowed(
+                FuzzyTables(
+                    tree,
+                    joints,
+                    about.singletons + heights * table,
+                    about.k_i + most * parts[3][:, 0],
+                    about.share + parts[4][:, 0],
+                )
+            )
+
+        return Stage(np.zeros(int(ends[-1]) + 1), EVERYTHING, members)
 
     def gains(self, population: FuzzyTables) -> Gains:
         """The population as the simulator wants it."""

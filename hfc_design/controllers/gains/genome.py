@@ -54,12 +54,13 @@ class GainsGenome(Genome):
     stages = ((1.0, False),)
 
     def stage(self, number: int, about: GainVectors | None) -> Stage:
-        """The places in the ranges, about the genome's first individual."""
+        """The places in the ranges, about an individual or else the genome's first."""
+        first = taken(self.empty(), slice(1)) if about is None else about
 
         def members(points: Floats, tree: Integers) -> GainVectors:
             return GainVectors(tree, np.clip(points, 0.0, 1.0))
 
-        return Stage(taken(self.empty(), slice(1)).places[0], STEP, members)
+        return Stage(first.places[0], STEP, members)
 
     def gains(self, population: GainVectors) -> Gains:
         """The kind's record of gains, each (n,)."""

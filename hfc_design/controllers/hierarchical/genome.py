@@ -7,7 +7,7 @@ import numpy as np
 from hfc_design.controllers.genome import Genome, Space, some, taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
-from hfc_design.controllers.hierarchical.planes import regulators_for
+from hfc_design.controllers.hierarchical.laws import LinearLaws, laws_for
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings, bounds_of
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Integers, Json
@@ -65,10 +65,18 @@ class HierarchicalGenome(Genome):
             np.clip(limit * plane + noise, -limit, limit),
         )
 
+    def laws(self) -> LinearLaws | None:
+        """Laws of few numbers for the nominal drive, to begin with; None where it has none."""
+        return laws_for(self)
+
     def informed(self, tree: Integers, rng: np.random.Generator) -> Hierarchies | None:
         """Optimal regulators of the nominal drive as tables; None where it has none."""
-        found = regulators_for(self)
-        return None if found is None else found.fresh(tree, rng)
+        laws = self.laws()
+        if laws is None:
+            return None
+        spread = np.log(self.bounds.scale_range) * rng.uniform(-1, 1, (len(tree), len(self.names)))
+        sizes = np.exp(spread) / np.array(self.scales)
+        return laws.laid(laws.ways(laws.fresh(len(tree), rng), rng), tree, sizes)
 
     def mutated(
         self, population: Hierarchies, step: Floats, rng: np.random.Generator

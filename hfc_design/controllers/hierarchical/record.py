@@ -230,7 +230,7 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
 class Bounds(NamedTuple):
     """On the C-axis; the ``[search]`` of a scenario may have other values under these keys."""
 
-    kp_range: tuple[float, float] = (100.0, 10_000.0)  # of the first individuals [V/rad]
+    kp_range: tuple[float, float] = (100.0, 10_000.0)  # of first individuals that are drawn [V/rad]
     kd_range: tuple[float, float] = (30.0, 3_000.0)  # [V s/rad]
     scale_range: float = 10.0  # factor around the layout's scales; 1: they stay
     inner_limit: float = 4.0  # |consequent| of an inner unit

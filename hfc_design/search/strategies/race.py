@@ -7,15 +7,20 @@ from pydantic import Field
 
 from hfc_design.controllers.genome import Population, joined, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
+from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.records import NotNegative, Positive
-from hfc_design.search.newton import individuals
+from hfc_design.search.heats import room, shares
+from hfc_design.search.newton import individuals, some_numbers
 from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 
 #: A double may score this much of its original before luck is suspected.
 LUCK = 0.99
-#: Damping of the first Gauss-Newton step, of a failed one, and the one at which to give up.
-FIRST_DAMPING, FAILURE, HOPELESS = 1.0, 1e3, 1e6
+#: Damping of the first Gauss-Newton step, its factor after a failed one, and the largest: the next
+#: step has other numbers, so that none is hopeless.
+FIRST_DAMPING, FAILURE, LARGEST = 1.0, 10.0, 1e4
+#: Who differs from a lucky one by less than this share of its largest numbers is as lucky.
+KIN = 1e-3
 BOUNDS = Bounds()
 
 
@@ -29,7 +34,7 @@ class RaceSettings(StrategySettings):
 
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
-    generations: int = Field(160, ge=1, le=10_000_000)
+    generations: int = Field(100, ge=1, le=10_000_000)
     kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range
     scale_range: Annotated[float, Field(ge=1)] = BOUNDS.scale_range
@@ -41,7 +46,8 @@ class RaceSettings(StrategySettings):
     step: Positive = 0.2  # first mutation step, relative
     stick_penalty: NotNegative = 300.0
     newton_islands: int = Field(8, ge=0)  # Gauss-Newton steps begin with this many islands left
-    newton_steps: int = Field(2, ge=0)  # of them in one generation
+    newton_steps: int = Field(4, ge=0)  # of them in one generation
+    newton_numbers: int = Field(96, ge=1)  # that one step moves, drawn anew for each
 
 
 class RaceState(NamedTuple):
@@ -60,14 +66,7 @@ class Asked(NamedTuple):
     population: Population
     step: Floats  # (n,)
     damping: Floats  # (n,) of a Gauss-Newton proposal, nan where it was bred
-
-
-def heats(trees: int) -> list[int]:
-    """Islands in each heat: all trees, then half of them, down to one."""
-    sizes = [trees]
-    while sizes[-1] > 1:
-        sizes.append(-(-sizes[-1] // 2))
-    return sizes
+    needed: Floats  # (n,) score below which it does not matter what it is
 
 
 class SuccessiveHalving(NamedTuple):
@@ -85,9 +84,11 @@ class SuccessiveHalving(NamedTuple):
         tree = chosen[shares(s.population, islands)]
         population = self.task.genome.fresh(tree, rng)
         some = np.flatnonzero(rng.random(len(tree)) < s.informed)
-        if len(some) and (informed := self.task.genome.informed(tree[some], rng)) is not None:
+        known = self.task.informed or self.task.genome.informed
+        if len(some) and (informed := known(tree[some], rng)) is not None:
             population = replaced(population, some, informed)
-        return None, Asked(population, np.full(s.population, s.step), np.full(s.population, np.nan))
+        each = (np.full(s.population, value) for value in (s.step, np.nan, -np.inf))
+        return None, Asked(population, *each)
 
     def ask(
         self, state: RaceState, generation: int, rng: np.random.Generator
@@ -100,13 +101,17 @@ class SuccessiveHalving(NamedTuple):
         # is nearly chaotic may score well by luck; its double then does not.
         best, place = doubled(state)
         double = self.task.genome.nudged(taken(state.population, best), rng)
-        asked = asked._replace(population=replaced(asked.population, place, double))
+        asked = asked._replace(
+            population=replaced(asked.population, place, double),
+            needed=changed(asked.needed, place, -np.inf),
+        )
         islands = len(state.damping)
         if self.task.linearised is None or islands > s.newton_islands:
             return state, asked
-        hopeful = [k for k in range(islands) if state.damping[k] <= HOPELESS]
-        for k in np.roll(hopeful, -generation * s.newton_steps)[: s.newton_steps]:
-            asked = self._stepped(state, asked, int(k))
+        # In turn; where there are fewer islands than steps, some get several.
+        turns = (np.arange(s.newton_steps) + generation * s.newton_steps) % islands
+        for k in np.unique(turns):
+            asked = self._stepped(state, asked, int(k), int(np.count_nonzero(turns == k)), rng)
         return state, asked
 
     def tell(self, state: RaceState | None, asked: Asked, score: Floats) -> RaceState:
@@ -115,7 +120,7 @@ class SuccessiveHalving(NamedTuple):
             island = np.unique(asked.population.tree, return_inverse=True)[1]
             damping = np.full(island.max() + 1, FIRST_DAMPING)
             return ranked(RaceState(asked.population, score, asked.step, island, damping))
-        state = humbled(state, score)
+        state, score = with_kin(state, humbled(state, score), asked.population, score)
         damping = state.damping.copy()
         for k in range(len(damping)):
             home = np.flatnonzero(state.island == k)
@@ -126,7 +131,7 @@ class SuccessiveHalving(NamedTuple):
                 stepped = np.isfinite(asked.damping[best])
                 damping[k] = asked.damping[best] if stepped else min(damping[k], FIRST_DAMPING)
             elif tried:
-                damping[k] *= FAILURE
+                damping[k] = min(damping[k] * FAILURE, LARGEST)
         population = joined(state.population, asked.population)
         scores = np.concatenate([state.score, score])
         steps = np.concatenate([state.step, asked.step])
@@ -137,13 +142,15 @@ class SuccessiveHalving(NamedTuple):
 
     def _culled(self, state: RaceState, generation: int) -> RaceState:
         """Drop the islands that this heat has no room for and fill their places with survivors."""
-        sizes = heats(self.task.genome.structures)
-        room = sizes[min(generation * len(sizes) // self.settings.generations, len(sizes) - 1)]
-        if len(state.damping) <= room:
+        s = self.settings
+        trees = self.task.genome.structures
+        stepping = trees if self.task.linearised is None else s.newton_islands
+        places = room(trees, stepping, generation / s.generations)
+        if len(state.damping) <= places:
             return state
         first = np.searchsorted(state.island, np.arange(len(state.damping)))
-        kept = np.sort(np.argsort(-state.score[first], kind="stable")[:room])
-        island = shares(len(state.island), room)
+        kept = np.sort(np.argsort(-state.score[first], kind="stable")[:places])
+        island = shares(len(state.island), places)
         rank = np.arange(len(island)) - np.searchsorted(island, island)
         lived = np.bincount(state.island)[kept][island]
         chosen = chosen_of(state, first[kept][island] + rank % lived)
@@ -164,21 +171,27 @@ class SuccessiveHalving(NamedTuple):
         share = np.where(rng.random(count) < s.blend, rng.uniform(-0.25, 1.25, count), 0.0)
         mixed = genome.blended(taken(population, one), taken(population, other), share)
         step = np.clip(state.step[one] * np.exp(0.3 * rng.standard_normal(count)), 1e-3, 1.0)
-        return Asked(genome.mutated(mixed, step, rng), step, np.full(count, np.nan))
+        # A child takes the place of the worst of its island, or dies.
+        worst = state.score[first + size - 1]
+        return Asked(genome.mutated(mixed, step, rng), step, np.full(count, np.nan), worst)
 
-    def _stepped(self, state: RaceState, asked: Asked, k: int) -> Asked:
+    def _stepped(
+        self, state: RaceState, asked: Asked, k: int, steps: int, rng: np.random.Generator
+    ) -> Asked:
         """The children of island k, half of them replaced by steps from its best."""
         home = np.flatnonzero(state.island == k)
-        places = home[: (len(home) + 1) // 2]
         best = taken(state.population, home[:1])
         assert self.task.linearised is not None
-        linear = self.task.linearised(best)
-        if linear is None:
-            return asked._replace(damping=changed(asked.damping, places[:1], HOPELESS))
-        at = (best, linear, state.damping[k], len(places))
-        steps, tried = individuals(self.task.genome, *at)
-        population = replaced(asked.population, places, steps)
-        return asked._replace(population=population, damping=changed(asked.damping, places, tried))
+        population, damping = asked.population, asked.damping.copy()
+        for places in np.array_split(home[: (len(home) + 1) // 2], steps):
+            numbers = some_numbers(self.task.genome, best, self.settings.newton_numbers, rng)
+            linear = self.task.linearised(best, numbers)
+            if linear is None or not len(places):
+                continue
+            at = (best, linear, state.damping[k], len(places))
+            found, damping[places] = individuals(self.task.genome, *at)
+            population = replaced(population, places, found)
+        return asked._replace(population=population, damping=damping)
 
 
 def doubled(state: RaceState) -> tuple[Integers, Integers]:
@@ -197,9 +210,31 @@ def humbled(state: RaceState, score: Floats) -> RaceState:
     return state._replace(score=changed(state.score, best[worse], score[place][worse]))
 
 
-def shares(count: int, islands: int) -> Integers:
-    """``count`` places dealt to the islands as evenly as possible, island by island."""
-    return np.sort(np.arange(count) % islands)
+def with_kin(
+    state: RaceState, humble: RaceState, children: Population, score: Floats
+) -> tuple[RaceState, Floats]:
+    """Whoever is hardly another than a best that was humbled is worth no more than it.
+
+    Parents and children of its island: small steps make many of them, and one or the other among
+    so many is lucky in every generation. ``score`` is that of the children.
+    """
+    own, score = humble.score.copy(), score.copy()
+    for k in np.flatnonzero(humble.score < state.score):
+        home = np.flatnonzero(state.island == state.island[k])
+        best = taken(state.population, np.array([k]))
+        for scores, population in ((own, state.population), (score, children)):
+            alike = home[kin(best, taken(population, home))]
+            scores[alike] = np.minimum(scores[alike], humble.score[k])
+    return humble._replace(score=own), score
+
+
+def kin(one: Population, others: Population) -> Mask:
+    """(n,) who differs from ``one`` by less than ``KIN``, in no number by more."""
+    found = np.ones(len(others.tree), bool)
+    for (_, own), (_, each) in zip(flat(one), flat(others), strict=True):
+        away = np.abs(each - own).reshape(len(found), -1).max(axis=1)
+        found &= away <= KIN * np.abs(own).max()
+    return found
 
 
 def changed(array: Floats, places: Integers, values: Floats | float) -> Floats:

@@ -116,7 +116,7 @@ def small(kind):
 def run(request, tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
     folder = tmp_path_factory.mktemp("runs") / request.param
-    programs = (compiled.scores, compiled.trajectory)
+    programs = (compiled.scores_needed, compiled.trajectory)
     for program in programs:
         program.clear_cache()
     found = design.run(design.new_run(small(request.param), folder), folder)

@@ -52,7 +52,7 @@ def test_nothing_leaves_the_ranges():
 def test_the_race_finds_the_best_gains(seed):
     """Of a score that has its best at k_p = 30, k_i = 6, k_d = -0.5."""
 
-    def score(population, generation):
+    def score(population, generation, needed=None):
         gains = GENOME.gains(population)
         off = np.log(gains.k_p / 30.0) ** 2 + (gains.k_i - 6.0) ** 2 + (gains.k_d + 0.5) ** 2
         return 1.0 / (1.0 + off)

@@ -1,0 +1,227 @@
+"""Laws of few numbers that a hierarchy can begin with, and how it makes them by its tables.
+
+A law is a PD, gains on the drive's signals, one on the change of velocities that are read twice
+(as if the machine were heavier), and a constant; all but the PD saturates where the root does.
+It is no kind of controller: its handful of numbers is searched in seconds, then it is laid down
+along trees as tables (``planes``), from which a search of those goes on.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.controller import AxisLaw, PerAxis, Signals
+from hfc_design.controllers.hierarchical import tree as hierarchy
+from hfc_design.controllers.hierarchical.law import PREVIOUS
+from hfc_design.controllers.hierarchical.planes import along, passing
+from hfc_design.controllers.linear import regulator
+from hfc_design.controllers.linear.law import ERRORS
+from hfc_design.controllers.linear.lq_genome import LqGenome
+from hfc_design.controllers.linear.record import LqrSettings
+from hfc_design.core.numbers import Floats, Integers, Memory, Scalar, Xp, clipped, total
+from hfc_design.core.records import UserError
+from hfc_design.stability.nominal import nominal
+
+if TYPE_CHECKING:
+    from hfc_design.controllers.hierarchical.genome import HierarchicalGenome, Hierarchies
+
+#: Sums of the slopes of an inner unit, in shares of its largest consequent: of first tables, and
+#: the ends. Its output is not clamped, but the terms of the unit that reads it end at 1: a large
+#: sum bends early. A small one leaves little to the units behind it, whose consequents have ends as
+#: well. Consequents of a plane go up to 1.41 times the sum.
+REACH, ENDS = (0.2, 0.4, 0.7, 1.0), (0.02, 3.0)
+#: Constant command of first laws, in shares of where they saturate.
+OFFSET = (5e-4, 0.15)
+#: Gain on the change of a velocity from sample to sample, in shares of kd: of first laws, and how
+#: many of them have one; the largest, in shares of what lets a velocity saturate at the end of its
+#: universe.
+INERTIA, WITH_INERTIA, MOST_INERTIA = (0.1, 30.0), 0.7, 20.0
+TINY = 1e-9
+#: Share of a signal that may differ from the error's rate, so that it counts as a velocity.
+SAME = 1e-6
+#: First tables follow a law with one of these shares of all its gains, on universes so many times
+#: as large as the largest signals: what fits nobody knows before it is tried.
+SHARES, UNIVERSE = (1.0, 1.0, 0.6, 0.3), (0.7, 3.0)
+
+
+class Laws(NamedTuple):
+    """n laws; every array carries them in its leading axis."""
+
+    tree: Integers  # (n,) 0: they have no structure
+    numbers: Floats  # (n, size) kp, kd, gains on signals, on the change, the constant
+
+
+class LawGains(NamedTuple):
+    """The same as ``simulate`` wants them."""
+
+    kp: Scalar
+    kd: Scalar
+    signals: Any  # (signals, n)
+    change: Scalar
+    constant: Scalar
+
+
+class Structure(NamedTuple):
+    """What of the law is code: signals, velocities with their factors, where it saturates."""
+
+    signals: tuple[str, ...]
+    velocities: tuple[tuple[str, float], ...]
+    largest: float
+
+
+class LinearLaws:
+    """What a search can do with ``Laws``.
+
+    Raises:
+        UserError: the drive cannot be linearised, or no regulator of it was found.
+    """
+
+    def __init__(self, genome: "HierarchicalGenome"):
+        self.genome = genome
+        target = genome.target
+        model = nominal(target.machine.drives[0], target.parameters[0], target.sample_time)
+        seen = {name: model.outputs[name] for name in genome.names if name in model.outputs}
+        rate = model.outputs["error_rate"]
+        #: Velocities that are read twice -> how much of the error's rate they are.
+        self.velocities: dict[str, float] = {}
+        for name, row in seen.items():
+            share = float(row @ rate / (rate @ rate))
+            alike = np.linalg.norm(row - share * rate) <= SAME * np.linalg.norm(row)
+            if alike and f"{PREVIOUS}{name}" in genome.names:
+                self.velocities[name] = share
+        known = model._replace(outputs={**{name: model.outputs[name] for name in ERRORS}, **seen})
+        signals = regulator.measured(known, None, target.machine.name).names[len(ERRORS) :]
+        self.search = LqGenome(LqrSettings(kind="lqr", signals=signals), target)
+        self.largest = genome.bounds.root_limit * genome.settings.output_scale
+        scale = dict(zip(self.search.states.names, self.search.scale, strict=True))
+        #: (size - 2,) about how large the numbers behind kp and kd are.
+        self.units = np.array(
+            [*(scale[name] for name in signals), scale["error_rate"], 0.01 * self.largest]
+        )
+
+        twice = [genome.scales[genome.names.index(name)] for name in self.velocities]
+        #: Largest gain on the change: tables that make more have steps instead of slopes.
+        self.most = MOST_INERTIA * self.largest * max(twice, default=0.0)
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Those with a gain."""
+        return self.search.signals
+
+    def fresh(self, count: int, rng: np.random.Generator) -> Laws:
+        """Regulators of random weights, with inertia and a constant drawn beside."""
+        found = self.search.gains(self.search.fresh(np.zeros(count, int), rng))
+        with_it = rng.random(count) < WITH_INERTIA
+        change = found.kd * between(rng, INERTIA, count) * with_it
+        constant = self.largest * between(rng, OFFSET, count) * rng.choice([-1.0, 1.0], count)
+        rows = () if found.signals is None else found.signals
+        numbers = np.stack([found.kp, found.kd, *rows, change, constant], axis=1)
+        # Weights for which there is no regulator leave a PD of nothing, which diverges or stands.
+        return Laws(np.zeros(count, int), np.nan_to_num(numbers))
+
+    def points(self, laws: Laws) -> Floats:
+        """(n, size) coordinates in which a distribution can move: logarithms, signs free."""
+        gains = np.log(np.maximum(laws.numbers[:, :2], TINY))
+        return np.concatenate([gains, np.arcsinh(laws.numbers[:, 2:] / self.units)], axis=1)
+
+    def laws(self, points: Floats) -> Laws:
+        """Laws of such coordinates."""
+        gains, others = np.exp(np.clip(points[:, :2], -21.0, 21.0)), points[:, 2:]
+        numbers = np.concatenate([gains, self.units * np.sinh(np.clip(others, -21, 21))], axis=1)
+        numbers[:, -2] = np.clip(numbers[:, -2], -self.most, self.most)
+        return Laws(np.zeros(len(points), int), numbers)
+
+    def gains(self, laws: Laws) -> LawGains:
+        """The laws as ``simulate`` wants them."""
+        kp, kd, *signals, change, constant = laws.numbers.T
+        rows = np.array(signals).reshape(len(signals), len(kp))
+        return LawGains(kp, kd, rows, change, constant)
+
+    def controller(self) -> PerAxis:
+        """Any of them in the loop, with the limit of the first axis."""
+        own = tuple((name, 1.0 / share) for name, share in self.velocities.items())
+        structure = Structure(self.signals, own, self.largest)
+        target = self.genome.target
+        limit = next(iter(target.limits.values()))
+        law = AxisLaw(_sample, _memory, target.sample_time, limit, structure)
+        return PerAxis("linear law of few numbers", (law,) * len(target.machine.axes))
+
+    def ways(self, laws: Laws, rng: np.random.Generator) -> Floats:
+        """(n, size + 2) points of ``laid``: these laws in ways that are drawn."""
+        count = len(laws.tree)
+        share = rng.choice(SHARES, (count, 1))
+        points = self.points(laws._replace(numbers=share * laws.numbers))
+        wide, reach = between(rng, UNIVERSE, count), rng.choice(REACH, count)
+        return np.column_stack([points, np.log(wide), np.log(reach)])
+
+    def laid(self, points: Floats, tree: Integers, sizes: Floats) -> "Hierarchies":
+        """Laws along trees, by tables.
+
+        The last two of the coordinates ``points`` (n, size + 2) are logarithms: of the universes in
+        shares of ``sizes`` (inputs,), the largest magnitudes of the inputs where such a law is at
+        work; and of the reach of inner units.
+        """
+        genome, count = self.genome, len(tree)
+        names, inputs = genome.names, len(genome.names)
+        kp, kd, *signals, change, constant = self.laws(points[:, :-2]).numbers.T
+        slopes = np.zeros((count, inputs))
+        for name, gain in zip(self.signals, signals, strict=True):
+            slopes[:, names.index(name)] = gain
+        for name, size in self.velocities.items():
+            own = change / size / len(self.velocities)
+            slopes[:, names.index(name)] += own
+            slopes[:, names.index(f"{PREVIOUS}{name}")] -= own
+        most = genome.bounds.scale_range
+        low, high = np.array(genome.scales) / most, np.array(genome.scales) * most
+        wide, reach = np.exp(points[:, -2:].T)
+        scales = 1.0 / np.maximum(wide[:, None] * sizes, TINY)
+        scales = np.clip(scales, low, high)
+        for name in self.velocities:  # of two readings whose change counts universes end at one
+            pair = [names.index(name), names.index(f"{PREVIOUS}{name}")]
+            if low[pair].max() <= high[pair].min():
+                one = np.clip(scales[:, pair[:1]], low[pair].max(), high[pair].min())
+                scales[:, pair] = one
+        reach = genome.bounds.inner_limit * np.clip(reach, *ENDS)[:, None]
+        output = genome.settings.output_scale
+        sources = hierarchy.all_sources(inputs)[tree].astype(int)
+        level = np.repeat(reach, inputs - 1, axis=1), passing(genome.settings)
+        tables = along(sources, slopes / scales / output, *level)
+        tables[:, -1] += (constant / output)[:, None, None]
+        gains = np.maximum(np.stack([kp, kd], axis=1), TINY)
+        limited = np.clip(tables, -genome.limit, genome.limit)
+        return type(genome.empty())(tree, gains, scales, limited)
+
+
+def laws_for(genome: "HierarchicalGenome") -> LinearLaws | None:
+    """Laws for the nominal drive; None where it has none."""
+    try:
+        return LinearLaws(genome)
+    except UserError:
+        return None
+
+
+def _memory(law: AxisLaw, zero: Scalar) -> tuple[Memory, ...]:
+    """The velocities of the sample before."""
+    return tuple(zero for _ in law.structure.velocities)
+
+
+def _sample(
+    xp: Xp, law: AxisLaw, gains: LawGains, memory: tuple[Scalar, ...], signals: Signals
+) -> tuple[Scalar, tuple[Scalar, ...], None]:
+    """The command, and the velocities to remember."""
+    own: Structure = law.structure
+    fed = [gain * signals[x] for x, gain in zip(own.signals, gains.signals, strict=True)]
+    now = tuple(signals[name] for name, _ in own.velocities)
+    pairs = zip(own.velocities, now, memory, strict=True)
+    count = max(len(now), 1)
+    changes = [factor / count * gains.change * (new - old) for (_, factor), new, old in pairs]
+    bent = clipped(xp, total([gains.constant, *fed, *changes]), -own.largest, own.largest)
+    return gains.kp * signals["error"] + gains.kd * signals["error_rate"] + bent, now, None
+
+
+def between(
+    rng: np.random.Generator, ends: tuple[float, float], shape: int | tuple[int, ...]
+) -> Floats:
+    """Numbers between two ends, evenly by their logarithms."""
+    low, high = np.log(ends)
+    return np.asarray(np.exp(rng.uniform(low, high, shape)))

@@ -1,0 +1,82 @@
+"""The numbers of one individual as coordinates, its structure kept, and steps without derivatives.
+
+What a distribution of all numbers (CMA-ES, ``distribution``) finds needs no derivative: of
+controllers that switch it says nothing, and of machines of several axes there is none.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from hfc_design.controllers.genome import Genome, Members, Population
+from hfc_design.core.numbers import Floats
+
+#: First standard deviation: of what has bounds in shares of half their width, of logarithms else.
+STEP = 0.02
+#: A number without bounds may become so many times larger or smaller (its logarithm).
+FAR = 4.0
+#: Width of the central difference that tells how gains follow coordinates.
+WIDTH = 1e-5
+
+
+class Coordinates(NamedTuple):
+    """The numbers of an individual; 0 is what it was."""
+
+    size: int
+    step: float  # first standard deviation of a distribution
+    members: Callable[[Floats], Members]  # points (n, size) -> individuals of its structure
+    room: tuple[Floats, Floats]  # (size,) each: from where to where a point may go
+
+
+def coordinates(genome: Genome, about: Population) -> Coordinates | None:
+    """Those of a population of one; None where its kind has none."""
+    if hasattr(genome, "space"):
+        return _of_space(genome, about)
+    stage = genome.around(about)
+    if stage is None:
+        return None
+    start = stage.start
+    tree = about.tree
+
+    def members(points: Floats) -> Members:
+        return stage.members(start + points, np.repeat(tree, len(points)))
+
+    far = np.full(len(start), np.inf)
+    return Coordinates(len(start), stage.step, members, (-far, far))
+
+
+def _of_space(genome: Any, about: Population) -> Coordinates:
+    """Numbers with bounds in shares of half their width, others by their logarithm."""
+    space = genome.space()
+    start = space.vectors(about)[0]
+    bounded = np.isfinite(space.low) & np.isfinite(space.high)
+    half = np.where(bounded, 0.5 * (space.high - space.low), 1.0)
+    free = ~space.frozen
+
+    def members(points: Floats) -> Members:
+        moved = np.where(bounded, start + half * points, start * np.exp(np.clip(points, -FAR, FAR)))
+        moved = np.clip(moved, space.low, space.high)
+        return space.from_vectors(np.where(free, moved, start), about)
+
+    with np.errstate(all="ignore"):
+        ends = (space.low, space.high)
+        room = [np.where(bounded, (x - start) / half, np.log(x / start)) for x in ends]
+    low, high = (np.where(free, x, 0.0) for x in room)
+    return Coordinates(len(start), STEP, members, (low, high))
+
+
+def chain(genome: Genome, coordinates: Coordinates, point: Floats | float = 0.0) -> Floats:
+    """(gains, size) how the floating numbers of the gains follow the coordinates at a point."""
+    each = WIDTH * np.eye(coordinates.size)
+    moved = (coordinates.members(point + x) for x in (each, -each))
+    ahead, behind = (_numbers(genome, members) for members in moved)
+    return (ahead - behind) / (2.0 * WIDTH)
+
+
+def _numbers(genome: Genome, population: Population) -> Floats:
+    """(gains, n)."""
+    leaves = jax.tree.leaves(genome.gains(population))
+    count = len(population.tree)
+    return np.concatenate([x.reshape(-1, count) for x in leaves if x.dtype.kind == "f"])

@@ -1,0 +1,33 @@
+"""Successive halving: how many islands a race has in each of its heats."""
+
+import numpy as np
+
+from hfc_design.core.numbers import Integers
+
+#: Length of a heat without Gauss-Newton steps, in shares of one with them.
+SHORT = 0.25
+
+
+def heats(trees: int) -> list[int]:
+    """Islands in each heat: all trees, then half of them, down to one."""
+    sizes = [trees]
+    while sizes[-1] > 1:
+        sizes.append(-(-sizes[-1] // 2))
+    return sizes
+
+
+def room(trees: int, stepping: int, share: float) -> int:
+    """Islands at a ``share`` of the race, of which so many make Gauss-Newton steps.
+
+    Heats of more islands are short.
+    """
+    sizes = heats(trees)
+    lengths = np.array([SHORT if size > stepping else 1.0 for size in sizes])
+    ends = np.cumsum(lengths) / lengths.sum()
+    heat = int(np.searchsorted(ends, share + 1e-9, side="right"))
+    return sizes[min(heat, len(sizes) - 1)]
+
+
+def shares(count: int, islands: int) -> Integers:
+    """``count`` places dealt to the islands as evenly as possible, island by island."""
+    return np.sort(np.arange(count) % islands)

@@ -1,0 +1,185 @@
+"""The last steps of a search: one individual, its structure kept, better in what is ranked.
+
+A step proposes many individuals at once, by Gauss-Newton at many dampings or, where these lead
+nowhere, from a distribution that follows what is good; the simulator decides. What is not better in
+all that is ranked is not taken, so that a polish never ends worse than it began.
+"""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from hfc_design.controllers.genome import Genome, Population, joined, taken
+from hfc_design.core.numbers import Floats, Integers, Mask
+from hfc_design.search.by_numbers import Coordinates, chain, coordinates
+from hfc_design.search.distribution import Distribution, begun, drawn, learnt
+from hfc_design.search.newton import damped
+
+#: Shares of a whole Gauss-Newton step that are tried. Reweighted least squares majorise the sum
+#: of magnitudes, so that their whole step is too short.
+LENGTHS = (4.0, 2.0, 1.0)
+#: Share of the numbers that half of the proposals leave as they are: kinks then stop only some.
+LEFT_OUT = 0.5
+#: Dampings stand so many decades to either side of the last good one.
+DECADES = 3.0
+#: Damping of the first step, factor after a failed one, and where to give derivatives up.
+FIRST_DAMPING, FAILURE, HOPELESS = 1.0, 3.0, 1e4
+#: Steps without derivatives before these are tried again.
+BLIND = 10
+#: What the random numbers of a polish begin with, unlike those of any generation.
+POLISH = 2**31
+
+
+class Quadratic(NamedTuple):
+    """Normal equations of a weighted least squares problem in the numbers of the gains."""
+
+    normal: Floats  # (some, gains, gains), as some ways to weigh see them
+    slope: Floats  # (gains,) half the derivative of the weighted sum of squares
+
+
+class Polishable(NamedTuple):
+    """What a polish needs of a problem."""
+
+    genome: Genome
+    #: (n, 1 or more) all that an individual is ranked by, the larger the better; -inf: it failed.
+    worth: Callable[[Population], Floats]
+    #: (individuals, random numbers) -> (n,) much the same on fewer machines; compared within one
+    #: call only.
+    screened: Callable[[Population, np.random.Generator], Floats]
+    #: The normal equations about a population of one; None where they are not finite. None where
+    #: the machine has no such derivatives.
+    quadratic: Callable[[Population, np.random.Generator], Quadratic | None] | None = None
+    proposed: int = 127  # individuals of a step
+    judged: int = 4  # of these, whose worth is looked at
+
+
+class Polished(NamedTuple):
+    """How far a polish has come; a checkpoint of it is this and nothing else."""
+
+    step: int  # steps done
+    population: Population  # (1,) the best
+    worth: Floats  # (1, 1 or more) its own
+    first: Floats  # (1, 1 or more) of what it began with
+    damping: float  # of the next Gauss-Newton step
+    blind: int  # steps without derivatives that are left
+    about: Population  # (1,) where the coordinates of the distribution are 0
+    distribution: Distribution
+
+
+def polish(
+    task: Polishable, individual: Population, total: int, seed: int, done: Polished | None = None
+) -> Iterator[Polished]:
+    """Polish a population of one, from the start or from what is ``done``; yields after each step.
+
+    The random numbers of a step depend on the seed and its number alone.
+    """
+    if done is None:
+        done = _begun(task, individual)
+    for step in range(done.step, total):
+        rng = np.random.default_rng([seed, POLISH, step])
+        derived = None
+        if task.quadratic is not None and not done.blind:
+            derived = task.quadratic(done.population, rng)
+        if derived is None and not done.blind:
+            done = _begun_blind(task, done)
+        done = _blind(task, done, rng) if derived is None else _newton(task, done, derived, rng)
+        done = done._replace(step=step + 1)
+        yield done
+
+
+def _begun(task: Polishable, individual: Population) -> Polished:
+    worth, own = task.worth(individual), _coordinates(task, individual)
+    nothing = begun(np.zeros(own.size), own.step)
+    return Polished(0, individual, worth, worth, FIRST_DAMPING, 0, individual, nothing)
+
+
+def _coordinates(task: Polishable, about: Population) -> Coordinates:
+    found = coordinates(task.genome, about)
+    assert found is not None  # else nobody may ask for a polish
+    return found
+
+
+def _newton(
+    task: Polishable, done: Polished, derived: Quadratic, rng: np.random.Generator
+) -> Polished:
+    """Damped steps; what would leave its bounds at once stays, so that the others slide along."""
+    here = _coordinates(task, done.population)
+    slope = chain(task.genome, here)
+    normal = np.stack([slope.T @ one @ slope for one in derived.normal])
+    own = Quadratic(normal, slope.T @ derived.slope)
+    low, high = here.room
+    stuck = ((low >= 0.0) & (own.slope > 0.0)) | ((high <= 0.0) & (own.slope < 0.0))
+    points, dampings = proposals(own, stuck, done.damping, task.proposed, rng)
+    members = here.members(np.clip(points, low, high))
+    place, after = _taken(task, done, members, _screened(task, done, members, rng))
+    if place is not None:
+        return after._replace(damping=float(dampings[place]))
+    damping = FAILURE * done.damping
+    return done._replace(damping=damping) if damping <= HOPELESS else _begun_blind(task, done)
+
+
+def proposals(
+    quadratic: Quadratic, frozen: Mask, damping: float, count: int, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """``count`` points (count, parameters) about 0 and the damping of each, (count,).
+
+    Half of them leave ``LEFT_OUT`` of the parameters as they are.
+    """
+    rounds = 2 * len(quadratic.normal) * len(LENGTHS)
+    each = -(-count // rounds)
+    dampings = damping * 10.0 ** np.linspace(-DECADES, DECADES, each)
+    some = frozen | (rng.random(len(frozen)) < LEFT_OUT)
+    with threadpool_limits(1, user_api="blas"):
+        pairs = product(quadratic.normal, (frozen, some))
+        steps = [damped(one, quadratic.slope, held, dampings) for one, held in pairs]
+    points = np.concatenate([length * step for step in steps for length in LENGTHS])
+    return points[:count], np.tile(dampings, rounds)[:count]
+
+
+def _begun_blind(task: Polishable, done: Polished) -> Polished:
+    """A new distribution about what there is, where it cannot go on where it was."""
+    one = done.population
+    own = _coordinates(task, one)
+    fresh = begun(np.zeros(own.size), own.step)
+    return done._replace(damping=FIRST_DAMPING, blind=BLIND, about=one, distribution=fresh)
+
+
+def _blind(task: Polishable, done: Polished, rng: np.random.Generator) -> Polished:
+    """A generation of the distribution; its mean is proposed too."""
+    points = drawn(done.distribution, task.proposed - 1, rng)
+    points = np.concatenate([points, done.distribution.mean[None]])
+    members = _coordinates(task, done.about).members(points)
+    screened = _screened(task, done, members, rng)
+    after = _taken(task, done, members, screened)[1]
+    distribution = learnt(done.distribution, points[:-1], screened[1:-1])
+    # Without derivatives there is nothing else to try.
+    left = done.blind - 1 if task.quadratic is not None else done.blind
+    return after._replace(distribution=distribution, blind=left)
+
+
+def _screened(
+    task: Polishable, done: Polished, members: Population, rng: np.random.Generator
+) -> Floats:
+    """(1 + n,) of what there is, and of the individuals."""
+    return task.screened(joined(done.population, members), rng)
+
+
+def _taken(
+    task: Polishable, done: Polished, members: Population, screened: Floats
+) -> tuple[int | None, Polished]:
+    """With the best of some individuals, and its place, if it is better than what there is."""
+    order: Integers = np.argsort(-screened[1:], kind="stable")[: task.judged]
+    order = order[screened[1:][order] > screened[0]]
+    if not len(order):
+        return None, done
+    worth = task.worth(taken(members, order))
+    better = (worth >= done.worth).all(axis=1) & (worth > done.worth).any(axis=1)
+    if not better.any():
+        return None, done
+    k = int(np.where(better, worth.min(axis=1), -np.inf).argmax())
+    return int(order[k]), done._replace(
+        population=taken(members, order[k : k + 1]), worth=worth[k : k + 1]
+    )

@@ -1,0 +1,75 @@
+"""Several small distributions side by side, each begun anew once it has come to rest: CMA-ES.
+
+For few numbers whose landscape has many hills (Auger and Hansen, CEC 2005): islands that begin at
+the best of many first points climb one hill each, and all of them are scored as one population.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.search.distribution import Distribution, begun, drawn, learnt
+
+#: Islands, and points of each in a round.
+ISLANDS, SAMPLES = 8, 16
+#: First standard deviation, and that of an island which begins anew about the best of all.
+STEP, ANEW = 0.4, 1.0
+#: An island that has not gained this share within so many rounds has come to rest.
+GAIN, PATIENCE = 1e-3, 12
+
+
+class Tried(NamedTuple):
+    """Everything that was scored."""
+
+    points: Floats  # (n, size)
+    score: Floats  # (n,) -inf where one failed
+
+
+def climbed(
+    first: Floats,
+    evaluate: Callable[[Floats], Floats],
+    evaluations: int,
+    rng: np.random.Generator,
+) -> Tried:
+    """So many ``evaluations``, those of the points ``first`` (n, size) among them.
+
+    ``evaluate`` gives a score (n,) of points (n, size), -inf where one failed.
+    """
+    tried = Tried(first, evaluate(first))
+    order = np.argsort(-tried.score, kind="stable")
+    waiting = [first[k] for k in order if np.isfinite(tried.score[k])]
+    islands = [Island(begun(point, STEP), 0) for point in waiting[:ISLANDS]]
+    waiting = waiting[ISLANDS:]
+    rounds = (evaluations - len(first)) // max(len(islands) * SAMPLES, 1) if islands else 0
+    for number in range(rounds):
+        points = np.stack([drawn(one.distribution, SAMPLES, rng) for one in islands])
+        scores = evaluate(points.reshape(-1, points.shape[-1])).reshape(points.shape[:2])
+        tried = Tried(
+            np.concatenate([tried.points, *points]), np.concatenate([tried.score, *scores])
+        )
+        for k, one in enumerate(islands):
+            learning = learnt(one.distribution, points[k], scores[k])
+            islands[k] = one.after(learning, float(scores[k].max()), number)
+            if number - islands[k].gained < PATIENCE:
+                continue
+            about = tried.points[int(np.argmax(tried.score))]
+            anew = about + ANEW * rng.standard_normal(len(about))
+            other = waiting.pop(0) if waiting and rng.random() < 0.5 else anew
+            islands[k] = Island(begun(other, STEP), number)
+    return tried
+
+
+class Island(NamedTuple):
+    """A distribution, and when it last found something that is worth it."""
+
+    distribution: Distribution
+    gained: int  # round
+    best: float = -np.inf
+
+    def after(self, distribution: Distribution, best: float, number: int) -> "Island":
+        """The island after a round."""
+        if best > self.best + GAIN * abs(self.best) or not np.isfinite(self.best):
+            return Island(distribution, number, best)
+        return self._replace(distribution=distribution)
