@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.controllers.controller import AxisLaw, View, held
 from hfc_design.controllers.gains import Law, genome_of_gains, settings_of
 from hfc_design.controllers.genome import Genome, taken
@@ -197,7 +198,15 @@ __all__ += ["Target", "Task", "Template", "View", "Xp", "clipped", "coupled", "g
 __all__ += ["held", "only_positive", "register", "rk4", "settings_of", "side_by_side"]
 __all__ += ["strategies", "taken", "total"]
 # What is loaded, searched, evaluated and written.
-__all__ += ["Comparison", "Controller", "Design", "Evaluation", "Judgements", "Result"]
-__all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "compare"]
+__all__ += [
+    "Attainable",
+    "Comparison",
+    "Controller",
+    "Design",
+    "Evaluation",
+    "Judgements",
+    "Result",
+]
+__all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "attainable", "compare"]
 __all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "load_design"]
 __all__ += ["load_scenario", "pick", "plot", "robustness", "trajectory_csv", "with_gains"]

@@ -10,10 +10,11 @@ from matplotlib.figure import Figure
 
 from hfc_design.batch import summary
 from hfc_design.batch.plan import LABEL, OWN_KEYS
-from hfc_design.batch.runs import SEED, listed, text
+from hfc_design.batch.runs import SEED, Run, listed, text
 from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
 from hfc_design.pictures.figure import LARGEST, Rows, score
 from hfc_design.report import REPORT, batch_plots, rendered
+from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10
@@ -55,6 +56,8 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
         random=any(run.searched for run in runs),
         repeated=counts["finished"] - sum(len(group.finished) for group in groups),
         merits=any(group.measure != FITNESS for group in groups),
+        chaotic=sum(bool(run.ranges) for run in runs),
+        repeats=TOLD,
         few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
         group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
@@ -179,11 +182,18 @@ def _run_rows(
     for run in found.runs[:RUNS]:
         own = (run.setting(key) for key in (*keys, SEED))
         told = [run.path, str(number.get(run.path, "–")), *own, run.state]
-        values = [run.score.get(key, "–") for key in scores]  # None: the design diverged
-        told += [x if isinstance(x, str) else score(-np.inf if x is None else x) for x in values]
+        told += [_score(run, key) for key in scores]
         told.append(str(len(run.best)))
         rows.append((f"{quote(run.path)}/{REPORT}" if run.page else "", told))
     return rows
+
+
+def _score(run: Run, key: str) -> str:
+    """Fitness or merit of a run, a range where it is chaotic."""
+    if key in run.ranges:
+        return range_told(run.ranges[key])
+    value = run.score.get(key, "–")  # None: the design diverged
+    return value if isinstance(value, str) else score(-np.inf if value is None else value)
 
 
 def figure_row(item: Reproduced) -> list[str]:

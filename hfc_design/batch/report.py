@@ -100,6 +100,8 @@ def _run_columns(found: Findings) -> dict[str, Column]:
         columns[key] = _of_one_type([run.settings.get(key) for run in runs])
     for key in dict.fromkeys(key for run in runs for key in run.score):
         columns[key] = [run.score.get(key) for run in runs]
+    for key in dict.fromkeys(key for run in runs for key in run.ranges):
+        columns[f"{key}_highest"] = [run.ranges.get(key, {}).get("highest") for run in runs]
     columns[JUDGED_BY] = [run.judged_by or None for run in runs]
     columns["reason"] = [run.reason or None for run in runs]
     return columns

@@ -39,6 +39,7 @@ class Run(NamedTuple):
     page: bool = False  # has a report of its own
     searched: bool = True  # else its design was given, and nothing is random
     judged_by: str = ""  # title of the merit; "" where an earlier version made the run
+    ranges: dict[str, Json] = {}  # of a fitness or merit that is chaotic; ``score`` has its lowest
 
     def setting(self, key: str) -> str:
         """A setting as a reader sees it, a dash where there is none."""
@@ -125,9 +126,10 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
 def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
     score: dict[str, float | None] = {}
     judged_by, best, searched = "", np.empty(0), not (path / GIVEN).exists()
+    ranges: dict[str, Json] = {}
     if state == "finished":
         try:
-            score, judged_by = _score(path)
+            score, judged_by, ranges = _score(path)
         except ValueError as error:
             state, reason = "unreadable", _told(DESIGN, error)
     if (path / HISTORY).exists() or (state == "finished" and searched):
@@ -138,11 +140,14 @@ def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "")
     if state in ("running", "broken off") and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
     page = (path / REPORT).exists()
-    return Run(_below(path, top), settings, state, reason, score, best, page, searched, judged_by)
+    told = (settings, state, reason, score, best, page, searched, judged_by, ranges)
+    return Run(_below(path, top), *told)
 
 
-def _score(path: Path) -> tuple[dict[str, float | None], str]:
-    """Fitness, merit and metrics in a run's design, and what the merit is.
+def _score(path: Path) -> tuple[dict[str, float | None], str, dict[str, Json]]:
+    """Fitness, merit and metrics in a run's design, what the merit is, and ranges of chaos.
+
+    Where fitness or merit are chaotic they are the lowest of their repeats.
 
     Raises:
         ValueError: the file is no design with a score.
@@ -151,11 +156,24 @@ def _score(path: Path) -> tuple[dict[str, float | None], str]:
     score = design.get("score") if isinstance(design, dict) else None
     if not isinstance(score, dict):
         raise ValueError("has no score")
-    judged_by = score.pop(JUDGED_BY, "")
+    judged_by, ranges = score.pop(JUDGED_BY, ""), _ranges(score)
     found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
     if found.get("fitness") is None and score.get("fitness", "") is not None:
         raise ValueError("has no fitness that is a number")  # null: the design diverged
-    return {"fitness": None} | found, text(judged_by)
+    lowest = {key: one["lowest"] for key, one in ranges.items()}
+    return {"fitness": None} | found | lowest, text(judged_by), ranges
+
+
+def _ranges(score: Json) -> dict[str, Json]:
+    """Takes what it says of chaos out of a score: key -> the ends of its range."""
+    score.pop("chaotic", None)
+    told = score.pop("repeats", None)
+    each = told.items() if isinstance(told, dict) else ()
+    return {
+        key: {end: _number(one.get(end)) for end in ("lowest", "highest")}
+        for key, one in each
+        if key in ("fitness", "merit") and isinstance(one, dict)
+    }
 
 
 def _number(value: object) -> float | None:

@@ -127,7 +127,7 @@ def _run(go_on: Callable[[object], None], anyway: bool, path: Path) -> "Outcome"
         go_on(None)  # it may have waited for long
         with _of_this_worker():  # a package that the batch has may be missing
             scenario = design.opened_run(path)
-        design.run(scenario, path, go_on, anyway)
+        design.run(scenario, path, go_on, anyway, go_on)
 
     return attempt(work)
 

@@ -6,6 +6,7 @@ import threading
 import click
 
 from hfc_design import __version__
+from hfc_design.cli.attaining import attainable
 from hfc_design.cli.comparing import compare
 from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
@@ -16,7 +17,7 @@ from hfc_design.cli.trading import pick
 #: In the order in which a user meets them.
 COMMANDS = (
     *(list_, design, pick, score, compare, simulate, export, import_),
-    *(explain, stability, report, batch),
+    *(explain, stability, attainable, report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 

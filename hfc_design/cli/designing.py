@@ -29,8 +29,10 @@ KEYS = {
     "generations": "search.generations",
     "preset": "search.preset",
     "precision": "run.precision",
+    "polish": "run.polish",
 }
 PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
+POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
 PRESET_HELP = "Search strategy, see hfc list strategies [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
 
@@ -44,6 +46,7 @@ DEFAULT = "c-axis-practical"
 @click.option("--preset", help=PRESET_HELP)
 @click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
+@click.option("--polish", metavar="STEPS", type=click.IntRange(min=0), help=POLISH_HELP)
 @setting
 @click.option("--resume", is_flag=True, help="Continue the run in --out where it stopped.")
 @click.option("--anyway", is_flag=True, help=ANYWAY_HELP)
@@ -70,20 +73,44 @@ def design(
     from hfc_design.core.lock import alone
     from hfc_design.report.page import BASELINES, write_page
     from hfc_design.runs import run
+    from hfc_design.runs.polishing import polish_told
 
     found, folder = _asked_for(scenario, changes, out, resume, anyway, pareto, options)
     click.get_current_context().with_resource(alone(folder))  # until the report is written
     if not resume:
         found = run.new_run(found, folder)
     result, summary = _searched(found, folder, anyway, quiet)
+    told = _near_the_best(found, result, folder)
     rivals = write_page(found, result, folder)
     show_usable(run.kept_use(folder))
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
     shown.show_table(found, rows, summary)
+    if line := polish_told(result.design):
+        click.echo(line)
     if result.front is not None:
         show_front(result.front)
+    if told:
+        click.echo(told)
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
+
+
+def _near_the_best(scenario: "Scenario", result: "Result", folder: Path) -> str:
+    """How near the design of one limited motion of a C-axis is to any controller's best, a line.
+
+    Of several motions that takes longer; ``hfc attainable`` does it when somebody asks.
+    """
+    from hfc_design.attainable.attainable import check
+    from hfc_design.core.records import RunError, UserError
+    from hfc_design.runs.attained import attained_told, keep_attained
+
+    try:
+        check(scenario)
+        if scenario.motions:
+            return f"near the best? hfc attainable {folder}"
+        return attained_told(keep_attained(scenario, result.design, folder))
+    except (UserError, RunError):  # there is no bound, or it was not found
+        return ""
 
 
 def _asked_for(
@@ -139,7 +166,9 @@ def _searched(
     watch = shown.Watch(scenario)
     try:
         with nullcontext() if quiet else watch:
-            own = {} if quiet else {"on_generation": watch.generation}
+            own: Any = {}
+            if not quiet:
+                own = {"on_generation": watch.generation, "on_polish": watch.polished}
             result = run.run(scenario, folder, anyway=anyway, **own)
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None

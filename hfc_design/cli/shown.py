@@ -14,10 +14,12 @@ from hfc_design.core.console import ProgressBar, plain_table, terminal
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation, evaluate, motion_rows, notes, score_rows
+from hfc_design.simulation.evaluation import Evaluation, evaluate
+from hfc_design.simulation.score_tables import motion_rows, notes, score_rows
 
 if TYPE_CHECKING:
     from hfc_design.search.loop import Search
+    from hfc_design.search.polish import Polished
 
 
 def free_folder(name: str) -> Path:
@@ -39,6 +41,7 @@ class Watch(ProgressBar):
     def __init__(self, scenario: Scenario):
         super().__init__("compiling", scenario.search.generations)
         self._steps = scenario.search.population * scenario.simulation.steps
+        self._polish = scenario.run.polish
         self._title = scenario.judge().title
         self._begun = self._said = time.monotonic()
         self._first: tuple[int, float] | None = None
@@ -70,6 +73,15 @@ class Watch(ProgressBar):
         elif now - self._said > 5.0:
             left = (self.total - done) * (now - since) / max(done - begun, 1)
             self.say(f"generation {done}/{self.total}  {self._title}: {line}  {left:.0f} s left")
+            self._said = now
+
+    def polished(self, done: "Polished") -> None:
+        """Show one finished step of the polish."""
+        total, now = self._polish, time.monotonic()
+        line = f"from {done.first[0, 0]:.5g} to {done.worth[0, 0]:.5g}"
+        self.show(description="polish", completed=done.step, total=total, line=line)
+        if done.step == total or now - self._said > 5.0:
+            self.say(f"polish {done.step}/{total}  {self._title}: {line}")
             self._said = now
 
     def summary(self) -> str:
@@ -117,10 +129,15 @@ def score_one(
             print(f"scenario {scenario.name}")
         show_table(scenario, {design.name: evaluation})
         return
-    names = {"design": design.name, "scenario": scenario.name, "diverged": evaluation.diverged}
+    names = {"design": design.name, "scenario": scenario.name, **_state(evaluation)}
     lost = evaluation.divergence and evaluation.divergence._asdict()
     names |= {"substeps": evaluation.substeps, "divergence": lost}
     print(json.dumps(names | evaluation.score(scenario.judge())))
+
+
+def _state(found: Evaluation) -> dict[str, bool]:
+    """What there is to know before a number is believed."""
+    return {"diverged": found.diverged, "chaotic": found.chaotic}
 
 
 def score_usable(
@@ -146,7 +163,7 @@ def score_usable(
     found = usable(design, scenario, spread, samples, seed)
     if as_json:
         judged = evaluate(design, scenario)
-        names = {"design": design.name, "scenario": scenario.name, "diverged": judged.diverged}
+        names = {"design": design.name, "scenario": scenario.name, **_state(judged)}
         score = judged.score(scenario.judge())
         print(json.dumps(names | score | {"can_i_use_it": found.numbers()}))
     else:
@@ -175,6 +192,7 @@ def score_spread(
     """
     from hfc_design.cli.usable_table import QUESTION, WARNING, answer
     from hfc_design.simulation.monte_carlo import robustness
+    from hfc_design.simulation.repeats import chaos_told
 
     def progress(done: int, total: int) -> None:
         bar.show(description="simulating", completed=done, total=total)
@@ -185,6 +203,7 @@ def score_spread(
     print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
     numbers = own | found.numbers()
+    chaotic = [key for key in found.ranges if key in numbers["metrics"]]
     table = plain_table(
         title=f"{numbers['design']} on {numbers['scenario']}, "
         f"parameters +-{100 * numbers['spread']:g} %",
@@ -193,14 +212,16 @@ def score_spread(
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
         f"quantiles of the stable ones that have the metric; merit is {numbers['judged_by']}\n"
         f"impossible machines drawn again: {numbers['refused_draws']}\n"
-        f"simulated again with shorter steps: {numbers['refined']}",
+        f"simulated again with shorter steps: {numbers['refined']}"
+        + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),
         caption_justify="left",
     )
     table.add_column("metric", no_wrap=True)
     for name in ("nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count"):
         table.add_column(name, justify="right", no_wrap=True)
     for key, values in numbers["metrics"].items():
-        table.add_row(key, *map(_short, values.values()))
+        nominal, *quantiles = map(_short, values.values())
+        table.add_row(key, "chaotic" if key in chaotic else nominal, *quantiles)
     if as_json:
         print(json.dumps(numbers))
     else:

@@ -7,7 +7,7 @@ from hfc_design.core.console import plain_table, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import chaos_told
+from hfc_design.simulation.in_use import merit_told
 from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
@@ -79,7 +79,7 @@ def _caption(found: Json) -> str:
         if found["substeps"] is not None:
             changes += f", {100 * found['substeps']:.2g} % in finer steps"
         lines.append(changes)
-    if chaos := chaos_told(found):
+    if chaos := merit_told(found):
         lines.append(chaos)
     if any(one.get("asked_of") == "nominal" for one in found["motions"].values()):
         lines.append("* asked of the nominal machine alone")

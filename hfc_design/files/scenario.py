@@ -47,6 +47,7 @@ class RunSettings(Record):
 
     seed: int = Field(0, ge=0)
     precision: Literal["float32", "float64"] = "float32"
+    polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)  # steps after the search
 
 
 class Scenario(Record):
@@ -103,6 +104,9 @@ class Scenario(Record):
         if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
             raise ValueError(f"search.preset = {preset!r}: {fault}")
         self._can_trade()
+        if self.run.polish and self.traded:
+            told = f"run.polish = {self.run.polish}: polishes one design; "
+            raise ValueError(f"{told}search.preset = {preset!r} looks for a front")
         return self
 
     def _can_trade(self) -> None:

@@ -23,12 +23,16 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered, trade_off
 from hfc_design.report.comparison.tables import NONE, short
+from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained
 from hfc_design.runs.individuals import genome_of
+from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
-from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings, score_rows
+from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import chaos_told, several
+from hfc_design.simulation.in_use import merit_told, several
+from hfc_design.simulation.repeats import range_told
+from hfc_design.simulation.score_tables import score_rows
 
 TABLES = "tables"
 Evaluations = dict[str, Evaluation]  # by the names of the designs
@@ -90,10 +94,12 @@ def write_page(
         scenario=scenario,
         design=design,
         summary=_summary(scenario, own, rivals),
+        polished=polish_told(design),
         names=list(evaluations),
         scores=[[told.get(key, key), *row] for key, *row in scores],
         measure=_measure(scenario.judge()),
         contour=own.contour is not None,
+        attained=_attained(folder),
         used=_used(scenario, result, folder),
         several=_motions(own, scenario),
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
@@ -131,11 +137,19 @@ def _used(scenario: Scenario, result: Result, folder: Path) -> Json | None:
             "others": {name: why for name, one in each if (why := _why_others(one))},
             "alone": any(one.get("asked_of") == "nominal" for _, one in each),
             "gain_told": found["gain"] and gain_told(found["gain"]),
-            "chaos_told": chaos_told(found),
+            "chaos_told": merit_told(found),
         }
     # ... or the file has been edited
     except (UserError, KeyError, TypeError, AttributeError, ValueError):
         return None
+
+
+def _attained(folder: Path) -> Json | None:
+    """How near the design comes to what any controller could do; None if nobody has asked."""
+    found = kept_attained(folder)
+    if found is None:
+        return None
+    return {"told": attained_told(found), "heads": ["motion", *HEADS], "rows": attained_rows(found)}
 
 
 def _used_row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
@@ -197,7 +211,7 @@ def _summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
     """What the run achieved, in a sentence."""
     if own.diverged:
         return f"The controller diverges on {scenario.name}{_why(own)}."
-    achieved = f"a fitness of {score(own.fitness)}"
+    achieved = f"a fitness of {_fitness(own)[1]}"
     if own.contour is not None:
         achieved = f"a contour error of {_rms(own):.3g} {own.contour.unit} rms"
     line = f"The controller reaches {achieved} on {scenario.name}"
@@ -216,15 +230,22 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
     if rival.diverged:
         return f"{name} diverges there{_why(rival)}"
     if own.contour is None:
-        if min(own.fitness, rival.fitness) <= 0.0:
-            return f"that of {name} is {score(rival.fitness)}"
-        factor = own.fitness / rival.fitness
-        return f"{factor:.3g} times that of {name}, which is {score(rival.fitness)}"
+        mine, (theirs, told) = _fitness(own)[0], _fitness(rival)
+        if min(mine, theirs) <= 0.0:
+            return f"that of {name} is {told}"
+        return f"{mine / theirs:.3g} times that of {name}, which is {told}"
     its = f"{_rms(rival):.3g} {own.contour.unit}"
     factor = _rms(rival) / _rms(own) if _rms(own) else np.inf
     if not 0 < factor < np.inf:
         return f"that of {name} is {its}"
     return f"that of {name} is {factor:.3g} times as large ({its})"
+
+
+def _fitness(found: Evaluation) -> tuple[float, str]:
+    """What it counts as, where it is chaotic its lower end, and how people read it."""
+    if (many := found.ranges.get("fitness")) is None:
+        return found.fitness, score(found.fitness)
+    return found.repeats["fitness"].lowest, range_told(many)
 
 
 def _why(lost: Evaluation) -> str:

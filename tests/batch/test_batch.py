@@ -231,11 +231,11 @@ def test_a_batch_of_nothing_is_refused(text, tmp_path):
 
 
 def test_cells_keep_the_names_that_an_earlier_version_gave_them(tmp_path):
-    """Those of the search that begins with regulators: its cells are others than before."""
+    """Those of the search that begins with searched laws: its cells are others than before."""
     scenarios = {
-        "c-axis-ramp-cutting": "2af74a19e69cc28c",
-        "feed-drive-circle": "5c1d60f0d1305039",
-        "feed-drive-hierarchy": "6a46ad235a762d7d",
+        "c-axis-ramp-cutting": "7846d048b6c6a910",
+        "feed-drive-circle": "496bc047e9a06735",
+        "feed-drive-hierarchy": "1fadf82b6370f365",
     }
     file = tmp_path / "batch.toml"
     file.write_text(f'name = "kept"\n[grid]\nscenario = {list(scenarios)}\n')

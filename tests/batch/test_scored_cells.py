@@ -73,6 +73,7 @@ def test_a_cell_scores_what_hfc_score_says(out):
     ):
         said = json.loads(hfc("score", "pd-only", *own, *changes).stdout)
         assert not said.pop("diverged")
+        assert not said.pop("chaotic")
         assert (said.pop("substeps"), said.pop("divergence")) == (1, None)
         assert said.pop("design") == "pd-only"
         assert scores(out)[label] == said

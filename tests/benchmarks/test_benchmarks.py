@@ -27,10 +27,24 @@ design = runtime.load_design("jee-koren-2004-pid")
 samples = np.linspace(-30.0, 30.0, 150)[:, None]
 assert all(one.deviation < 1e-4 for one in runtime.contenders(design, samples).values())
 """
+POLISH = """
+import polish, numpy as np
+from hfc_design.files.scenario import load_scenario
+scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
+genome = polish.Problem(scenario).genome
+own = polish.Residuals(scenario, genome.fresh(np.array([7]), np.random.default_rng(0)), 1e-2)
+at = 0.01 * np.random.default_rng(1).standard_normal(own.own.size)
+value, slope = own.linear(at)
+np.testing.assert_allclose(value, own.values(at), rtol=1e-9)
+for k in (0, 3, 60):
+    step = 1e-5 * (np.arange(own.own.size) == k)
+    change = (own.values(at + step) - own.values(at - step)) / 2e-5
+    np.testing.assert_allclose(slope[:, k], change, atol=1e-5 * abs(change).max() + 1e-9)
+"""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", [EVALUATOR, CONTROLLERS, RUNTIME])
+@pytest.mark.parametrize("code", [EVALUATOR, CONTROLLERS, RUNTIME, POLISH])
 def test_a_benchmark_runs(code):
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=BENCHMARKS, capture_output=True, check=False)

@@ -77,11 +77,12 @@ def test_the_table_by_hand(capsys):
 
 
 def test_chaos_is_told_in_a_line(capsys):
-    show_usable(ANSWER | {"chaotic": True, "repeats": [189.34, 686.4]})
+    show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": 189.34, "highest": 686.4}})
     text = " ".join(capsys.readouterr().out.split())
-    assert "merit is chaotic: 189.3 to 686.4 where the command is a millionth another" in text
-    show_usable(ANSWER | {"chaotic": True, "repeats": [None, 686.4]})
-    assert "merit is chaotic: none to 686.4" in " ".join(capsys.readouterr().out.split())
+    repeats = "of 64 repeats with commands up to a millionth apart"
+    assert f"merit is chaotic: 189.3 to 686.4 {repeats}" in text
+    show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": None, "highest": 686.4}})
+    assert "merit is chaotic: diverged to 686.4" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_design_that_can_be_used_is_not_warned_of(capsys):

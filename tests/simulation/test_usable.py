@@ -10,9 +10,10 @@ from hfc_design.core.statistics import share_interval
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.evaluation import evaluate
-from hfc_design.simulation.gain_range import REPEATS, gain_range, gain_told
-from hfc_design.simulation.in_use import chaos_told
+from hfc_design.simulation.gain_range import gain_range, gain_told
+from hfc_design.simulation.in_use import merit_told
 from hfc_design.simulation.machines import drawn
+from hfc_design.simulation.repeats import FACTORS
 from hfc_design.simulation.usable import BEYOND, usable
 
 DATA = Path(__file__).parents[1] / "data"
@@ -80,23 +81,24 @@ def test_a_millionth_of_the_command_hardly_moves_a_loop_that_is_not_chaotic():
     scenario, design = load_scenario(TWO), load_design("pd-only")
     found = usable(design, scenario)
     ends = sorted(evaluate(louder(design, 1.0 + off), scenario).merit for off in (-1e-6, 1e-6))
-    assert found.repeats == pytest.approx(ends, rel=1e-10)
-    assert found.merit == pytest.approx(evaluate(design, scenario).merit, rel=1e-10)
-    assert not found.chaotic
-    assert chaos_told(found.numbers()) == ""
+    assert [found.repeats.lowest, found.repeats.highest] == pytest.approx(ends, rel=1e-10)
+    told = found.numbers()
+    assert told["merit"] == pytest.approx(evaluate(design, scenario).merit, rel=1e-10)
+    assert not told["chaotic"]
+    assert merit_told(told) == ""
 
 
 def test_a_chaotic_loop_has_a_range_and_no_figure():
     """The best that a search found under the cutting load; each repeat is a run of its own."""
     design, scenario = load_design(DATA / "chaotic.json"), load_scenario("c-axis-ramp-cutting")
     found = usable(design, scenario, machines=8)
-    low, high = found.repeats
-    alone = [evaluate(louder(design, factor), scenario).merit for factor in REPEATS[::6]]
+    low, high = found.repeats.lowest, found.repeats.highest
+    alone = [evaluate(louder(design, factor), scenario).merit for factor in FACTORS[::6]]
     assert max(alone) > 1.01 * min(alone)
     assert high > 1.01 * low
-    assert found.chaotic
-    told = f"merit is chaotic: {low:.4g} to {high:.4g} where the command is a millionth another"
-    assert chaos_told(found.numbers()) == told
+    assert found.numbers()["chaotic"]
+    repeats = "of 64 repeats with commands up to a millionth apart"
+    assert merit_told(found.numbers()) == f"merit is chaotic: {low:.4g} to {high:.4g} {repeats}"
 
 
 def test_who_keeps_a_constraint_is_counted_with_its_interval():

@@ -18,6 +18,7 @@ from hfc_design.simulation.comparison import (
     Difference,
     Side,
 )
+from hfc_design.simulation.repeats import range_told
 from plants import in_a_name
 
 #: What stands where there is no number.
@@ -60,7 +61,7 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
         name, factor = named(bout, key, of["nominal"] + of["median"])
         for what in of if every or key == keys[0] else ("median",):
             each = zip(of[what], sides, strict=True)
-            cells = [_cell(value, factor, side, what) for value, side in each]
+            cells = [_cell(value, factor, side, what, key) for value, side in each]
             found.append(Line(name, what, cells, _best(of[what], -1 if key in SCORES else 1)))
             name = ""
     return found
@@ -102,7 +103,9 @@ def _percent(share: Interval) -> str:
     return between(100 * low, 100 * high)
 
 
-def _cell(value: float | None, factor: float, side: Side, what: str) -> str:
+def _cell(value: float | None, factor: float, side: Side, what: str, key: str) -> str:
+    if what == "nominal" and key in side.ranges:
+        return range_told(side.ranges[key])
     if value is not None:
         return short(factor * value)
     share = {"median": HALF, "95 %": NEARLY_ALL}.get(what)

@@ -103,3 +103,22 @@ def test_parameters_of_axes_have_their_names(tables):
     row = dict(zip(head, first, strict=True))
     assert row["x_gain"] == row["y_gain"] == 40.0
     assert row["y_positive_start"] == 7.23
+
+
+def test_a_chaotic_fitness_is_a_range_and_worse_than_one_above_its_lower_end():
+    def scored(value, ranges):
+        values = {ERROR: np.ones(2), "fitness": np.full(2, value)}
+        return Side(np.ones(2, bool), True, {ERROR: 1.0, "fitness": value}, values, ranges)
+
+    lucky = scored(430.8, {"fitness": {"lowest": 362.0, "highest": 511.0}})
+    lost = scored(430.8, {"fitness": {"lowest": None, "highest": 511.0}})
+    told = {**TOLD, "fitness": "fitness, LL eq. 5"}
+    three = Bout("m", None, {"lucky": lucky, "steady": scored(380.0, {}), "lost": lost}, {}, told)
+    (line,) = [x for x in lines(three, every=True) if x.cells[1] == "380" and x.of == "nominal"]
+    assert line.cells == ["362 to 511 (chaotic)", "380", "diverged to 511 (chaotic)"]
+    assert line.best == [1]
+    repeats = "of 64 repeats with commands up to a millionth apart"
+    assert [*three.chaos()] == [
+        f"lucky in m: fitness is chaotic: 362 to 511 {repeats}",
+        f"lost in m: fitness is chaotic: diverged to 511 {repeats}",
+    ]

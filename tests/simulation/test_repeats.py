@@ -1,0 +1,118 @@
+"""Repeats a millionth apart: against designs whose gains are multiplied by hand."""
+
+import numpy as np
+import pytest
+
+from hfc_design.files.pairing import load_design
+from hfc_design.files.scenario import load_scenario
+from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, chaos_told, range_told
+from hfc_design.simulation.score_tables import notes, score_rows
+
+CIRCLE = "feed-drive-circle"
+
+
+def louder_hierarchy(design, factor):
+    """Its PD and its output times a factor."""
+    gains = design.controller.pd
+    changes = {"pd.kp": factor * gains.kp, "pd.kd": factor * gains.kd}
+    changes["output_scale"] = factor * design.controller.output_scale
+    return load_design(design, [f"controller.{key}={float(x)!r}" for key, x in changes.items()])
+
+
+def louder_aflc(design, factor):
+    """Its table, the steps of it and their bounds times a factor; there is no integral."""
+    own = design.controller
+    table = [[factor * x for x in row] for row in own.rules.centroids]
+    changes = {"rules.centroids": table, "adaptation.k_c": factor * own.adaptation.k_c}
+    for key, bound in own.adaptation.stable_range.model_dump().items():
+        changes[f"adaptation.stable_range.{key}"] = factor * bound
+    return load_design(design, [f"controller.{key}={x!r}" for key, x in changes.items()])
+
+
+def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
+    """The AFLC of 2004 on a circle: one of two motions, by the last bits of its table."""
+    scenario, design = load_scenario(CIRCLE), load_design("jee-koren-2004-aflc")
+    found = evaluate(design, scenario)
+    many = found.repeats["fitness"]
+    some = [1, 20, 45, 63]
+    alone = [evaluate(louder_aflc(design, float(FACTORS[k])), scenario).fitness for k in some]
+    assert many.values[some] == pytest.approx(alone, rel=1e-6)
+    assert [many.lowest, many.highest] == pytest.approx([min(alone), max(alone)], rel=1e-6)
+    assert many.highest > 1.05 * many.lowest
+    assert many.values[0] == found.fitness
+    assert found.chaotic
+    assert found.worth == many.lowest
+
+    score = found.score(scenario.judge())
+    ends = {"lowest": min(alone), "highest": max(alone), "count": 64}
+    assert score["chaotic"] is True
+    assert {key: score["repeats"]["fitness"][key] for key in ends} == pytest.approx(ends, rel=1e-6)
+    (_, told), *_ = score_rows(scenario.judge(), [found], ".4g", "-")
+    assert told == f"{min(alone):.4g} to {max(alone):.4g} (chaotic)"
+    (note,) = notes(scenario, {"it": found})
+    told = "the ranges are of 64 repeats with commands up to a millionth apart"
+    assert note == f"it is chaotic: {told}, all else is of the command as it is"
+
+
+def test_a_published_design_that_is_not_chaotic_has_one_figure():
+    scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": 2.0})
+    design = load_design("lin-lee-1999-table-1")
+    found = evaluate(design, scenario)
+    ends = [1, 63]
+    alone = [evaluate(louder_hierarchy(design, FACTORS[k]), scenario).merit for k in ends]
+    assert found.repeats["merit"].values[ends] == pytest.approx(alone, rel=1e-9)
+    assert alone[0] != alone[1]
+    assert not found.chaotic
+    assert found.worth == found.merit
+    assert {"chaotic", "repeats"}.isdisjoint(found.score(scenario.judge()))
+    (_, told), *_ = score_rows(scenario.judge(), [found], ".4g", "-")
+    assert told == f"{found.fitness:.4f}"
+    assert notes(scenario, {"it": found}) == []
+
+
+def test_repeats_of_several_motions_are_those_of_one_after_the_other():
+    motions = [
+        {"name": "ramp", "weight": 3.0},
+        {"name": "slow", "reference": {"kind": "ramp", "velocity": 0.005}},
+    ]
+    both = {"motions": motions, "simulation": {"duration_s": 1.0}}
+    scenario = load_scenario({"name": "two", "fitness": {"settled_after_s": 0.5}, **both})
+    found = evaluate("pd-only", scenario)
+    one, other = (found.motions[name].repeats["merit"].values for name in ("ramp", "slow"))
+    expected = 4.0 / (3.0 / one + 1.0 / other)
+    assert found.repeats["merit"].values == pytest.approx(expected, rel=1e-12)
+    assert found.merit == pytest.approx(expected[0], rel=1e-12)
+
+
+def test_costs_of_motions_are_averaged_and_failures_stay():
+    merits = np.array([[1.0, 3.0], [0.0, 3.0], [-1.0, 3.0], [2.0, -np.inf]])
+    assert averaged(merits, np.array([1.0, 3.0])).tolist() == [2.0, 0.0, 0.0, -np.inf]
+
+
+@pytest.mark.parametrize(
+    ("values", "chaotic", "worth"),
+    [
+        ([100.0, 99.6, 100.4], False, 100.0),
+        ([100.0, 99.4, 100.5], True, 99.4),
+        ([-100.0, -99.4, -100.5], True, -100.5),
+        ([100.0, -np.inf, 100.0], True, -np.inf),
+        ([0.0, 0.0, 0.0], False, 0.0),
+        ([-np.inf, 100.0, 90.0], False, -np.inf),  # it has diverged
+        ([-np.inf] * 3, False, -np.inf),
+    ],
+)
+def test_chaotic_is_what_differs_by_more_than_a_hundredth(values, chaotic, worth):
+    many = Repeats(np.array(values))
+    assert many.chaotic is chaotic
+    assert many.worth == worth
+
+
+def test_ranges_as_people_read_them():
+    numbers = Repeats(np.array([430.8, 511.04, 361.96, 1.0])).numbers()
+    assert numbers == {"lowest": 1.0, "median": 361.96, "highest": 511.04, "count": 4}
+    assert range_told(numbers) == "1 to 511 (chaotic)"
+    lost = Repeats(np.array([43080.4, 51104.3, -np.inf])).numbers()
+    assert lost == {"lowest": None, "median": 43080.4, "highest": 51104.3, "count": 3}
+    assert range_told(lost) == "diverged to 51104 (chaotic)"
+    assert chaos_told("merit", lost).startswith("merit is chaotic: diverged to 51104 of 64 repeats")
