@@ -7,8 +7,9 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import flat
 from hfc_design.runs.individuals import genome_of
+from hfc_design.search.heats import heats
 from hfc_design.search.loop import fault, generations, searcher
-from hfc_design.search.strategies.cma import CmaSettings, _heats, _sound
+from hfc_design.search.strategies.cma import CmaSettings, _sound
 from hfc_design.search.strategy import Task
 
 NAMES = ("error", "error_rate", "deflection")
@@ -43,9 +44,9 @@ def searched(genome, settings=CMA, seed=0, evaluate=hill, search=None, total=Non
 
 
 def test_heats_halve_down_to_one():
-    assert _heats(4) == [4, 2, 1]
-    assert _heats(3) == [3, 2, 1]
-    assert _heats(1) == [1]
+    assert heats(4) == [4, 2, 1]
+    assert heats(3) == [3, 2, 1]
+    assert heats(1) == [1]
 
 
 def test_same_seed_same_bits_other_seed_other_run(genome):

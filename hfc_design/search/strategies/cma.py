@@ -17,6 +17,7 @@ from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
+from hfc_design.search.heats import heats
 from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
@@ -129,9 +130,9 @@ class Cma(NamedTuple):
         number = next(k for k, end in enumerate(last) if generation < end)
         first, competing = (last[number - 1] if number else 0), stages[number][1]
         islands = min(self.settings.trees, self.task.genome.structures) if competing else 1
-        heats = _heats(islands)
+        sizes = heats(islands)
         length = max(last[number] - first, 1)
-        return Place(number, generation - first, heats[(generation - first) * len(heats) // length])
+        return Place(number, generation - first, sizes[(generation - first) * len(sizes) // length])
 
     def _begun(
         self,
@@ -163,14 +164,6 @@ class Cma(NamedTuple):
         tree = np.repeat(state.population.tree[island : island + 1], len(points))
         members = self._stage(state, place.stage).members(points, tree)
         return state, Asked(members, points, island, place.stage)
-
-
-def _heats(islands: int) -> list[int]:
-    """Islands in each heat: all, then half of them, down to one."""
-    sizes = [islands]
-    while sizes[-1] > 1:
-        sizes.append(-(-sizes[-1] // 2))
-    return sizes
 
 
 def _put(leaf: Any, place: int, value: Any) -> Any:
