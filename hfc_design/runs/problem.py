@@ -1,6 +1,7 @@
 """What a search needs of a scenario: what its individuals are worth there, and enough memory."""
 
 from copy import copy
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +69,8 @@ class Problem:
             self._ensemble = self._allowed.tighter(self._robust.tighter)
             self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
         self._evaluations = scenario.search.population * scenario.search.generations
+        #: Individuals and machines of a generation.
+        self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
         self._traded, self._record = scenario.traded, design.controller
         #: Whether there is but one machine in one motion, which may end early.
         self._single = not self._ensemble and len(self._samples) == 1 and not self._loop.doubled
@@ -76,14 +79,19 @@ class Problem:
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
 
     def rank(
-        self, population: Population, generation: int = 0, needed: Floats | None = None
+        self,
+        population: Population,
+        generation: int = 0,
+        needed: Floats | None = None,
+        hard: Integers | None = None,
     ) -> Floats:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
 
         One that cannot reach what is ``needed`` of it may have any merit below that.
 
         Of many machines everybody meets a few, the best of them more. Where scores of different
-        generations are never compared, each generation has others of the same machines.
+        generations are never compared, each generation has others of the same machines; half of
+        them are ``hard`` ones if there are any.
         """
         robust, lenient = self._robust, self._lenient(generation)
         if robust is None:
@@ -95,13 +103,14 @@ class Problem:
             judged, simulated = simulate.scores_needed(*about)
             self.simulated += int(simulated.sum())
             return self._rank(judged, None)
-        rank = self._ranked(population, self._some(robust.first, generation), lenient)
+        some = partial(self._some, generation=generation, hard=hard)
+        rank = self._ranked(population, some(robust.first), lenient)
         for count in (robust.machines, robust.elite):
             if count == robust.first:
                 continue
             # So many that it costs no more than the first round; the others cannot pass them.
             best = np.argsort(-rank, kind="stable")[: max(len(rank) * robust.first // count, 1)]
-            found = self._ranked(taken(population, best), self._some(count, generation), lenient)
+            found = self._ranked(taken(population, best), some(count), lenient)
             rank = np.minimum(rank, found.min())
             rank[best] = found
         return rank
@@ -116,11 +125,12 @@ class Problem:
         """What the strategy of the scenario is told: ranks, or with them what it trades off.
 
         Costs that are compared are those of the same ``machines``, without them the first ones.
+        Where nothing is traded they are the hard ones.
         """
         if not self._traded:
-            return self.rank(population, generation, needed)
+            return self.rank(population, generation, needed, machines)
         if generation < self._fresh:  # before it trades
-            rank = self.rank(population, generation)
+            rank = self.rank(population, generation, None, machines)
             unknown = np.full((len(rank), len(self._traded)), np.inf)
             return Scored(rank, unknown, unknown[:, 0])
         count = self._robust.machines if self._robust else 1
@@ -151,10 +161,14 @@ class Problem:
         left = 1.0 - generation / (NARROWED * self._fresh)
         return LENIENT * max(left, 0.0) ** 2
 
-    def _some(self, count: int, generation: int) -> Integers:
+    def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
         start = generation * (count - 1) if generation < self._fresh else 0
-        return np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
+        some = np.append(0, 1 + (start + np.arange(count - 1)) % (self._machines.size - 1))
+        if hard is not None and len(hard):
+            half = count // 2
+            some[count - half :] = hard[(generation * half + np.arange(half)) % len(hard)]
+        return some
 
     def _ranked(self, population: Population, machines: Integers, lenient: float = 0.0) -> Floats:
         some = self._machines.take(machines)
@@ -211,18 +225,31 @@ class Problem:
         hardest = self._hardest if self._robust else None
         return Task(self.genome, self._linear if differs else None, hardest, self._informed)
 
-    def _hardest(self, population: Population) -> Integers:
-        """The nominal machine and those on which most is broken.
+    def _hardest(self, population: Population, keeping: float) -> Integers:
+        """The nominal machine and those on which most is broken, or with least to spare.
 
-        Left out are those that most of the ``population`` do not keep by the scenario's own limits.
+        Left out are those on which less than a share ``keeping`` of the ``population`` keeps
+        everything by the scenario's own limits.
         """
         assert self._ensemble is not None
         assert self._allowed is not None
-        judged = self._judged(self.genome.gains(population), self._machines)
-        kept = self._allowed.verdict(judged).sound.mean(axis=0) >= 0.5
-        broken = self._ensemble.verdict(judged).broken.sum(axis=(2, 3)).mean(axis=0)
-        others = 1 + np.argsort(-broken[1:], kind="stable")
-        return np.sort(np.append(0, others[kept[others]][: HARD - 1]))
+        judged = self._on_all(population)
+        kept = self._allowed.verdict(judged).sound.mean(axis=0) >= keeping
+        found = self._ensemble.verdict(judged)
+        broken = found.broken.sum(axis=(2, 3)).mean(axis=0)
+        order = np.lexsort((found.merit.mean(axis=0), -broken))
+        others = order[kept[order] & (order > 0)]
+        return np.sort(np.append(0, others[: HARD - 1]))
+
+    def _on_all(self, population: Population) -> Judged:
+        """On all machines that were drawn, in parts that need no other program than the search."""
+        count, gains = self._machines.size, self.genome.gains(population)
+        at_once = max(self._lanes // len(population.tree), 1)
+        starts = range(0, count, at_once)
+        numbers = (np.minimum(start + np.arange(at_once), count - 1) for start in starts)
+        parts = [self._judged(gains, self._machines.take(some)) for some in numbers]
+        joined = (np.concatenate(x, axis=1)[:, :count] for x in zip(*parts, strict=True))
+        return Judged(*joined)
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""

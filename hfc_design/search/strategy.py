@@ -38,8 +38,10 @@ class Task(NamedTuple):
     #: machine has no such derivative.
     linearised: Callable[..., Linear | None] | None = None
     #: The numbers of the machines on which individuals break constraints most, the nominal one
-    #: among them; None where there is but one machine. What a strategy asks may have ``machines``.
-    hardest: Callable[[Population], Integers] | None = None
+    #: among them, without those on which less than a share of the individuals keeps everything; of
+    #: (individuals, share). None where there is but one machine. What a strategy asks may have
+    #: ``machines``: one that trades meets these and no others, in others half of all are of them.
+    hardest: Callable[[Population, float], Integers] | None = None
     #: First individuals on the given trees that know the machine, of (trees, generator); None, or
     #: giving None, where nothing is known.
     informed: Callable[[Integers, np.random.Generator], Population | None] | None = None

@@ -212,3 +212,23 @@ def test_means_of_the_last_half_are_kept_on_the_way(genome):
         best[search.generation] = taken(state.population, np.array([np.argmax(state.score)]))
     for k, wanted in enumerate(best[generation] for generation in range(72, 120, 3)):
         assert same(taken(state.trail, np.array([k])), wanted)
+
+
+def test_the_last_generations_meet_the_machines_that_are_hard_by_then(genome):
+    """From generation 84 of 120 on, asked anew every ten of them; the nominal one is met anyway."""
+    asked, met = [], []
+
+    def hardest(best, keeping):
+        assert len(best.tree) == 1
+        assert keeping == 0.0
+        asked.append(len(met))
+        return np.array([0, 5, len(met)])
+
+    def evaluate(population, generation, machines=None):
+        met.append(None if machines is None else machines.tolist())
+        return hill(population)
+
+    *_, last = generations(searcher(CMA, Task(genome, hardest=hardest)), genome, 120, 0, evaluate)
+    assert asked == [84, 94, 104, 114]
+    assert met == [None] * 84 + [[5, 84 + (k // 10) * 10] for k in range(36)]
+    assert fault(last, genome.empty(), CMA) is None

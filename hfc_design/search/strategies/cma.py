@@ -14,13 +14,15 @@ from hfc_design.controllers.genome import Population, Stage, replaced, taken
 from hfc_design.controllers.hierarchical.record import Bounds
 from hfc_design.controllers.kind import ControllerSettings
 from hfc_design.core.checkpoint import flat
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.search.distribution import WHOLE, Distribution, begun, drawn, learnt
 from hfc_design.search.heats import heats
-from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import Probability, Range, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
+#: Generations after which it is asked anew which machines are hard.
+EVERY = 10
 #: Means that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 16
 
@@ -33,6 +35,7 @@ class CmaSettings(StrategySettings):
     generations: int = Field(450, ge=1, le=10_000_000)
     step: Positive = 1.0  # factor on the first standard deviations
     trees: int = Field(4, ge=1, le=1000)  # structures that compete
+    hardened: Probability = 0.3  # share of the generations, at the end, that meet hard machines
     stick_penalty: NotNegative = 0.0
     kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range
@@ -49,6 +52,7 @@ class CmaState(NamedTuple):
     about: Population  # (1,) what the stage before ended with, in the first anything
     trail: Population  # (``TRAIL``,) means of the last half, at even intervals
     islands: Distribution  # each leaf with an axis of islands in front
+    hard: Integers  # numbers of the machines that are hard for the best mean; none: not asked yet
 
 
 class Asked(NamedTuple):
@@ -58,6 +62,7 @@ class Asked(NamedTuple):
     points: Floats  # (n, size)
     island: int
     stage: int
+    machines: Integers | None  # that are hard
 
 
 class Place(NamedTuple):
@@ -84,7 +89,7 @@ class Cma(NamedTuple):
     ) -> tuple[CmaState, Asked]:
         """Samples of the next island: of another stage, or of fewer, where it is time."""
         place = self._place(generation)
-        state = self._remembered(state, generation)
+        state = self._hardened(self._remembered(state, generation), generation)
         if place.stage != self._place(generation - 1).stage:
             best = int(np.argmax(state.score))
             good = bool(np.isfinite(state.score[best]))  # else the stage has led nowhere
@@ -122,6 +127,16 @@ class Cma(NamedTuple):
         best = taken(state.population, np.array([int(np.argmax(state.score))]))
         return state._replace(trail=replaced(state.trail, np.array([behind // every]), best))
 
+    def _hardened(self, state: CmaState, generation: int) -> CmaState:
+        """With the machines that are hard by now, if it is time."""
+        total, hardest = self.settings.generations, self.task.hardest
+        behind = generation - round((1.0 - self.settings.hardened) * total)
+        if hardest is None or behind < 0 or behind % EVERY:
+            return state
+        best = taken(state.population, np.array([int(np.argmax(state.score))]))
+        found = hardest(best, 0.0)
+        return state._replace(hard=found[found > 0])
+
     def _place(self, generation: int) -> Place:
         stages = self.task.genome.stages
         ends = [*accumulate(share for share, _ in stages)]
@@ -149,7 +164,8 @@ class Cma(NamedTuple):
         tree = np.append(about.tree, rng.permutation(others)[: place.room - 1])
         population = stage.members(np.repeat(stage.start[None], place.room, axis=0), tree)
         trail = taken(population, np.zeros(TRAIL, int)) if state is None else state.trail
-        return CmaState(population, np.full(place.room, -np.inf), about, trail, each)
+        hard = np.empty(0, np.int64) if state is None else state.hard
+        return CmaState(population, np.full(place.room, -np.inf), about, trail, each, hard)
 
     def _stage(self, state: CmaState, number: int) -> Stage:
         return self.task.genome.stage(number, state.about if number else None)
@@ -163,7 +179,8 @@ class Cma(NamedTuple):
         points = np.concatenate([points, own.mean[None]])
         tree = np.repeat(state.population.tree[island : island + 1], len(points))
         members = self._stage(state, place.stage).members(points, tree)
-        return state, Asked(members, points, island, place.stage)
+        hard = state.hard if len(state.hard) else None
+        return state, Asked(members, points, island, place.stage, hard)
 
 
 def _put(leaf: Any, place: int, value: Any) -> Any:
@@ -195,6 +212,8 @@ def _sound(settings: CmaSettings, state: CmaState) -> bool:
         and 0 < islands <= settings.trees
         and len(np.unique(state.population.tree)) == islands
         and state.about.tree.shape == (1,)
+        and state.hard.ndim == 1
+        and bool((state.hard > 0).all())
         and state.trail.tree.shape == (TRAIL,)
         and step.shape == age.shape == (islands, 1)
         and mean.shape == path.shape == steady.shape

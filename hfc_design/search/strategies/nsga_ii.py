@@ -34,6 +34,8 @@ from hfc_design.search.strategy import (
 BOUNDS = Bounds()
 #: Smallest and largest mutation step, and how much it mutates itself (of its logarithm).
 STEPS, SELF = (1e-3, 1.0), 0.3
+#: Of machines that everybody meets at least this share of the first ones keeps everything.
+KEEPING = 0.5
 #: The finest of the steps that individuals begin with that were led to where they are.
 FINE = 0.01
 
@@ -122,7 +124,7 @@ class Nsga2(NamedTuple):
             best = joined(state.led.population, state.population)
             found = joined(best, state.led.trail)
             asked = Asked(found, np.geomspace(FINE, s.step, len(found.tree)))
-            hard = self.task.hardest(best) if self.task.hardest else state.machines
+            hard = self.task.hardest(best, KEEPING) if self.task.hardest else state.machines
             state = _only(state.led, s)._replace(machines=hard)
         return state, asked._replace(machines=state.machines if len(state.machines) else None)
 
@@ -162,8 +164,8 @@ class Nsga2(NamedTuple):
 
 def _nothing(genome: Genome) -> cma.CmaState:
     """What leads nowhere."""
-    nobody = taken(genome.empty(), slice(0))
-    return cma.CmaState(nobody, np.empty(0), nobody, nobody, Distribution(*np.empty((6, 0, 0))))
+    nobody, islands = taken(genome.empty(), slice(0)), Distribution(*np.empty((6, 0, 0)))
+    return cma.CmaState(nobody, np.empty(0), nobody, nobody, islands, np.empty(0, np.int64))
 
 
 def _only(led: cma.CmaState, settings: Nsga2Settings) -> Nsga2State:
@@ -180,7 +182,7 @@ def _leading(settings: Nsga2Settings) -> cma.CmaSettings:
 
 def _sampled(asked: cma.Asked, settings: Nsga2Settings) -> Asked:
     steps = np.full(len(asked.points), settings.step)
-    return Asked(asked.population, steps, sampled=asked)
+    return Asked(asked.population, steps, asked.machines, asked)
 
 
 def _pool(state: Nsga2State) -> tuple[Population, Floats]:

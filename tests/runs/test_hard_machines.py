@@ -1,0 +1,53 @@
+"""Machines that are hard for a design: who they are, and that a search meets them."""
+
+import numpy as np
+import pytest
+
+from hfc_design import api
+from hfc_design.controllers.genome import taken
+from hfc_design.runs import problem as problems
+from hfc_design.runs.problem import Problem
+
+#: Only the spindle's inertia differs, so that the heaviest is the latest and the swingiest.
+SCENARIO = {
+    "simulation.duration_s": 0.3,
+    "controller": {"kind": "pd"},
+    "robust": {
+        "spread": 1e-6,
+        "tolerances": {"spindle_inertia": 0.5},
+        **{"first": 2, "machines": 2, "elite": 2, "final": 12},
+    },
+    "constraints": {"max_error": "10 urad"},
+    "search": {"preset": "cma", "population": 6, "generations": 40},
+}
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return Problem(api.load_scenario("c-axis-ramp", SCENARIO))
+
+
+@pytest.fixture(scope="module")
+def one(problem):
+    return taken(problem.genome.empty(), np.zeros(1, int))
+
+
+def test_hard_are_those_that_break_most(problem, one, monkeypatch):
+    """The error at the end of the ramp grows with the inertia: every machine breaks the limit."""
+    inertia = problem.parts.machines.true[0].spindle_inertia
+    heaviest = 1 + np.argsort(-inertia[1:])
+    for count in (2, 5):
+        monkeypatch.setattr(problems, "HARD", count)
+        found = problem.task.hardest(one, 0.0)
+        assert found.tolist() == sorted([0, *heaviest[: count - 1]])
+        assert problem.task.hardest(one, 0.5).tolist() == [0]  # nobody keeps everything anywhere
+
+
+def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
+    """In the last generation, where nothing may be broken any more."""
+    hard = np.array([7, 4])
+    for generation, met in ((39, 4), (38, 7)):
+        expected = problem.rank_on(one, np.array([0, met]))
+        assert problem.rank(one, generation, hard=hard) == expected
+        assert problem.scored(one, generation, machines=hard) == expected
+    assert problem.rank(one, 39) == problem.rank_on(one, np.array([0, 1 + 39 % 11]))
