@@ -52,15 +52,28 @@ class Ensemble(NamedTuple):
             costs = np.where(judged.failed | ~(judged.merit > 0.0), np.inf, 1.0 / judged.merit)
             merit = 1.0 / np.where(weights > 0.0, weights * costs, 0.0).sum(axis=-1)
         broken = np.where(weights[..., None] > 0.0, self._broken(judged), 0.0)
-        # What is asked of one machine alone counts as if it had been asked of all of them.
-        often = np.where(self._nominal, len(weights), 1)
-        violation = (often * broken.sum(axis=-1)).mean(axis=2)  # (designs, machines)
+        violation = self._violation(broken, len(weights))
         asked = self._asked(violation)
         violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
         most = violation.mean(axis=1)
         rank = np.where(most > lenient, -most, self._kept(some))
         lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
         return Verdict(np.where(lost, -np.inf, rank), merit, broken)
+
+    def reach(self, judged: Judged, machines: int, lenient: float = 0.0) -> Floats:
+        """(designs,) the highest rank that each can still have, on so many ``machines`` in all.
+
+        ``judged`` are the first of them. The others may cost nothing and break nothing, and those
+        that are forgiven may be the worst of the first.
+        """
+        found, forgiven = self.verdict(judged, lenient), int(self.forgiven * (machines - 1))
+        asked, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
+        violation = self._violation(found.broken, machines)
+        least = violation[:, 0] + np.sort(violation[:, 1:], axis=1)[:, :left].sum(axis=1)
+        best = np.sort(found.merit[:, 1:], axis=1)[:, ::-1][:, :left]
+        free = np.full((len(best), asked - 1 - left), np.inf)
+        merit = self._kept(np.concatenate([found.merit[:, :1], best, free], axis=1))
+        return np.where(least / asked > lenient, -least / asked, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
         """One that allows less by a ``factor``: few machines stand for many."""
@@ -99,6 +112,14 @@ class Ensemble(NamedTuple):
         order = np.argsort(violation[:, 1:], axis=1, kind="stable") + 1
         order = np.sort(order[:, : others - int(self.forgiven * others)], axis=1)
         return np.concatenate([np.zeros_like(order, shape=(len(order), 1)), order], axis=1)
+
+    def _violation(self, broken: Floats, machines: int) -> Floats:
+        """(designs, machines) of what is ``broken`` on the first of so many ``machines``.
+
+        What is asked of one machine alone counts as if it had been asked of all of them.
+        """
+        often = np.where(self._nominal, machines, 1)
+        return np.asarray((often * broken.sum(axis=-1)).mean(axis=2))
 
     def _broken(self, judged: Judged) -> Floats:
         failed = judged.failed[..., None].astype(float)

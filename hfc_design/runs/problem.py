@@ -34,6 +34,9 @@ LENIENT, NARROWED = 0.2, 0.6
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
+#: Machines that everybody meets before it is asked who can still reach what it needs, and how
+#: much of that rounding may take away.
+FEW, SLACK = 4, 1e-9
 #: A machine is near to breaking a constraint that it breaks if so many times less is allowed.
 NEAR = 2.0
 
@@ -99,12 +102,13 @@ class Problem:
                 return self._ranked(population, np.zeros(1, int), lenient)
             least = np.full(len(population.tree), -np.inf) if needed is None else needed
             gains, (samples,) = self.genome.gains(population), self._samples
-            about = (self._loop, self._machines, samples, gains, least, self._dtype)
+            about = (self._loop, self._machines, samples, gains, least, self._dtype, self._lanes)
             judged, simulated = simulate.scores_needed(*about)
             self.simulated += int(simulated.sum())
             return self._rank(judged, None)
         some = partial(self._some, generation=generation, hard=hard)
-        rank = self._ranked(population, some(robust.first), lenient)
+        once = robust.first == robust.elite
+        rank = self._ranked(population, some(robust.first), lenient, needed if once else None)
         for count in (robust.machines, robust.elite):
             if count == robust.first:
                 continue
@@ -170,13 +174,32 @@ class Problem:
             some[count - half :] = hard[(generation * half + np.arange(half)) % len(hard)]
         return some
 
-    def _ranked(self, population: Population, machines: Integers, lenient: float = 0.0) -> Floats:
-        some = self._machines.take(machines)
-        judged = self._judged(self.genome.gains(population), some)
-        return self._rank(judged, self._ensemble, lenient)
+    def _ranked(
+        self,
+        population: Population,
+        machines: Integers,
+        lenient: float = 0.0,
+        needed: Floats | None = None,
+    ) -> Floats:
+        """On all ``machines``, on the first ``FEW`` alone who cannot reach what is ``needed``."""
+        gains, ensemble = self.genome.gains(population), self._ensemble
+        if needed is None or ensemble is None or len(machines) <= FEW:
+            return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, lenient)
+        some = self._judged(gains, self._machines.take(machines[:FEW]))
+        rank = ensemble.reach(some, len(machines), lenient)
+        alive = np.flatnonzero((rank >= needed) | np.isclose(rank, needed, rtol=SLACK, atol=0.0))
+        if len(alive):
+            own, rest = self.genome.gains(taken(population, alive)), machines[FEW:]
+            more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
+            pairs = zip(some, more, strict=True)
+            whole = (np.concatenate([one[alive], other], axis=1) for one, other in pairs)
+            rank[alive] = self._rank(Judged(*whole), ensemble, lenient)
+        return rank
 
-    def _judged(self, gains: Gains, machines: Machines) -> Judged:
-        found = simulate.scores(self._loop, machines, self._samples, gains, self._dtype)
+    def _judged(self, gains: Gains, machines: Machines, at_once: int = 0) -> Judged:
+        found = simulate.scores(
+            self._loop, machines, self._samples, gains, self._dtype, at_once=at_once
+        )
         self.simulated += found.merit[..., 0].size * sum(len(x.time) for x in self._samples)
         return found
 
@@ -233,23 +256,14 @@ class Problem:
         """
         assert self._ensemble is not None
         assert self._allowed is not None
-        judged = self._on_all(population)
+        gains = self.genome.gains(population)
+        judged = self._judged(gains, self._machines, self._lanes)
         kept = self._allowed.verdict(judged).sound.mean(axis=0) >= keeping
         found = self._ensemble.verdict(judged)
         broken = found.broken.sum(axis=(2, 3)).mean(axis=0)
         order = np.lexsort((found.merit.mean(axis=0), -broken))
         others = order[kept[order] & (order > 0)]
         return np.sort(np.append(0, others[: HARD - 1]))
-
-    def _on_all(self, population: Population) -> Judged:
-        """On all machines that were drawn, in parts that need no other program than the search."""
-        count, gains = self._machines.size, self.genome.gains(population)
-        at_once = max(self._lanes // len(population.tree), 1)
-        starts = range(0, count, at_once)
-        numbers = (np.minimum(start + np.arange(at_once), count - 1) for start in starts)
-        parts = [self._judged(gains, self._machines.take(some)) for some in numbers]
-        joined = (np.concatenate(x, axis=1)[:, :count] for x in zip(*parts, strict=True))
-        return Judged(*joined)
 
     def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
         """The tracking error about one individual; None where it cannot be differentiated."""

@@ -49,6 +49,7 @@ def scores(
     motions: Sequence[Samples],
     gains: Gains,
     dtype: DTypeLike = np.float32,
+    at_once: int = 0,
 ) -> Judged:
     """What the judge says of every individual on every machine in every motion, as numpy.
 
@@ -56,19 +57,24 @@ def scores(
     axis more, all in float64. One program serves any number of motions of any length. ``gains``
     is the controller's record with the individuals in the trailing axis of every leaf. The work
     is spread over all devices.
+
+    ``at_once`` pairs of an individual and a machine are simulated together, or all: other numbers
+    of individuals and machines then share a program.
     """
     count, each = trailing(gains), machines.size
     lanes = count * each
-    whole = compiled.filled(lanes)
-    lane = np.minimum(np.arange(whole), lanes - 1)  # the last one fills up the last chunk
-    if whole > count:
-        gains = jax.tree.map(lambda leaf: np.take(leaf, lane // each, axis=-1), gains)
-    true = machines.take(lane % each if each > 1 else 0).true
+    width = compiled.filled(at_once or lanes)
     samples, bounds = _joined(motions)
+    parts = []
     with _own_code(loop), jax.enable_x64(True):
-        inputs = Inputs(machines.told, true, samples, gains, bounds).cast(dtype)
-        found = np.asarray(compiled.scores(loop, each > 1, inputs), np.float64)
-    found = found[..., :lanes].reshape(len(found), len(motions), count, each)
+        for start in range(0, lanes, width):
+            lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
+            some = _lanes_of(gains, lane // each) if width > count else gains
+            true = machines.take(lane % each if each > 1 else 0).true
+            inputs = Inputs(machines.told, true, samples, some, bounds).cast(dtype)
+            parts.append(np.asarray(compiled.scores(loop, each > 1, inputs), np.float64))
+    found = np.concatenate(parts, axis=-1)[..., :lanes]
+    found = found.reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0)
 
@@ -80,22 +86,34 @@ def scores_needed(
     gains: Gains,
     needed: Floats,
     dtype: DTypeLike = np.float32,
+    at_once: int = 0,
 ) -> tuple[Judged, Floats]:
     """What the judge says of every individual on one machine, and how many samples it took.
 
     As ``scores``, with the same bits, but that nobody is simulated any longer who cannot reach the
     merit that is ``needed`` of it (individuals,): it has the merit that it could still have
     reached, and its values mean nothing.
+
+    ``at_once`` are simulated together, or all: populations of other sizes then share a program.
     """
     count = trailing(gains)
-    lane = np.minimum(np.arange(compiled.filled(count)), count - 1)
-    gains = jax.tree.map(lambda leaf: np.take(leaf, lane, axis=-1), gains)
-    least = np.append(needed, np.full(len(lane) - count, np.inf))
+    width = compiled.filled(at_once or count)
+    parts = []
     with _own_code(loop), jax.enable_x64(True):
-        inputs = Inputs(*machines.take(0), samples, gains, needed=least).cast(dtype)
-        found = np.asarray(compiled.scores_needed(loop, inputs), np.float64)
-    merit, failed, simulated, *values = found[:, :count, None, None]
+        for start in range(0, count, width):
+            own = np.arange(start, start + width)
+            lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
+            least = np.where(own < count, needed[lane], np.inf)
+            some = _lanes_of(gains, lane)
+            inputs = Inputs(*machines.take(0), samples, some, needed=least).cast(dtype)
+            parts.append(np.asarray(compiled.scores_needed(loop, inputs), np.float64))
+    found = np.concatenate(parts, axis=1)[:, :count, None, None]
+    merit, failed, simulated, *values = found
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0), simulated[:, 0, 0]
+
+
+def _lanes_of(gains: Gains, chosen: Integers) -> Gains:
+    return jax.tree.map(lambda leaf: np.take(leaf, chosen, axis=-1), gains)
 
 
 def trajectory(

@@ -130,3 +130,39 @@ def test_constraints_that_cannot_be(constraints, message):
     with pytest.raises(api.UserError) as refusal:
         api.load_scenario({"constraints": constraints})
     assert message in str(refusal.value)
+
+
+@pytest.mark.parametrize("forgiven", [0.0, 0.3])
+@pytest.mark.parametrize("keep", ["worst", "quantile", "mean"])
+def test_what_can_still_be_reached_is_never_less_than_what_is(keep, forgiven):
+    """On eight machines, of 2,000 designs of which about half break something on one."""
+    rng = np.random.default_rng(5)
+    shape = (2000, 8, 2)
+    late = np.where(rng.random(shape) < 0.12, 0.01 + 0.02 * rng.random(shape), 0.0)
+    failed = rng.random(shape) < 0.01
+    own = judged(np.exp(rng.standard_normal(shape)), failed, late=late)
+    ensemble = Ensemble(
+        (1.0, 2.0), (LATE,), keep, quantile=0.3, forgiven=forgiven, nominal=(False, True)
+    )
+    before = np.full(2000, np.inf)
+    for lenient in (0.0, 0.05):
+        rank = ensemble.verdict(own, lenient).rank
+        assert 0.1 < (rank < 0.0).mean() < 0.9
+        for seen in range(1, 9):
+            some = Judged(*(x[:, :seen] for x in own))
+            reach = ensemble.reach(some, 8, lenient)
+            assert (reach >= rank - 1e-9 * np.abs(np.where(np.isfinite(rank), rank, 0.0))).all()
+        if not forgiven:  # all have been seen, and nothing is left to hope for
+            finite = np.isfinite(rank)
+            assert reach[finite] == pytest.approx(rank[finite])
+    few = ensemble.reach(Judged(*(x[:, :3] for x in own)), 8)
+    assert (few < before).mean() > (0.9 if keep == "mean" and not forgiven else 0.02)
+
+
+def test_what_can_still_be_reached_by_hand():
+    """Costs 1/4 and 1/2 of four machines; a nominal one that breaks a quarter of what is one."""
+    found = Ensemble((1.0,)).reach(judged([[[4.0], [2.0]]]), 4)
+    assert found == pytest.approx([4.0 / (1 / 4 + 1 / 2)])
+    late = [[[0.01 * 4 / 3], [0.0]]]
+    broken = Ensemble((1.0,), (LATE,)).reach(judged([[[4.0], [2.0]]], late=late), 4)
+    assert broken == pytest.approx([-0.25 / 4])

@@ -51,3 +51,21 @@ def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
         assert problem.rank(one, generation, hard=hard) == expected
         assert problem.scored(one, generation, machines=hard) == expected
     assert problem.rank(one, 39) == problem.rank_on(one, np.array([0, 1 + 39 % 11]))
+
+
+def test_whoever_cannot_reach_what_it_needs_meets_four_machines_alone():
+    """A race on many machines: the same ranks as without, of fewer samples."""
+    more = {"first": 12, "machines": 12, "elite": 12}
+    search = {"preset": "race", "population": 40, "generations": 5}
+    changes = {**SCENARIO, "robust": SCENARIO["robust"] | more, "search": search}
+    problem = Problem(api.load_scenario("c-axis-ramp", changes))
+    population = problem.genome.fresh(np.zeros(40, int), np.random.default_rng(1))
+    rank = problem.rank(population)
+    whole, problem.simulated = problem.simulated, 0
+    for needed in (np.quantile(rank, 0.7), rank.max(), 0.0):
+        found = problem.rank(population, needed=np.full(40, needed))
+        good = rank >= needed
+        assert np.array_equal(found[good], rank[good])
+        assert (found[~good] < needed).all()
+        assert (found[~good] >= rank[~good] - 1e-12).all()
+    assert problem.simulated < 0.9 * 3 * whole

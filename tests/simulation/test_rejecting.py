@@ -1,5 +1,6 @@
 """Populations of which the lost are dropped: the same bits as without, and who was lost."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -58,6 +59,21 @@ def test_each_has_what_it_needs_and_one_program_serves_all():
     finite = np.isfinite(rank[::2])
     assert samples[::2][finite].min() == len(problem._samples[0].time)
     assert samples[1::2].mean() < 0.5 * samples[::2][finite].mean()
+
+
+def test_populations_of_other_sizes_share_a_program():
+    """They are cut into parts of one size, and whoever fills up a part is simulated no further."""
+    problem, gains = population(*CASES["C-axis"])
+    parts = problem._loop, problem._machines, problem._samples[0]
+    rank = simulate.scores_needed(*parts, gains, np.full(150, -np.inf))[0].rank
+    compiled.scores_needed.clear_cache()
+    for count in (150, 64, 33):
+        some = jax.tree.map(lambda leaf, count=count: leaf[..., :count], gains)
+        needed = np.full(count, -np.inf)
+        judged, samples = simulate.scores_needed(*parts, some, needed, at_once=64)
+        assert np.array_equal(judged.rank, rank[:count])
+        assert len(samples) == count
+    assert compiled.scores_needed._cache_size() == 1
 
 
 def test_the_best_that_can_still_be_reached_is_by_hand():
