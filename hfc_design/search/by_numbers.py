@@ -32,6 +32,8 @@ class Coordinates(NamedTuple):
 
 def coordinates(genome: Genome, about: Population) -> Coordinates | None:
     """Those of a population of one; None where its kind has none."""
+    if hasattr(genome, "axes"):
+        return _side_by_side(genome, about)
     if hasattr(genome, "space"):
         return _of_space(genome, about)
     stage = genome.around(about)
@@ -45,6 +47,26 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
 
     far = np.full(len(start), np.inf)
     return Coordinates(len(start), stage.step, members, (-far, far))
+
+
+def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
+    """Those of every axis, one after the other, in the finest of their steps."""
+    each = [coordinates(*own) for own in zip(genome.axes, about.axes, strict=True)]
+    found = [one for one in each if one is not None]
+    if len(found) < len(each):
+        return None
+    step = min(one.step for one in found)
+    factors = np.concatenate([np.full(one.size, one.step / step) for one in found])
+    ends = np.cumsum([one.size for one in found])[:-1]
+
+    def members(points: Floats) -> Members:
+        parts = zip(found, np.split(factors * points, ends, axis=1), strict=True)
+        tree = np.repeat(about.tree, len(points))
+        return about._replace(tree=tree, axes=tuple(one.members(own) for one, own in parts))
+
+    rooms = zip(*(one.room for one in found), strict=True)
+    low, high = (np.concatenate(room) / factors for room in rooms)
+    return Coordinates(len(factors), step, members, (low, high))
 
 
 def _of_space(genome: Any, about: Population) -> Coordinates:

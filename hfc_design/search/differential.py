@@ -1,21 +1,21 @@
-"""Points that move by each other's differences: differential evolution with a memory (SHADE).
+"""Points that move by each other's differences: differential evolution that learns (L-SHADE).
 
-Tanabe and Fukunaga, CEC 2013: current-to-pbest/1 with an archive (Zhang and Sanderson, IEEE Trans.
-Evolutionary Computation 13(5), 2009), whose factors are drawn about those that have succeeded. A
-point gives way to its own trial alone, so that a trial which cannot be better than its point may
-end early.
+Tanabe and Fukunaga, CEC 2014: current-to-pbest/1 with an archive (Zhang and Sanderson, IEEE Trans.
+Evolutionary Computation 13(5), 2009), whose factors are drawn about those that have succeeded, of
+fewer and fewer points. A point gives way to its own trial alone, so that a trial which cannot be
+better than its point may end early.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Integers
 
 #: Places of the memory, and the width of what is drawn about one of them.
 PLACES, WIDTH = 6, 0.1
-#: Share of the points of which one is the best that others move to, and points in the archive for
-#: each that is alive.
+#: Share of the points of which one is the best that others move to, and places in the archive for
+#: each point.
 BEST, ARCHIVE = 0.11, 2.6
 
 
@@ -23,7 +23,6 @@ class Points(NamedTuple):
     """Where everyone is, and what has been learnt."""
 
     places: Floats  # (n, size)
-    score: Floats  # (n,)
     beaten: Floats  # (archive, size) places that were given up
     memory: Floats  # (2, ``PLACES``) factors on differences, and shares that are crossed
     turn: Floats  # (1,) the place of the memory that is written next
@@ -33,61 +32,62 @@ class Trials(NamedTuple):
     """One for every point."""
 
     places: Floats  # (n, size)
-    factors: Floats  # (2, n) of the difference, and the share that is crossed
+    factors: Floats  # (2, n) on the differences, and the share that is crossed
 
 
-def begun(places: Floats, score: Floats) -> Points:
+def begun(places: Floats) -> Points:
     """Before anything was learnt."""
-    return Points(places, score, places[:0], np.full((2, PLACES), 0.5), np.zeros(1))
+    return Points(places, places[:0], np.full((2, PLACES), 0.5), np.zeros(1))
 
 
-def tried(points: Points, room: tuple[Floats, Floats], rng: np.random.Generator) -> Trials:
-    """Trials of four points or more within ``room``, from (size,) to (size,)."""
-    places, count = points.places, len(points.places)
+def tried(
+    points: Points, score: Floats, room: tuple[Floats, Floats], rng: np.random.Generator
+) -> Trials:
+    """Trials of four points or more of (n,) ``score``, within ``room`` from (size,) to (size,)."""
+    places, count = points.places, len(score)
     place = rng.integers(PLACES, size=count)
     crossed = np.clip(rng.normal(points.memory[1, place], WIDTH), 0.0, 1.0)
     factor = np.zeros(count)
     while (none := factor <= 0.0).any():
         factor[none] = points.memory[0, place[none]] + WIDTH * rng.standard_cauchy(none.sum())
     factor = np.minimum(factor, 1.0)
-    order = np.argsort(-points.score, kind="stable")[: max(round(BEST * count), 2)]
-    everyone = np.concatenate([places, points.beaten])
-    own = np.arange(count)
+    best = np.argsort(-score, kind="stable")[: max(round(BEST * count), 2)]
+    everyone, own = np.concatenate([places, points.beaten]), np.arange(count)
     one = (own + rng.integers(1, count, count)) % count
     other = rng.integers(len(everyone), size=count)
     while (same := (other == own) | (other == one)).any():
         other[same] = rng.integers(len(everyone), size=same.sum())
-    steps = places[rng.choice(order, count)] - places + places[one] - everyone[other]
+    steps = places[rng.choice(best, count)] - places + places[one] - everyone[other]
     moved = places + factor[:, None] * steps
-    for end, beyond in zip(room, (np.less, np.greater), strict=True):
-        moved = np.where(beyond(moved, end), 0.5 * (end + places), moved)  # half way to the end
+    low, high = room  # who would go beyond an end goes half of the way to it
+    moved = np.where(moved < low, 0.5 * (low + places), moved)
+    moved = np.where(moved > high, 0.5 * (high + places), moved)
     taken = rng.random(places.shape) < crossed[:, None]
     taken[own, rng.integers(places.shape[1], size=count)] = True
     return Trials(np.where(taken, moved, places), np.stack([factor, crossed]))
 
 
-def learnt(points: Points, trials: Trials, score: Floats, rng: np.random.Generator) -> Points:
-    """Whoever is beaten by its trial makes room for it; what has succeeded is remembered."""
-    better, kept = score > points.score, score >= points.score
+def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
+    """Whoever is no better than its trial makes room for it; what has succeeded is remembered.
+
+    (n,) ``gained`` is by how much a trial is better, infinite where its point had failed.
+    """
+    better, memory, turn = gained > 0.0, points.memory.copy(), points.turn
+    if better.any():
+        finite = better & np.isfinite(gained)
+        largest = gained[finite].max() if finite.any() else 1.0
+        weight, own = np.minimum(gained[better], largest), trials.factors[:, better]
+        # Lehmer's mean; of factors that are all 0 it is 0.
+        mean = (own**2 @ weight) / np.maximum(own @ weight, np.finfo(float).tiny)
+        memory[:, int(turn[0])], turn = mean, (turn + 1.0) % PLACES
     beaten = np.concatenate([points.beaten, points.places[better]])
-    room = int(ARCHIVE * len(kept))
+    places = np.where((gained >= 0.0)[:, None], trials.places, points.places)
+    return Points(places, beaten, memory, turn)
+
+
+def fewer(points: Points, kept: Integers, rng: np.random.Generator) -> Points:
+    """Of some of the points, and of the archive as much as these have room for."""
+    beaten, room = points.beaten, int(ARCHIVE * len(kept))
     if len(beaten) > room:
         beaten = beaten[rng.permutation(len(beaten))[:room]]
-    memory, turn = points.memory.copy(), points.turn
-    gained = _gained(points.score[better], score[better])
-    if gained.sum() > 0.0:
-        own = trials.factors[:, better]
-        mean = own**2 @ gained / np.maximum(own @ gained, np.finfo(float).tiny)  # Lehmer's
-        memory[:, int(turn[0])], turn = mean, (turn + 1.0) % PLACES
-    places = np.where(kept[:, None], trials.places, points.places)
-    return Points(places, np.where(kept, score, points.score), beaten, memory, turn)
-
-
-def _gained(before: Floats, after: Floats) -> Floats:
-    """By how much trials were better; of points that had failed as much as the best of the others.
-
-    Where all had failed they count the same.
-    """
-    gained = after - before
-    finite = np.isfinite(gained)
-    return np.where(finite, gained, gained[finite].max() if finite.any() else 1.0)
+    return points._replace(places=points.places[kept], beaten=beaten)

@@ -80,8 +80,9 @@ def scores_needed(loop: Loop, inputs: Inputs) -> Array:
 
     def on_device(inputs: Inputs) -> Array:
         count = trailing(inputs.gains)
-        chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
-        return rejecting.each(loop, inputs, chunk)
+        # Of few individuals large chunks would be full of those that are lost.
+        chunk = CHUNK if count >= 4 * CHUNK else LANES
+        return rejecting.each(loop, inputs, chunk if jax.default_backend() == "cpu" else count)
 
     def last(leaf: Array) -> PartitionSpec:
         return PartitionSpec(*[None] * (leaf.ndim - 1), "population")

@@ -98,15 +98,18 @@ def scores_needed(
     """
     count = trailing(gains)
     width = compiled.filled(at_once or count)
+    # Dealt to the devices in turn: neighbours are alike, and often lost together.
+    dealt = np.arange(width).reshape(-1, jax.device_count()).T.ravel()
     parts = []
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, count, width):
-            own = np.arange(start, start + width)
+            own = start + dealt
             lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
             least = np.where(own < count, needed[lane], np.inf)
             some = _lanes_of(gains, lane)
             inputs = Inputs(*machines.take(0), samples, some, needed=least).cast(dtype)
-            parts.append(np.asarray(compiled.scores_needed(loop, inputs), np.float64))
+            found = np.asarray(compiled.scores_needed(loop, inputs), np.float64)
+            parts.append(found[:, np.argsort(dealt)])
     found = np.concatenate(parts, axis=1)[:, :count, None, None]
     merit, failed, simulated, *values = found
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0), simulated[:, 0, 0]

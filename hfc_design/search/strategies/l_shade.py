@@ -1,0 +1,153 @@
+"""Differential evolution of all numbers of one structure, of fewer and fewer individuals (L-SHADE).
+
+It needs no derivative: for controllers that switch, and for machines of several axes.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from hfc_design.controllers.genome import Population, replaced, taken
+from hfc_design.controllers.hierarchical.record import Bounds
+from hfc_design.core.checkpoint import flat
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import NotNegative, Positive
+from hfc_design.search.by_numbers import Coordinates, coordinates
+from hfc_design.search.differential import Points, Trials, begun, fewer, learnt, tried
+from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
+
+BOUNDS = Bounds()
+
+
+class LShadeSettings(StrategySettings):
+    """L-SHADE about the best of the first individuals, whose structure all others have."""
+
+    preset: Literal["l-shade"] = "l-shade"
+    population: int = Field(120, ge=4, le=100_000)
+    last: int = Field(12, ge=4, le=100_000)  # individuals in the last generation
+    generations: int = Field(240, ge=1, le=10_000_000)
+    step: Positive = 2.0  # factor on the first standard deviations
+    stick_penalty: NotNegative = 0.0
+    kp_range: Range = BOUNDS.kp_range
+    kd_range: Range = BOUNDS.kd_range
+    scale_range: float = Field(BOUNDS.scale_range, ge=1)
+    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
+    root_limit: Positive = BOUNDS.root_limit
+
+
+class LShadeState(NamedTuple):
+    """Individuals as points about one of them; after the first generation only that one."""
+
+    population: Population  # (n,)
+    score: Floats  # (n,)
+    about: Population  # (1,) where all coordinates are 0
+    points: Points
+
+
+class Asked(NamedTuple):
+    """A trial for every individual."""
+
+    population: Population
+    trials: Trials  # before there are individuals: of no factors
+    needed: Floats | None  # (n,) score of the individual that a trial has to beat
+
+
+class LShade(NamedTuple):
+    """Ask and tell; everything that changes is in ``LShadeState``."""
+
+    settings: LShadeSettings
+    task: Task
+
+    def start(self, rng: np.random.Generator) -> tuple[None, Asked]:
+        """First individuals on as many structures as there are."""
+        genome, count = self.task.genome, self.settings.population
+        tree = np.sort(rng.permutation(genome.structures)[np.arange(count) % genome.structures])
+        population = genome.fresh(tree, rng)
+        known = (self.task.informed or genome.informed)(tree[::2], rng)
+        if known is not None:
+            population = replaced(population, np.arange(0, count, 2), known)
+        return None, Asked(population, _trials(np.empty((count, 0))), None)
+
+    def ask(
+        self, state: LShadeState, generation: int, rng: np.random.Generator
+    ) -> tuple[LShadeState, Asked]:
+        """A cloud about the best of the first, then trials of fewer and fewer individuals."""
+        own = self._coordinates(state.about)
+        if not len(state.points.places):
+            cloud = rng.standard_normal((self.settings.population, own.size))
+            cloud[0] = 0.0
+            trials = _trials(np.clip(self.settings.step * own.step * cloud, *own.room))
+            return state, Asked(own.members(trials.places), trials, None)
+        kept = np.sort(np.argsort(-state.score, kind="stable")[: self._room(generation)])
+        state = state._replace(
+            population=taken(state.population, kept),
+            score=state.score[kept],
+            points=fewer(state.points, kept, rng),
+        )
+        trials = tried(state.points, state.score, own.room, rng)
+        return state, Asked(own.members(trials.places), trials, state.score)
+
+    def tell(self, state: LShadeState | None, asked: Asked, score: Floats) -> LShadeState:
+        """Every individual gives way to a trial that is no worse."""
+        population, trials, _ = asked
+        if state is None:
+            best = np.array([int(np.argmax(score))])
+            about = taken(population, best)
+            nowhere = begun(np.empty((0, self._coordinates(about).size)))
+            return LShadeState(about, score[best], about, nowhere)
+        if not len(state.points.places):
+            return LShadeState(population, score, state.about, begun(trials.places))
+        with np.errstate(invalid="ignore"):  # of two that failed
+            gained = np.nan_to_num(score - state.score, nan=0.0, posinf=np.inf, neginf=-np.inf)
+        won = np.flatnonzero(gained >= 0.0)
+        return LShadeState(
+            replaced(state.population, won, taken(population, won)),
+            np.where(gained >= 0.0, score, state.score),
+            state.about,
+            learnt(state.points, trials, gained),
+        )
+
+    def _coordinates(self, about: Population) -> Coordinates:
+        found = coordinates(self.task.genome, about)
+        if found is None:
+            raise TypeError("the genome has no coordinates: give it around(about), or use race")
+        return found
+
+    def _room(self, generation: int) -> int:
+        """Individuals in a generation, from ``population`` down to ``last``."""
+        s = self.settings
+        share = (generation - 1) / max(s.generations - 2, 1)
+        return max(round(s.population + (s.last - s.population) * share), 4)
+
+
+def _trials(places: Floats) -> Trials:
+    return Trials(places, np.empty((2, 0)))
+
+
+def _sound(settings: LShadeSettings, state: LShadeState) -> bool:
+    places, beaten, memory, turn = state.points
+    count = len(state.score)
+    finite = all(np.isfinite(numbers).all() for _, numbers in flat((state.points, state.about)))
+    return (
+        finite
+        and 0 < count <= settings.population
+        and state.population.tree.shape == state.score.shape
+        and state.about.tree.shape == (1,)
+        and len(places) in (0, count)
+        and places.shape[1:] == beaten.shape[1:]
+        and memory.shape == begun(places).memory.shape
+        and turn.shape == (1,)
+        and 0 <= int(turn[0]) < memory.shape[1]
+        and bool((state.score < np.inf).all())
+    )
+
+
+STRATEGY = Strategy(
+    "l-shade",
+    LShadeSettings,
+    LShadeState,
+    LShade,
+    "differential evolution of all numbers (L-SHADE), for what has no derivative",
+    sound=_sound,
+)
