@@ -21,6 +21,9 @@ INSTALL := $(UV) pip install -q --require-hashes --python
 LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 	--python-version 3.11 --fork-strategy fewest --generate-hashes --no-annotate
 
+# Every extra but the peers, which want packages that nothing else here does.
+EXTRAS := --extra dev --extra bench
+
 .PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock uplot clean
 
 design: $(VENV)/installed
@@ -83,14 +86,16 @@ dist: $(TOOLS)/installed
 # Asks the advisories of the Python package index about every pinned package; not answered is failed.
 audit: $(TOOLS)/installed
 	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
-		$(addprefix -r requirements/,locked.txt tools.txt fuzzylite.txt st.txt pymoo.txt)
+		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt pymoo.txt)
 
 # Pins what pyproject.toml and requirements/*.in ask for, with the hashes of all files of a release;
 # what is pinned stays. Newer releases of everything: make lock UPGRADE=--upgrade
 lock: $(TOOLS)/installed
-	$(LOCK) $(UPGRADE) --all-extras --group build pyproject.toml -o requirements/locked.txt
+	$(LOCK) $(UPGRADE) $(EXTRAS) --group build pyproject.toml -o requirements/locked.txt
 	$(LOCK) $(UPGRADE) -c requirements/locked.txt pyproject.toml -o requirements/runtime.txt
-	$(LOCK) --upgrade --resolution lowest-direct --all-extras --group build pyproject.toml \
+	$(LOCK) $(UPGRADE) -c requirements/locked.txt --extra peers --group build pyproject.toml \
+		-o requirements/peers.txt
+	$(LOCK) --upgrade --resolution lowest-direct $(EXTRAS) --group build pyproject.toml \
 		-o requirements/lowest.txt
 	for name in tools fuzzylite st pymoo; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
@@ -125,6 +130,13 @@ $(OTHER)/installed: pyproject.toml requirements/locked.txt $(TOOLS)/installed
 	$(UV) venv -q --clear --python $(VERSION) $(@D)
 	$(INSTALL) $(@D) -r requirements/locked.txt
 	$(UV) pip install -q --python $(@D) --no-deps --no-build-isolation -e .
+	touch $@
+
+# Other optimizers beside this project, see experiments/search_power.
+.venv-peers/installed: pyproject.toml requirements/peers.txt
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/pip install -q --require-hashes -r requirements/peers.txt
+	$(@D)/bin/pip install -q --no-deps --no-build-isolation -e .
 	touch $@
 
 clean:

@@ -34,14 +34,17 @@ def test_each_is_pinned_with_hashes(lock):
 def test_the_locks_hold_what_the_project_asks_for():
     extras = PROJECT["project"]["optional-dependencies"]
     direct = PROJECT["project"]["dependencies"]
-    tools = [*(one for extra in extras.values() for one in extra)]
-    tools += PROJECT["dependency-groups"]["build"]
-    wanted = {"runtime": direct, "locked": direct + tools, "lowest": direct + tools}
+    build = PROJECT["dependency-groups"]["build"]
+    peers = direct + extras.pop("peers") + build
+    tools = [*(one for extra in extras.values() for one in extra), *build]
+    wanted = {"runtime": direct, "locked": direct + tools, "lowest": direct + tools, "peers": peers}
     for stem, requirements in wanted.items():
         names = {name for name, _, _ in pinned(TREE / "requirements" / f"{stem}.txt")}
         assert {bare(one) for one in requirements} - {"hfc-design"} <= names, stem
     locked = set(pinned(TREE / "requirements" / "locked.txt"))
-    assert set(pinned(TREE / "requirements" / "runtime.txt")) <= locked
+    runtime = set(pinned(TREE / "requirements" / "runtime.txt"))
+    assert runtime <= locked
+    assert runtime <= set(pinned(TREE / "requirements" / "peers.txt"))
 
 
 def test_the_build_backend_is_one():
@@ -49,7 +52,7 @@ def test_the_build_backend_is_one():
     assert backend in PROJECT["dependency-groups"]["build"]
     assert backend in (TREE / "requirements" / "tools.in").read_text().splitlines()
     name, version = backend.split("==")
-    for stem in ("locked", "lowest", "tools"):
+    for stem in ("locked", "lowest", "peers", "tools"):
         assert (name, version) in {one[:2] for one in pinned(TREE / "requirements" / f"{stem}.txt")}
 
 
