@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.genome import taken
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.scenario import load_scenario
@@ -101,10 +102,13 @@ def test_what_cannot_be_polished_is_refused_in_a_line(name, changes, told):
         load_scenario(name, changes)
 
 
-def test_a_kind_without_coordinates_is_refused_before_anything_is_written(tmp_path):
+def test_a_kind_without_coordinates_is_refused_before_anything_is_written(tmp_path, monkeypatch):
+    """One axis of a user's own without ``around`` is enough."""
     axes = {axis: {"kind": "pid"} for axis in "xy"}
     changes = {"controller": {"kind": "per-axis", "axes": axes}, "run.polish": 3}
     scenario = load_scenario("feed-drive-circle", changes)
+    polishing.check_polish(scenario)
+    monkeypatch.setattr(GainsGenome, "around", lambda genome, about: None)
     with pytest.raises(UserError, match=r"run\.polish = 3: .*'per-axis' cannot be polished"):
         run.new_run(scenario, tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -135,7 +135,7 @@ def test_a_package_brings_a_strategy(searching):
 
 
 def test_names_of_strategies(searching):
-    assert list(api.strategies) == ["cma", "lin-lee-1999", "nsga-ii", "race"]
+    assert list(api.strategies) == ["cma", "l-shade", "lin-lee-1999", "nsga-ii", "race"]
     climb = api.register(imported("hunt").CLIMB)
     assert api.strategies["climb"] is climb
     assert api.load_scenario("c-axis-ramp").search.preset == "race"
