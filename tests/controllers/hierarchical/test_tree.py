@@ -188,7 +188,7 @@ def test_trees_as_data_equal_recursion(inputs, sample):
         values = list(values)
         for (column, row), table in zip(pairs, tables, strict=True):
             in_column, in_row = (
-                memberships(LANES, LIN_LEE_TERMS, LANES.pick(values, source))
+                memberships(LANES, LIN_LEE_TERMS, LANES.pick(dict(enumerate(values)), source))
                 for source in (column, row)
             )
             values.append(averaged(LANES, table, in_column, in_row))
