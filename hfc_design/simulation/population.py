@@ -66,8 +66,8 @@ def scores(
     true = machines.take(lane % each if each > 1 else 0).true
     samples, bounds = _joined(motions)
     with _own_code(loop), jax.enable_x64(True):
-        inputs = Inputs(machines.told, true, samples, gains, bounds).cast(dtype)
-        found = np.asarray(compiled.scores(loop, each > 1, inputs), np.float64)
+        numbers = Inputs(machines.told, true, samples, gains, bounds).packed(each > 1, dtype)
+        found = np.asarray(compiled.scores(loop, each > 1, *numbers), np.float64)
     found = found[..., :lanes].reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0)
@@ -92,8 +92,8 @@ def scores_needed(
     gains = jax.tree.map(lambda leaf: np.take(leaf, lane, axis=-1), gains)
     least = np.append(needed, np.full(len(lane) - count, np.inf))
     with _own_code(loop), jax.enable_x64(True):
-        inputs = Inputs(*machines.take(0), samples, gains, needed=least).cast(dtype)
-        found = np.asarray(compiled.scores_needed(loop, inputs), np.float64)
+        inputs = Inputs(*machines.take(0), samples, gains, needed=least)
+        found = np.asarray(compiled.scores_needed(loop, *inputs.packed(False, dtype)), np.float64)
     merit, failed, simulated, *values = found[:, :count, None, None]
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0), simulated[:, 0, 0]
 
