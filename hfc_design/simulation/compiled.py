@@ -36,18 +36,19 @@ LANES = 16
 
 def filled(lanes: int) -> int:
     """So many individuals that the chunks of all devices are full, ``lanes`` at least."""
-    return lanes + -lanes % (jax.device_count() * _chunk(lanes))
+    return lanes + -lanes % (jax.device_count() * together(lanes))
 
 
-def _chunk(count: int) -> int:
+def together(count: int) -> int:
+    """How many of ``count`` lanes step together."""
     if jax.default_backend() != "cpu":
         return -(-count // jax.device_count())
     share = -(-count // (jax.device_count() * LANES)) * LANES
     return min(CHUNK, share)
 
 
-#: How numbers of all lanes and of each are spread.
-WHOLE, LANES_APART = PartitionSpec(), PartitionSpec(None, "population")
+#: How the devices get the numbers of all lanes and those of each.
+WHOLE, CHUNKS = PartitionSpec(), PartitionSpec("population")
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
@@ -59,16 +60,10 @@ def scores(loop: Loop, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
     """
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
-        count = trailing(lanes)
-        chunk = _together(count)
-
-        def chunked(leaf: Array) -> Array:  # perhaps one of no numbers
-            return jnp.moveaxis(leaf.reshape(len(leaf), count // chunk, chunk), 1, 0)
-
         def one_chunk(own: Packed) -> Array:
             return each_motion(loop, own_machine, from_packed(forms, whole, own))
 
-        judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))  # (chunks, motions, ..., lanes)
+        judged = lax.map(one_chunk, lanes)  # (chunks, motions, ..., lanes)
         return jnp.moveaxis(judged, (2, 1, 0), (0, 1, 2)).reshape(*judged.shape[2:0:-1], -1)
 
     return _spread(on_device, PartitionSpec(None, None, "population"))(whole, lanes)
@@ -79,20 +74,18 @@ def scores_needed(loop: Loop, forms: Forms, whole: Packed, lanes: Packed) -> Arr
     """(3 + objectives, lanes): as ``rejecting.each`` gives them, each of what it needs."""
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
-        chunk = _together(trailing(lanes))
-        return rejecting.each(loop, from_packed(forms, whole, lanes), chunk)
+        def beside(leaf: Array) -> Array:
+            return jnp.moveaxis(leaf, 0, 1).reshape(leaf.shape[1], len(leaf) * leaf.shape[2])
 
-    return _spread(on_device, LANES_APART)(whole, lanes)
+        every = from_packed(forms, whole, jax.tree.map(beside, lanes))
+        return rejecting.each(loop, every, trailing(lanes))
 
-
-def _together(count: int) -> int:
-    """How many of the lanes on a device step together."""
-    return min(count, CHUNK) if jax.default_backend() == "cpu" else count
+    return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
 
 
 def _spread(on_device: Any, out: PartitionSpec) -> Any:
     mesh = Mesh(jax.devices(), ("population",))
-    specs = WHOLE, LANES_APART
+    specs = WHOLE, CHUNKS
     return jax.shard_map(on_device, mesh=mesh, in_specs=specs, out_specs=out, check_vma=False)
 
 

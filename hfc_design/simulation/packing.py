@@ -1,4 +1,4 @@
-"""Many small arrays as few large ones: handing one to a compiled program costs 20 us each."""
+"""Many small arrays as few large ones: each that goes into a compiled program takes its time."""
 
 from typing import Any, NamedTuple
 
@@ -12,39 +12,49 @@ class Form(NamedTuple):
     """What was packed; hashable."""
 
     structure: Any  # of the tree
-    leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # whether of integers, and the shape
-    kept: int  # trailing axes that all leaves share
+    leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # whether of integers; shape without lanes
 
 
 class Packed(NamedTuple):
-    """Numbers of a tree, (all, ...) with its shared trailing axes."""
+    """Numbers of a tree: (numbers,), or of leaves (..., lanes) (chunks, numbers, chunk)."""
 
     floats: Array | np.ndarray
     integers: Array | np.ndarray
 
 
-def packed(tree: PyTree, dtype: DTypeLike, kept: int = 0) -> tuple[Form, Packed]:
-    """A tree of numbers; its leaves share ``kept`` trailing axes. Floats come in ``dtype``."""
+def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Form, Packed]:
+    """A tree of numbers, or of leaves (..., lanes) of which each ``chunk`` lies in one piece.
+
+    Floating numbers come in ``dtype``.
+    """
     leaves, structure = jax.tree.flatten(tree)
     arrays = [np.asarray(leaf) for leaf in leaves]
     whole = [array.dtype.kind == "i" for array in arrays]
-    shared = arrays[0].shape[arrays[0].ndim - kept :] if arrays else ()
 
     def joined(integers: bool, kind: DTypeLike) -> np.ndarray:
-        own = [a.reshape(-1, *shared) for a, i in zip(arrays, whole, strict=True) if i == integers]
-        return np.concatenate([np.empty((0, *shared), kind), *own], dtype=kind, casting="unsafe")
+        own = [array for array, other in zip(arrays, whole, strict=True) if other == integers]
+        if chunk is None:
+            flat = [np.empty(0, kind), *map(np.ravel, own)]
+            return np.concatenate(flat, dtype=kind, casting="unsafe")
+        count = arrays[0].shape[-1] // chunk
+        rows = [array.reshape(-1, count, chunk).swapaxes(0, 1) for array in own]
+        found = np.empty((count, sum(part.shape[1] for part in rows), chunk), kind)
+        begin = 0
+        for part in rows:
+            found[:, begin : (begin := begin + part.shape[1])] = part
+        return found
 
-    form = Form(structure, tuple((i, a.shape) for i, a in zip(whole, arrays, strict=True)), kept)
+    shapes = [array.shape if chunk is None else array.shape[:-1] for array in arrays]
+    form = Form(structure, tuple(zip(whole, shapes, strict=True)))
     return form, Packed(joined(False, dtype), joined(True, np.int32))
 
 
 def unpacked(form: Form, numbers: Packed) -> PyTree:
-    """The tree again; of the shared trailing axes it has as many as ``numbers`` by now."""
+    """The tree again, of ``numbers`` (numbers,), or of those of some lanes (numbers, lanes)."""
     leaves, used = [], [0, 0]
     for integers, shape in form.leaves:
-        own = shape[: len(shape) - form.kept]
         begin = used[integers]
-        used[integers] += int(np.prod(own))
+        used[integers] += int(np.prod(shape))
         rows = numbers[integers][begin : used[integers]]
-        leaves.append(rows.reshape((*own, *rows.shape[1:])))
+        leaves.append(rows.reshape((*shape, *rows.shape[1:])))
     return jax.tree.unflatten(form.structure, leaves)

@@ -66,7 +66,8 @@ def scores(
     true = machines.take(lane % each if each > 1 else 0).true
     samples, bounds = _joined(motions)
     with _own_code(loop), jax.enable_x64(True):
-        numbers = Inputs(machines.told, true, samples, gains, bounds).packed(each > 1, dtype)
+        inputs = Inputs(machines.told, true, samples, gains, bounds)
+        numbers = inputs.packed(each > 1, dtype, compiled.together(lanes))
         found = np.asarray(compiled.scores(loop, each > 1, *numbers), np.float64)
     found = found[..., :lanes].reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
@@ -93,7 +94,8 @@ def scores_needed(
     least = np.append(needed, np.full(len(lane) - count, np.inf))
     with _own_code(loop), jax.enable_x64(True):
         inputs = Inputs(*machines.take(0), samples, gains, needed=least)
-        found = np.asarray(compiled.scores_needed(loop, *inputs.packed(False, dtype)), np.float64)
+        numbers = inputs.packed(False, dtype, compiled.together(count))
+        found = np.asarray(compiled.scores_needed(loop, *numbers), np.float64)
     merit, failed, simulated, *values = found[:, :count, None, None]
     return Judged(merit, np.stack(values, axis=-1), failed > 0.0), simulated[:, 0, 0]
 

@@ -59,16 +59,18 @@ class Inputs(NamedTuple):
 
         return jax.tree.map(converted, self)
 
-    def packed(self, own_machine: bool, dtype: DTypeLike) -> tuple[Forms, Packed, Packed]:
+    def packed(
+        self, own_machine: bool, dtype: DTypeLike, chunk: int
+    ) -> tuple[Forms, Packed, Packed]:
         """What all lanes share and what each has, in few arrays: see ``from_packed``."""
         shared, own = (None, self.true) if own_machine else (self.true, None)
         whole, all_numbers = packed((self.told, shared, self.samples, self.bounds), dtype)
-        lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, kept=1)
+        lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
         return (whole, lanes), all_numbers, lane_numbers
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
-    """The inputs of as many lanes as ``lanes`` has by now."""
+    """The inputs of the lanes of which these are the numbers (numbers, lanes)."""
     told, shared, samples, bounds = unpacked(forms[0], whole)
     own, gains, needed = unpacked(forms[1], lanes)
     return Inputs(told, shared if own is None else own, samples, gains, bounds, needed)

@@ -13,19 +13,16 @@ TREE = {
 }
 
 
-def test_what_is_unpacked_was_packed():
-    form, numbers = packed(TREE, np.float32, kept=1)
-    assert numbers.floats.shape == (7, 4)
+def test_chunks_of_what_was_packed():
+    form, numbers = packed(TREE, np.float32, 2)
+    assert numbers.floats.shape == (2, 7, 2)
     assert numbers.floats.dtype == np.float32
-    assert numbers.integers.tolist() == [[5, 6, 7, 8]]
-    found = jax.jit(unpacked, static_argnums=0)(form, numbers)
-    jax.tree.map(np.testing.assert_array_equal, found, TREE)
-
-
-def test_some_lanes_of_what_was_packed():
-    form, numbers = packed(TREE, np.float64, kept=1)
-    found = unpacked(form, jax.tree.map(lambda leaf: leaf[:, 1:3], numbers))
-    jax.tree.map(lambda one, all: np.testing.assert_array_equal(one, all[..., 1:3]), found, TREE)
+    assert numbers.integers.tolist() == [[[5, 6]], [[7, 8]]]
+    for k in range(2):
+        own = jax.tree.map(lambda leaf, k=k: leaf[k], numbers)
+        found = jax.jit(unpacked, static_argnums=0)(form, own)
+        wanted = jax.tree.map(lambda leaf, k=k: leaf[..., 2 * k : 2 * k + 2], TREE)
+        jax.tree.map(np.testing.assert_array_equal, found, wanted)
 
 
 def test_single_numbers_without_integers():
