@@ -1,4 +1,4 @@
-"""What drives are made of: an exponential and a division that are fast, an integrator, friction.
+"""What drives are made of: a bell and a division that are fast, an integrator, friction.
 
 Six of ten operations of a control step are exponentials of memberships and of the Stribeck
 curve. Their arguments are never positive, so the library's range checks are of no use here, and
