@@ -56,6 +56,7 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/controllers.py
 	$(BIN)/python benchmarks/populations.py
 	$(BIN)/python benchmarks/ensembles.py
+	$(BIN)/python benchmarks/gradients.py
 	$(BIN)/python benchmarks/runtime.py
 
 # What make test runs, with the oldest packages that pyproject.toml admits on the oldest Python.

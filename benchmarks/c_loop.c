@@ -42,34 +42,35 @@ struct block {
 };
 
 #ifdef OWN_EXP
-/* The evaluator's exponential of x <= 0 (plants/blocks.py): a polynomial and an exponent. */
-INLINE float decay(float x) {
-    float power = x * 1.44269504f;
-    power = power > -126.0f ? power : -126.0f;
+/* The evaluator's exponential (bell in plants/blocks.py), of 2: a polynomial and an exponent. */
+#define IN_BASE 1.44269504f
+INLINE float decay(float power) {
+    power = power > -127.0f ? power : -127.0f;
     float whole = rintf(power), rest = power - whole;
-    float value = 0.00132764718f * rest + 0.00967554133f;
-    value = ((value * rest + 0.0555071327f) * rest + 0.240221197f) * rest + 0.693146967f;
-    union { float number; int bits; } result = {value * rest + 1.00000007f};
+    float value = 0.00132029823f * rest + 0.00967495193f;
+    value = ((value * rest + 0.0555104738f) * rest + 0.24022166f) * rest + 0.693146596f;
+    union { float number; int bits; } result = {value * rest + 1.0f};
     result.bits += (int)whole << 23;
     return result.number;
 }
 #else
-INLINE float decay(float x) { return expf(x); }
+#define IN_BASE 1.0f
+INLINE float decay(float power) { return expf(power); }
 #endif
 
 INLINE float clamped(float x) { return fminf(fmaxf(x, -1.0f), 1.0f); }
 
-/* Exponent of a membership (eq. 3). */
+/* Exponent of a membership (eq. 3), in the base of decay. */
 INLINE float exponent(float u, float centre, float half_width, float rate) {
     float outside = fmaxf(fabsf(u - centre) - half_width, 0.0f);
-    return -rate * outside * outside;
+    return -IN_BASE * rate * outside * outside;
 }
 
 /* Rates of the state (Lin & Lee 1999, eq. 2). */
 INLINE struct state derivative(struct machine m, struct state x, float voltage, float load) {
     float spring = m.stiffness * (x.rotor_angle - m.gear_ratio * x.spindle_angle);
     float relative = x.spindle_velocity * m.inverse_stribeck_velocity;
-    float steady = m.coulomb_torque + m.stribeck_rise * decay(-relative * relative);
+    float steady = m.coulomb_torque + m.stribeck_rise * decay(-IN_BASE * relative * relative);
     float bent = fabsf(x.spindle_velocity) * m.bristle_stiffness * x.bristle;
     float bristle = x.spindle_velocity - bent / steady;
     float friction = m.bristle_stiffness * x.bristle + m.bristle_damping * bristle +

@@ -76,10 +76,11 @@ def _operations(loop: Loop, machines: Machines, samples: Any, one: Any) -> float
 
     It counts a loop's body once: of the drive's integration steps in a sample, only one.
     """
-    gains = jax.tree.map(lambda leaf: np.repeat(leaf, compiled.CHUNK, axis=-1), one)
-    single = Inputs(*machines.take(0), samples, gains).cast(np.float32)
-    program = compiled.scores.lower(loop, False, single).compile()
-    return program.cost_analysis()["flops"] * jax.device_count() / compiled.CHUNK
+    lanes = compiled.CHUNK * jax.device_count()
+    gains = jax.tree.map(lambda leaf: np.repeat(leaf, lanes, axis=-1), one)
+    numbers = Inputs(*machines.take(0), samples, gains).packed(False, np.float32, compiled.CHUNK)
+    program = compiled.scores.lower(loop, False, *numbers).compile()
+    return program.cost_analysis()["flops"] / compiled.CHUNK  # of one device
 
 
 @click.command()

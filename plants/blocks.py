@@ -1,11 +1,12 @@
-"""What drives are made of: an exponential and a division that are fast, an integrator, friction.
+"""What drives are made of: a bell and a division that are fast, an integrator, friction.
 
 Six of ten operations of a control step are exponentials of memberships and of the Stribeck
 curve. Their arguments are never positive, so the library's range checks are of no use here, and
 without them the step runs about 1.4 times as fast.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -17,28 +18,32 @@ from plants.drive import Loads, Scalar
 State = TypeVar("State", bound=tuple[Scalar, ...])
 
 LOG2_E = 1.4426950408889634
-#: Below this exponent of two a float32 is no longer a normal number.
-SMALLEST_EXPONENT = -126.0
+#: 2 to this exponent is 0 where the bits of a float32 are put together as below.
+LOWEST_EXPONENT = -127.0
 #: 1.5 * 2**23: adding it to a small float32 leaves the nearest integer in the low bits.
 TO_INTEGER = 12582912.0
 #: Degree-5 polynomial of 2**r, |r| <= 1/2, constant term first, exact at 0: error 6.8e-8.
 EXP2 = (1.0, 0.693146596, 0.24022166, 0.0555104738, 0.00967495193, 0.00132029823)
 
 
-def decay(x: jax.Array) -> jax.Array:
-    """``exp(x)`` for ``x <= 0``, elementwise.
+def bell(rate: float, distance: jax.Array) -> jax.Array:
+    """``exp(-rate * distance**2)``, elementwise, for a positive ``rate``.
 
-    In float64 the library's exponential. In float32 the relative error is below 6e-7 for
-    x >= -10 and grows with the rounding of ``x * log2(e)`` to 4e-6 at x = -87; where the result
-    would no longer be a normal number it is 0. A nan stays one only in float64: the float32 loop
-    shows a diverged individual by its state.
+    In float64 with the library's exponential. In float32 the relative error is below 1.1e-6 down to
+    exp(-10) and grows with the rounding of the exponent to 8e-6 at exp(-87); what would no longer
+    be a normal number is 0 or that small. A nan stays one only in float64: the float32 loop shows
+    a diverged individual by its state.
     """
-    return _decay32(x) if x.dtype == jnp.float32 else jnp.exp(x)
+    if distance.dtype == jnp.float32:
+        return _bell32(rate, distance)
+    return jnp.exp((-rate * distance) * distance)
 
 
-@jax.custom_jvp
-def _decay32(x: jax.Array) -> jax.Array:
-    exponent = x * jnp.float32(LOG2_E)
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _bell32(rate: float, distance: jax.Array) -> jax.Array:
+    exponent = (jnp.float32(-rate * LOG2_E) * distance) * distance
+    # One instruction, unlike a selection of the result. Lower exponents, and a nan, end in 0.
+    exponent = jnp.where(exponent > LOWEST_EXPONENT, exponent, LOWEST_EXPONENT)
     # The barrier keeps the compiler from simplifying (x + c) - c to x.
     shift = lax.optimization_barrier(jnp.float32(TO_INTEGER))
     shifted = exponent + shift
@@ -49,16 +54,16 @@ def _decay32(x: jax.Array) -> jax.Array:
     # Adding the integer to the exponent bits multiplies by 2**integer.
     bits = lax.bitcast_convert_type(power, jnp.int32)
     scale = lax.bitcast_convert_type(shifted, jnp.int32) << 23
-    value = lax.bitcast_convert_type(bits + scale, jnp.float32)
-    return jnp.where(exponent > SMALLEST_EXPONENT, value, jnp.float32(0.0))
+    return lax.bitcast_convert_type(bits + scale, jnp.float32)
 
 
-@_decay32.defjvp
-def _decay32_jvp(
-    primals: tuple[jax.Array], tangents: tuple[jax.Array]
+@_bell32.defjvp
+def _bell32_jvp(
+    rate: float, primals: tuple[jax.Array], tangents: tuple[jax.Array]
 ) -> tuple[jax.Array, jax.Array]:
-    value = _decay32(*primals)
-    return value, value * tangents[0]
+    (distance,), (change,) = primals, tangents
+    value = _bell32(rate, distance)
+    return value, value * (-2.0 * rate * distance) * change
 
 
 @jax.custom_jvp
@@ -82,6 +87,7 @@ def _ratio_jvp(
     return value, (change - value * denominator_change) / denominator
 
 
+@jax.custom_jvp
 def once(x: jax.Array) -> jax.Array:
     """``x``, finite, computed once: XLA repeats cheap operations in all that use them.
 
@@ -91,10 +97,25 @@ def once(x: jax.Array) -> jax.Array:
     return x / (1.0 + 0.0 * x)
 
 
-def pick(values: Sequence[jax.Array], index: jax.Array) -> jax.Array:
+@once.defjvp
+def _once_jvp(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
+    return once(*primals), once(*tangents)
+
+
+def smaller(x: Scalar, bound: Scalar) -> jax.Array:
+    """``min(x, bound)`` in one instruction; a nan in ``x`` stays one, as Python's does."""
+    return jnp.where(bound < x, bound, x)
+
+
+def larger(x: Scalar, bound: Scalar) -> jax.Array:
+    """``max(x, bound)`` in one instruction; a nan in ``x`` stays one, as Python's does."""
+    return jnp.where(bound > x, bound, x)
+
+
+def pick(values: Mapping[int, jax.Array], index: jax.Array) -> jax.Array:
     """``values[index]`` for a traced index: a chain of selections, not a gather."""
-    result = values[0]
-    for k, value in enumerate(values[1:], start=1):
+    (_, result), *others = values.items()
+    for k, value in others:
         result = jnp.where(index == k, value, result)
     return result
 
@@ -153,9 +174,10 @@ def rk4_tr_bdf2(
 
     start, middle, end = loads
     k1 = derivative(state, start, 0.0)
-    stiff = dt * jnp.maximum(decay_rate(state), decay_rate(moved(k1, dt))) > STIFF
+    stiff = dt * larger(decay_rate(state), decay_rate(moved(k1, dt))) > STIFF
     before, first = getattr(state, field), getattr(k1, field)
-    quarter, third = (jnp.where(stiff, dt / parts, 0.0) for parts in (4.0, 3.0))
+    quarter = once(jnp.where(stiff, dt / 4.0, 0.0))
+    stiff, third = quarter > 0.0, 4.0 / 3.0 * quarter
     k2 = derivative(with_field(moved(k1, 0.5 * dt), before + 0.25 * dt * first), middle, quarter)
     k3 = derivative(with_field(moved(k2, 0.5 * dt), before + 0.25 * dt * first), middle, quarter)
     both = first + getattr(k3, field)
@@ -197,7 +219,7 @@ def bristle(
 def steady_torque(friction: LuGre, velocity: Scalar) -> Scalar:
     """Magnitude of the torque [N m] of steady sliding without its viscous part: sigma_0 g."""
     relative = velocity * friction.inverse_stribeck_velocity
-    return friction.coulomb + friction.stribeck_rise * decay(-(relative * relative))
+    return friction.coulomb + friction.stribeck_rise * bell(1.0, relative)
 
 
 def friction_torque(friction: LuGre, velocity: Scalar, deflection: Scalar, rate: Scalar) -> Scalar:

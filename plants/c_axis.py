@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from plants.blocks import LuGre, bristle, friction_torque, rk4_tr_bdf2
+from plants.blocks import LuGre, bristle, friction_torque, once, rk4_tr_bdf2
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 
 
@@ -106,15 +106,17 @@ def derivative(
     spring = c.stiffness * (x.rotor_angle - c.gear_ratio * x.spindle_angle)
     bent, rate = bristle(c.friction, x.spindle_velocity, x.bristle_deflection, implicit)
     friction = friction_torque(c.friction, x.spindle_velocity, bent, rate)
+    braking = friction + load
+    current = (
+        c.inverse_inductance * voltage - c.current_decay * x.current - c.back_emf * x.rotor_velocity
+    )
+    turning = c.torque_constant * x.current - spring - c.rotor_damping * x.rotor_velocity
     return CAxisState(
-        current=c.inverse_inductance * voltage
-        - c.current_decay * x.current
-        - c.back_emf * x.rotor_velocity,
+        current=once(current),
         rotor_angle=x.rotor_velocity,
-        rotor_velocity=c.inverse_rotor_inertia
-        * (c.torque_constant * x.current - spring - c.rotor_damping * x.rotor_velocity),
+        rotor_velocity=once(c.inverse_rotor_inertia * turning),
         spindle_angle=x.spindle_velocity,
-        spindle_velocity=c.inverse_spindle_inertia * (c.gear_ratio * spring - friction - load),
+        spindle_velocity=once(c.inverse_spindle_inertia * (c.gear_ratio * spring - braking)),
         bristle_deflection=rate,
     )
 

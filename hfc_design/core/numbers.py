@@ -6,7 +6,7 @@ serves all three. Never imports JAX.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
 from operator import add, getitem, mul
 from typing import Any, NamedTuple, TypeAlias
@@ -52,24 +52,33 @@ class Xp(NamedTuple):
     where: Callable[[Truth, Scalar, Scalar], Scalar]
     minimum: Callable[[Scalar, Scalar], Scalar]
     maximum: Callable[[Scalar, Scalar], Scalar]
-    decay: Callable[[Scalar], Scalar]  # exp(x) of an x that is not positive
+    #: (rate, distance) -> exp(-rate distance^2)
+    bell: Callable[[float, Scalar], Scalar]
     ratio: Callable[[Scalar, Scalar], Scalar]
     #: x; marks what many results share, for a compiler that would else compute it for each.
     once: Callable[[Scalar], Scalar]
-    #: (values, index) -> values[index]
-    pick: Callable[[Sequence[Scalar], Scalar], Scalar]
+    #: (values by number, number) -> the value of that number
+    pick: Callable[[Mapping[int, Scalar], Scalar], Scalar]
 
 
 SCALARS = Xp(
     where=lambda condition, a, b: a if condition else b,
     minimum=min,
     maximum=max,
-    decay=math.exp,
+    bell=lambda rate, distance: math.exp((-rate * distance) * distance),
     ratio=lambda a, b: a / b,
     once=lambda x: x,
     pick=getitem,
 )
-ARRAYS = Xp(np.where, np.minimum, np.maximum, np.exp, np.divide, lambda x: x, getitem)
+ARRAYS = Xp(
+    where=np.where,
+    minimum=np.minimum,
+    maximum=np.maximum,
+    bell=lambda rate, distance: np.exp((-rate * distance) * distance),
+    ratio=np.divide,
+    once=lambda x: x,
+    pick=getitem,
+)
 
 
 def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:

@@ -31,10 +31,10 @@ from hfc_design.simulation.sensors import (
     without_steps,
 )
 from plants import Drive, Machine
-from plants.blocks import decay, once, pick, ratio
+from plants.blocks import bell, larger, once, pick, ratio, smaller
 
 #: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
-LANES = Xp(jnp.where, jnp.minimum, jnp.maximum, decay, ratio, once, pick)
+LANES = Xp(jnp.where, smaller, larger, bell, ratio, once, pick)
 
 
 class Loop(NamedTuple):

@@ -11,14 +11,23 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jax.sharding import Mesh, PartitionSpec
-from jaxtyping import Array, PyTree
+from jaxtyping import Array
 
 from hfc_design.core import devices
 from hfc_design.core.numbers import Integers
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import rejecting
 from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.stepping import Inputs, Motions, each_motion, one_motion, trailing
+from hfc_design.simulation.packing import Packed
+from hfc_design.simulation.stepping import (
+    Forms,
+    Inputs,
+    Motions,
+    each_motion,
+    from_packed,
+    one_motion,
+    trailing,
+)
 
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
 CHUNK = 64
@@ -27,76 +36,63 @@ LANES = 16
 
 def filled(lanes: int) -> int:
     """So many individuals that the chunks of all devices are full, ``lanes`` at least."""
-    return lanes + -lanes % (jax.device_count() * _chunk(lanes))
+    return lanes + -lanes % (jax.device_count() * together(lanes))
 
 
-def _chunk(count: int) -> int:
+def together(count: int) -> int:
+    """How many of ``count`` lanes step together."""
     if jax.default_backend() != "cpu":
         return -(-count // jax.device_count())
     share = -(-count // (jax.device_count() * LANES)) * LANES
     return min(CHUNK, share)
 
 
-@partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
-def scores(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
+def finely(count: int) -> int:
+    """The same where some of them are lost on the way: few would hardly ever lose a whole chunk."""
+    few = count < 4 * CHUNK * jax.device_count() and jax.default_backend() == "cpu"
+    return LANES if few else together(count)
+
+
+#: How the devices get the numbers of all lanes and those of each.
+WHOLE, CHUNKS = PartitionSpec(), PartitionSpec("population")
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
+def scores(loop: Loop, own_machine: bool, forms: Forms, whole: Packed, lanes: Packed) -> Array:
     """(2 + objectives, motions, lanes): merits, 1 where one failed, values, in one array.
 
-    One array comes back faster than several.
+    Few arrays go in and one comes back, as each of them takes its time. ``Inputs.packed`` made
+    what goes in.
     """
 
-    def on_device(inputs: Inputs) -> Array:
-        count = trailing(inputs.gains)
-        chunk = min(count, CHUNK) if jax.default_backend() == "cpu" else count
+    def on_device(whole: Packed, lanes: Packed) -> Array:
+        def one_chunk(own: Packed) -> Array:
+            return each_motion(loop, own_machine, from_packed(forms, whole, own))
 
-        def chunked(leaf: Array) -> Array:
-            return jnp.moveaxis(leaf.reshape(*leaf.shape[:-1], -1, chunk), -2, 0)
-
-        def one_chunk(own: PyTree) -> Array:
-            gains, true = own if own_machine else (own, inputs.true)
-            return each_motion(loop, own_machine, inputs._replace(true=true, gains=gains))
-
-        lanes = (inputs.gains, inputs.true) if own_machine else inputs.gains
-        judged = lax.map(one_chunk, jax.tree.map(chunked, lanes))  # (chunks, motions, ..., lanes)
+        judged = lax.map(one_chunk, lanes)  # (chunks, motions, ..., lanes)
         return jnp.moveaxis(judged, (2, 1, 0), (0, 1, 2)).reshape(*judged.shape[2:0:-1], -1)
 
-    def last(leaf: Array) -> PartitionSpec:
-        return PartitionSpec(*[None] * (leaf.ndim - 1), "population")
-
-    whole: Any = PartitionSpec()
-    machines = jax.tree.map(last, inputs.true) if own_machine else whole
-    spread = jax.shard_map(
-        on_device,
-        mesh=Mesh(jax.devices(), ("population",)),
-        in_specs=(Inputs(whole, machines, whole, jax.tree.map(last, inputs.gains), whole, whole),),
-        out_specs=PartitionSpec(None, None, "population"),
-        check_vma=False,
-    )
-    return spread(inputs)
+    return _spread(on_device, PartitionSpec(None, None, "population"))(whole, lanes)
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=devices.compiler_options())
-def scores_needed(loop: Loop, inputs: Inputs) -> Array:
+@partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
+def scores_needed(loop: Loop, forms: Forms, whole: Packed, lanes: Packed) -> Array:
     """(3 + objectives, lanes): as ``rejecting.each`` gives them, each of what it needs."""
 
-    def on_device(inputs: Inputs) -> Array:
-        count = trailing(inputs.gains)
-        # Of few individuals large chunks would be full of those that are lost.
-        chunk = CHUNK if count >= 4 * CHUNK else LANES
-        return rejecting.each(loop, inputs, chunk if jax.default_backend() == "cpu" else count)
+    def on_device(whole: Packed, lanes: Packed) -> Array:
+        def beside(leaf: Array) -> Array:
+            return jnp.moveaxis(leaf, 0, 1).reshape(leaf.shape[1], len(leaf) * leaf.shape[2])
 
-    def last(leaf: Array) -> PartitionSpec:
-        return PartitionSpec(*[None] * (leaf.ndim - 1), "population")
+        every = from_packed(forms, whole, jax.tree.map(beside, lanes))
+        return rejecting.each(loop, every, trailing(lanes))
 
-    whole: Any = PartitionSpec()
-    lanes: Any = (jax.tree.map(last, inputs.gains), whole, PartitionSpec("population"))
-    spread = jax.shard_map(
-        on_device,
-        mesh=Mesh(jax.devices(), ("population",)),
-        in_specs=(Inputs(whole, whole, whole, *lanes),),
-        out_specs=PartitionSpec(None, "population"),
-        check_vma=False,
-    )
-    return spread(inputs)
+    return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
+
+
+def _spread(on_device: Any, out: PartitionSpec) -> Any:
+    mesh = Mesh(jax.devices(), ("population",))
+    specs = WHOLE, CHUNKS
+    return jax.shard_map(on_device, mesh=mesh, in_specs=specs, out_specs=out, check_vma=False)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())

@@ -71,8 +71,9 @@ def scores(
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
             some = _lanes_of(gains, lane // each) if width > count else gains
             true = machines.take(lane % each if each > 1 else 0).true
-            inputs = Inputs(machines.told, true, samples, some, bounds).cast(dtype)
-            parts.append(np.asarray(compiled.scores(loop, each > 1, inputs), np.float64))
+            inputs = Inputs(machines.told, true, samples, some, bounds)
+            numbers = inputs.packed(each > 1, dtype, compiled.together(width))
+            parts.append(np.asarray(compiled.scores(loop, each > 1, *numbers), np.float64))
     found = np.concatenate(parts, axis=-1)[..., :lanes]
     found = found.reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
@@ -106,9 +107,9 @@ def scores_needed(
             own = start + dealt
             lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
             least = np.where(own < count, needed[lane], np.inf)
-            some = _lanes_of(gains, lane)
-            inputs = Inputs(*machines.take(0), samples, some, needed=least).cast(dtype)
-            found = np.asarray(compiled.scores_needed(loop, inputs), np.float64)
+            inputs = Inputs(*machines.take(0), samples, _lanes_of(gains, lane), needed=least)
+            numbers = inputs.packed(False, dtype, compiled.finely(width))
+            found = np.asarray(compiled.scores_needed(loop, *numbers), np.float64)
             parts.append(found[:, np.argsort(dealt)])
     found = np.concatenate(parts, axis=1)[:, :count, None, None]
     merit, failed, simulated, *values = found

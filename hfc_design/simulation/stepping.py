@@ -30,10 +30,12 @@ from hfc_design.simulation.closed_loop import (
     watched,
     watching,
 )
+from hfc_design.simulation.packing import Form, Packed, packed, unpacked
 
 #: A number of one individual, or the rows of a table as tuples of tuples.
 Rows: TypeAlias = Individuals | tuple["Rows", ...]
 Carry: TypeAlias = tuple[Moving, Watch]  # the machines with their copies, what is seen of them
+Forms: TypeAlias = tuple[Form, Form]  # of what all lanes share, and of what each has
 Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, individuals)
 
 
@@ -56,6 +58,22 @@ class Inputs(NamedTuple):
             return array if array.dtype.kind == "i" else array.astype(dtype)
 
         return jax.tree.map(converted, self)
+
+    def packed(
+        self, own_machine: bool, dtype: DTypeLike, chunk: int
+    ) -> tuple[Forms, Packed, Packed]:
+        """What all lanes share and what each has, in few arrays: see ``from_packed``."""
+        shared, own = (None, self.true) if own_machine else (self.true, None)
+        whole, all_numbers = packed((self.told, shared, self.samples, self.bounds), dtype)
+        lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
+        return (whole, lanes), all_numbers, lane_numbers
+
+
+def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
+    """The inputs of the lanes of which these are the numbers (numbers, lanes)."""
+    told, shared, samples, bounds = unpacked(forms[0], whole)
+    own, gains, needed = unpacked(forms[1], lanes)
+    return Inputs(told, shared if own is None else own, samples, gains, bounds, needed)
 
 
 def trailing(tree: PyTree) -> int:

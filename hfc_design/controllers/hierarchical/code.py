@@ -150,10 +150,10 @@ def _largest_deviation(design: HierarchicalDesign, exact: Graded, other: Graded)
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.
     """
-    gains = design.gains()
+    gains, reach = design.gains(), layout_of(design).reach
 
     def deviations(inputs: Floats) -> Floats:
-        units = (outputs(ARRAYS, of, gains, list(inputs.T))[0] for of in (exact, other))
+        units = (outputs(ARRAYS, of, reach, gains, list(inputs.T))[0] for of in (exact, other))
         roots = (found[-1].output for found in units)
         return design.output_scale * np.abs(np.subtract(*roots))
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.hierarchical import root as root_unit
-from hfc_design.controllers.hierarchical.tree import Sources
+from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
 from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts
 from hfc_design.controllers.linear.law import sample as linear_sample
 from hfc_design.core.numbers import Degrees, Floats, RuleTable, Scalar, Xp, clipped, dot, total
@@ -70,6 +70,15 @@ class Layout(NamedTuple):
     fed_back: tuple[str, ...] | None = None  # signals of the linear part; None: a PD alone
     #: Signals of the law that the root scales; None: it scales nothing but ``output_scale``.
     scheduled: tuple[str, ...] | None = None
+    canonical: bool = True  # whether units read what they do in ``tree.trees``, or anything
+
+    @property
+    def reach(self) -> Reach:
+        """(column, row) of each unit: the sources that it may have."""
+        count = len(self.inputs)
+        if self.canonical:
+            return reachable(count)
+        return [(range(count + k), range(count + k)) for k in range(count - 1)]
 
     @property
     def remembered(self) -> tuple[str, ...]:
@@ -128,7 +137,7 @@ def membership(xp: Xp, term: Term, u: Scalar) -> Scalar:
     if term.half_width:
         outside = abs(distance) - term.half_width
         distance = xp.where(outside > 0.0, outside, 0.0)
-    return xp.decay((-term.rate * distance) * distance)
+    return xp.bell(term.rate, distance)
 
 
 def memberships(xp: Xp, terms: Sequence[Term], u: Scalar) -> list[Scalar]:
@@ -179,9 +188,9 @@ def sample(
     readings = [known[name] for name in layout.inputs]
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
-    degrees = partial(memberships, xp, layout.terms)
     learnt = _learning(xp, layout, gains, memory, signals["error"])
-    units, root = outputs(xp, degrees, gains, values, learnt)
+    degrees = partial(memberships, xp, layout.terms)
+    units, root = outputs(xp, degrees, layout.reach, gains, values, learnt)
     fuzzy = layout.output_scale * units[-1].output
     remembered = {name: signals[name] for name in layout.remembered}
     if layout.fed_back is None:
@@ -226,6 +235,7 @@ def _learning(
 def outputs(
     xp: Xp,
     degrees: Graded,
+    reach: Reach,
     gains: HierarchicalGains,
     inputs: Sequence[Scalar],
     learnt: Learnt | None = None,
@@ -233,11 +243,12 @@ def outputs(
     """What every unit makes of the clamped ``inputs``, the root last, and what it remembers."""
     values, units, remembered = list(inputs), [], None
     last = len(gains.consequents) - 1
-    for k, ((column, row), start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
-        seen = xp.pick(values, column), xp.pick(values, row)
-        in_column, in_row = (degrees(u) for u in seen)
+    for k, (sources, start) in enumerate(zip(gains.sources, gains.consequents, strict=True)):
+        pairs = zip(reach[k], sources, strict=True)
+        column, row = (xp.pick({n: values[n] for n in free}, own) for free, own in pairs)
+        in_column, in_row = degrees(column), degrees(row)
         own = learnt(start, in_column, in_row) if learnt and k == last else (start, None)
         table, remembered = own
         values.append(averaged(xp, table, in_column, in_row))
-        units.append(Firing(*seen, in_column, in_row, table, values[-1]))
+        units.append(Firing(column, row, in_column, in_row, table, values[-1]))
     return units, remembered

@@ -44,8 +44,9 @@ def slopes(record: HierarchicalDesign) -> dict[str, float]:
 
 def factor(record: HierarchicalDesign, points: Floats) -> Floats:
     """(n,) the root's output, scaled, at (n, inputs) values of the scaled inputs."""
-    degrees = partial(memberships, ARRAYS, layout_of(record).terms)
-    units, _ = outputs(ARRAYS, degrees, record.gains(), list(points.T))
+    layout = layout_of(record)
+    degrees = partial(memberships, ARRAYS, layout.terms)
+    units, _ = outputs(ARRAYS, degrees, layout.reach, record.gains(), list(points.T))
     return np.asarray(record.output_scale * units[-1].output)
 
 

@@ -18,7 +18,7 @@ from hfc_design.controllers.hierarchical.law import (
     Term,
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.controllers.hierarchical.tree import MAX_INPUTS
+from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, reachable
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
@@ -150,6 +150,12 @@ class HierarchicalDesign(ControllerRecord):
             (names.index(unit.column_input), names.index(unit.row_input)) for unit in self.units
         ]
 
+    @property
+    def canonical(self) -> bool:
+        """Whether every unit has sources that it has in one of ``tree.trees``."""
+        pairs = zip(self.sources(), reachable(len(self.inputs)), strict=True)
+        return all(a in columns and b in rows for (a, b), (columns, rows) in pairs)
+
     def gains(self) -> HierarchicalGains:
         """The gains of one individual."""
         return HierarchicalGains(
@@ -224,7 +230,9 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     fed_back = tuple(described.linear.signals or ()) if described.linear else None
     scheduled = getattr(described, "scheduled", None)
     signals = tuple(scheduled.signals) if scheduled else None
-    return Layout(names, described.output_scale, terms, described.adaptation, fed_back, signals)
+    known = isinstance(described, HierarchicalSettings) or described.canonical
+    scale, adaptation = described.output_scale, described.adaptation
+    return Layout(names, scale, terms, adaptation, fed_back, signals, known)
 
 
 class Bounds(NamedTuple):

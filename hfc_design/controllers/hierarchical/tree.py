@@ -30,6 +30,8 @@ class Unit(NamedTuple):
 Tree = tuple[Unit, ...]
 #: (units,) column and row source of each unit.
 Sources: TypeAlias = Sequence[tuple[Scalar, Scalar]] | NDArray[np.int32]
+#: (column, row) of each unit: the sources that it may have.
+Reach: TypeAlias = Sequence[tuple[Sequence[int], Sequence[int]]]
 
 # While a tree is being built: a leaf is the number of an input, a node is (column, row).
 Node = Any
@@ -129,3 +131,14 @@ def decode(gene: Sequence[int]) -> Tree | None:
 def all_sources(inputs: int) -> NDArray[np.int32]:
     """Every tree as data for the closed loop: (trees, units, 2) sources, column first."""
     return np.array([[unit[1:] for unit in tree] for tree in trees(inputs)], dtype=np.int32)
+
+
+@cache
+def reachable(inputs: int) -> Reach:
+    """The sources that units have in any of the trees, in order.
+
+    Little more than half of those that are free: a column has no fewer leaves than its row.
+    """
+    found = all_sources(inputs)
+    columns, rows = ([tuple(np.unique(unit).tolist()) for unit in side] for side in found.T)
+    return tuple(zip(columns, rows, strict=True))

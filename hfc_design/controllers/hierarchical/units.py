@@ -1,7 +1,7 @@
 """How many units of a hierarchy matter. Never imports JAX."""
 
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -57,16 +57,14 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
     """(POINTS, n) what the root says."""
     count = np.asarray(gains.consequents).shape[-1]
 
-    def picked(values: Sequence[Floats], index: Integers) -> Floats:
-        seen = np.stack([np.broadcast_to(value, (len(points[0]), count)) for value in values])
-        return np.asarray(seen[index, :, np.arange(count)].T)
+    def picked(values: Mapping[int, Floats], index: Integers) -> Floats:
+        every = [np.broadcast_to(value, (len(points[0]), count)) for value in values.values()]
+        place = np.searchsorted([*values], index)
+        return np.asarray(np.stack(every)[place, :, np.arange(count)].T)
 
+    degrees = partial(memberships, ARRAYS, layout.terms)
     xp = ARRAYS._replace(pick=picked)
-
-    def degrees(u: Any) -> Any:
-        return memberships(xp, layout.terms, u)
-
-    units, _ = outputs(xp, degrees, gains, [*points])
+    units, _ = outputs(xp, degrees, layout.reach, gains, [*points])
     return np.asarray(units[-1].output)
 
 

@@ -13,6 +13,7 @@ from hfc_design.controllers.hierarchical.tree import (
     Unit,
     all_sources,
     decode,
+    reachable,
     trees,
     unit_count,
 )
@@ -188,7 +189,7 @@ def test_trees_as_data_equal_recursion(inputs, sample):
         values = list(values)
         for (column, row), table in zip(pairs, tables, strict=True):
             in_column, in_row = (
-                memberships(LANES, LIN_LEE_TERMS, LANES.pick(values, source))
+                memberships(LANES, LIN_LEE_TERMS, LANES.pick(dict(enumerate(values)), source))
                 for source in (column, row)
             )
             values.append(averaged(LANES, table, in_column, in_row))
@@ -218,3 +219,13 @@ def test_number_of_inputs_out_of_range_is_refused(inputs):
         trees(inputs)
     with pytest.raises(ValueError, match="a hierarchy has 2 to 6 inputs"):
         decode([0] * inputs)
+
+
+@pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
+def test_every_source_of_a_tree_is_reachable(inputs):
+    found = reachable(inputs)
+    for tree in trees(inputs):
+        for unit, (columns, rows) in zip(tree, found, strict=True):
+            assert unit.column in columns
+            assert unit.row in rows
+    assert [len(columns) for columns, _ in found][-1] <= 2

@@ -1,0 +1,60 @@
+"""Many small arrays as few large ones: each that goes into a compiled program takes its time."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jax.typing import DTypeLike
+from jaxtyping import Array, PyTree
+
+
+class Form(NamedTuple):
+    """What was packed; hashable."""
+
+    structure: Any  # of the tree
+    leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # whether of integers; shape without lanes
+
+
+class Packed(NamedTuple):
+    """Numbers of a tree: (numbers,), or of leaves (..., lanes) (chunks, numbers, chunk)."""
+
+    floats: Array | np.ndarray
+    integers: Array | np.ndarray
+
+
+def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Form, Packed]:
+    """A tree of numbers, or of leaves (..., lanes) of which each ``chunk`` lies in one piece.
+
+    Floating numbers come in ``dtype``.
+    """
+    leaves, structure = jax.tree.flatten(tree)
+    arrays = [np.asarray(leaf) for leaf in leaves]
+    whole = [array.dtype.kind == "i" for array in arrays]
+
+    def joined(integers: bool, kind: DTypeLike) -> np.ndarray:
+        own = [array for array, other in zip(arrays, whole, strict=True) if other == integers]
+        if chunk is None:
+            flat = [np.empty(0, kind), *map(np.ravel, own)]
+            return np.concatenate(flat, dtype=kind, casting="unsafe")
+        count = arrays[0].shape[-1] // chunk
+        rows = [array.reshape(-1, count, chunk).swapaxes(0, 1) for array in own]
+        found = np.empty((count, sum(part.shape[1] for part in rows), chunk), kind)
+        begin = 0
+        for part in rows:
+            found[:, begin : (begin := begin + part.shape[1])] = part
+        return found
+
+    shapes = [array.shape if chunk is None else array.shape[:-1] for array in arrays]
+    form = Form(structure, tuple(zip(whole, shapes, strict=True)))
+    return form, Packed(joined(False, dtype), joined(True, np.int32))
+
+
+def unpacked(form: Form, numbers: Packed) -> PyTree:
+    """The tree again, of ``numbers`` (numbers,), or of those of some lanes (numbers, lanes)."""
+    leaves, used = [], [0, 0]
+    for integers, shape in form.leaves:
+        begin = used[integers]
+        used[integers] += int(np.prod(shape))
+        rows = numbers[integers][begin : used[integers]]
+        leaves.append(rows.reshape((*shape, *rows.shape[1:])))
+    return jax.tree.unflatten(form.structure, leaves)
