@@ -35,7 +35,7 @@ class CmaSettings(StrategySettings):
     generations: int = Field(450, ge=1, le=10_000_000)
     step: Positive = 1.0  # factor on the first standard deviations
     trees: int = Field(4, ge=1, le=1000)  # structures that compete
-    hardened: Probability = 0.3  # share of the generations, at the end, that meet hard machines
+    hardened: Probability = 0.6  # share of the generations, at the end, that meet hard machines
     stick_penalty: NotNegative = 0.0
     kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range
