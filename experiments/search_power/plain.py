@@ -42,7 +42,7 @@ class LShade:
         self.costs = np.minimum(self.costs, costs)
         size = max(round(self.first + (LAST - self.first) * min(self.share, 1.0)), LAST)
         best = np.sort(np.argsort(self.costs, kind="stable")[:size])
-        self.points, self.costs = fewer(self.points, best, self.rng), self.costs[best]
+        self.points, self.costs = fewer(self.points, best), self.costs[best]
 
     done, incumbent = False, None
 

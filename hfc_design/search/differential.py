@@ -15,7 +15,7 @@ from hfc_design.core.numbers import Floats, Integers
 #: Places of the memory, and the width of what is drawn about one of them.
 PLACES, WIDTH = 6, 0.1
 #: Share of the points of which one is the best that others move to, and places in the archive for
-#: each point.
+#: each of the first points.
 BEST, ARCHIVE = 0.11, 2.6
 
 
@@ -23,7 +23,7 @@ class Points(NamedTuple):
     """Where everyone is, and what has been learnt."""
 
     places: Floats  # (n, size)
-    beaten: Floats  # (archive, size) places that were given up
+    beaten: Floats  # (archive, size) the last places that were given up
     memory: Floats  # (2, ``PLACES``) factors on differences, and shares that are crossed
     turn: Floats  # (1,) the place of the memory that is written next
 
@@ -36,8 +36,10 @@ class Trials(NamedTuple):
 
 
 def begun(places: Floats) -> Points:
-    """Before anything was learnt."""
-    return Points(places, places[:0], np.full((2, PLACES), 0.5), np.zeros(1))
+    """Before anything was learnt; (n, size) ``places``, in which everyone begins."""
+    count, size = places.shape
+    beaten = np.resize(places, (int(ARCHIVE * count), size))  # nobody yet but themselves
+    return Points(places, beaten, np.full((2, PLACES), 0.5), np.zeros(1))
 
 
 def tried(
@@ -80,14 +82,12 @@ def learnt(points: Points, trials: Trials, gained: Floats) -> Points:
         # Lehmer's mean; of factors that are all 0 it is 0.
         mean = (own**2 @ weight) / np.maximum(own @ weight, np.finfo(float).tiny)
         memory[:, int(turn[0])], turn = mean, (turn + 1.0) % PLACES
-    beaten = np.concatenate([points.beaten, points.places[better]])
+    room = len(points.beaten)
+    beaten = np.concatenate([points.beaten, points.places[better]])[-room:]
     places = np.where((gained >= 0.0)[:, None], trials.places, points.places)
     return Points(places, beaten, memory, turn)
 
 
-def fewer(points: Points, kept: Integers, rng: np.random.Generator) -> Points:
-    """Of some of the points, and of the archive as much as these have room for."""
-    beaten, room = points.beaten, int(ARCHIVE * len(kept))
-    if len(beaten) > room:
-        beaten = beaten[rng.permutation(len(beaten))[:room]]
-    return points._replace(places=points.places[kept], beaten=beaten)
+def fewer(points: Points, kept: Integers) -> Points:
+    """Of some of the points."""
+    return points._replace(places=points.places[kept])

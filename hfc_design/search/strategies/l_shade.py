@@ -14,7 +14,7 @@ from hfc_design.core.checkpoint import flat
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import NotNegative, Positive
 from hfc_design.search.by_numbers import Coordinates, coordinates
-from hfc_design.search.differential import Points, Trials, begun, fewer, learnt, tried
+from hfc_design.search.differential import ARCHIVE, Points, Trials, begun, fewer, learnt, tried
 from hfc_design.search.strategy import Range, Strategy, StrategySettings, Task
 
 BOUNDS = Bounds()
@@ -83,7 +83,7 @@ class LShade(NamedTuple):
         state = state._replace(
             population=taken(state.population, kept),
             score=state.score[kept],
-            points=fewer(state.points, kept, rng),
+            points=fewer(state.points, kept),
         )
         trials = tried(state.points, state.score, own.room, rng)
         return state, Asked(own.members(trials.places), trials, state.score)
@@ -131,6 +131,9 @@ def _sound(settings: LShadeSettings, state: LShadeState) -> bool:
     finite = all(np.isfinite(numbers).all() for _, numbers in flat((state.points, state.about)))
     return (
         finite
+        and all(len(numbers) == 1 for _, numbers in flat(state.about))
+        and len(beaten) == (int(ARCHIVE * settings.population) if len(places) else 0)
+        and bool(((memory >= 0.0) & (memory <= 1.0)).all())
         and 0 < count <= settings.population
         and state.population.tree.shape == state.score.shape
         and state.about.tree.shape == (1,)
@@ -138,7 +141,7 @@ def _sound(settings: LShadeSettings, state: LShadeState) -> bool:
         and places.shape[1:] == beaten.shape[1:]
         and memory.shape == begun(places).memory.shape
         and turn.shape == (1,)
-        and 0 <= int(turn[0]) < memory.shape[1]
+        and turn[0] in range(memory.shape[1])
         and bool((state.score < np.inf).all())
     )
 
