@@ -18,6 +18,10 @@ from hfc_design.objectives.judge import Judged
 Keep = Literal["worst", "quantile", "mean"]
 
 
+#: What a machine costs at most where constraints are weighed, in medians of all machines.
+WORST = 20.0
+
+
 class Verdict(NamedTuple):
     """Of designs: what they are ranked by, and of each machine what it says."""
 
@@ -41,11 +45,10 @@ class Ensemble(NamedTuple):
     forgiven: float = 0.0  # share of the machines that need not keep the constraints
     nominal: tuple[bool, ...] = ()  # of the motions, which count on the nominal machine alone
 
-    def verdict(self, judged: Judged, lenient: float = 0.0) -> Verdict:
+    def verdict(self, judged: Judged, penalty: float | None = None) -> Verdict:
         """Of ``judged`` (designs, machines, motions); constraints are its last values.
 
-        Of a search that narrows down what it allows (the epsilon level of Takahama and Sakai,
-        CEC 2006), ``lenient`` is how much may still be broken.
+        With a ``penalty`` merit and constraints are weighed against each other, see ``_weighed``.
         """
         weights = self.shares(judged.failed.shape[1])
         with np.errstate(all="ignore"):
@@ -56,24 +59,27 @@ class Ensemble(NamedTuple):
         asked = self._asked(violation)
         violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
         most = violation.mean(axis=1)
-        rank = np.where(most > lenient, -most, self._kept(some))
+        if penalty is None:
+            rank = np.where(most > 0.0, -most, self._kept(some))
+        else:
+            rank = self._weighed(some, most, penalty)
         lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
         return Verdict(np.where(lost, -np.inf, rank), merit, broken)
 
-    def reach(self, judged: Judged, machines: int, lenient: float = 0.0) -> Floats:
+    def reach(self, judged: Judged, machines: int) -> Floats:
         """(designs,) the highest rank that each can still have, on so many ``machines`` in all.
 
         ``judged`` are the first of them. The others may cost nothing and break nothing, and those
         that are forgiven may be the worst of the first.
         """
-        found, forgiven = self.verdict(judged, lenient), int(self.forgiven * (machines - 1))
+        found, forgiven = self.verdict(judged), int(self.forgiven * (machines - 1))
         asked, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
         violation = self._violation(found.broken, machines)
         least = violation[:, 0] + np.sort(violation[:, 1:], axis=1)[:, :left].sum(axis=1)
         best = np.sort(found.merit[:, 1:], axis=1)[:, ::-1][:, :left]
         free = np.full((len(best), asked - 1 - left), np.inf)
         merit = self._kept(np.concatenate([found.merit[:, :1], best, free], axis=1))
-        return np.where(least / asked > lenient, -least / asked, merit)
+        return np.where(least > 0.0, -least / asked, merit)
 
     def tighter(self, factor: float) -> "Ensemble":
         """One that allows less by a ``factor``: few machines stand for many."""
@@ -120,6 +126,17 @@ class Ensemble(NamedTuple):
         """
         often = np.where(self._nominal, machines, 1)
         return np.asarray((often * broken.sum(axis=-1)).mean(axis=2))
+
+    def _weighed(self, merit: Floats, violation: Floats, penalty: float) -> Floats:
+        """(designs,) the merit that is kept, the less the larger the violation (designs,).
+
+        A penalty that grows on the way (Joines and Houck, CEC 1994) here multiplies costs, so that
+        it has no unit: 1 / ``penalty`` of violation is worth a factor e. A machine that fails costs
+        ``WORST`` times the median of them; where half of them fail, the violation ranks alone.
+        """
+        median = np.median(merit, axis=1)
+        kept = self._kept(np.maximum(merit, median[:, None] / WORST))
+        return np.where(median > 0.0, kept * np.exp(-penalty * violation), -violation)
 
     def _broken(self, judged: Judged) -> Floats:
         failed = judged.failed[..., None].astype(float)

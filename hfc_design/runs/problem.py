@@ -27,9 +27,9 @@ from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 
-#: A search whose scores are compared within a generation only begins with broken constraints of
-#: so much, which it narrows down over this share of its generations.
-LENIENT, NARROWED = 0.2, 0.6
+#: What the penalty of broken constraints grows to in a search whose scores are compared within a
+#: generation only, and the power of the share of its generations by which it grows.
+PENALTY, GROWING = 300.0, 2.0
 #: Machines that the points of a front meet where a single design was looked for before.
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
@@ -96,10 +96,10 @@ class Problem:
         generations are never compared, each generation has others of the same machines; half of
         them are ``hard`` ones if there are any.
         """
-        robust, lenient = self._robust, self._lenient(generation)
+        robust, penalty = self._robust, self._penalty(generation)
         if robust is None:
             if not self._single:
-                return self._ranked(population, np.zeros(1, int), lenient)
+                return self._ranked(population, np.zeros(1, int), penalty)
             least = np.full(len(population.tree), -np.inf) if needed is None else needed
             gains, (samples,) = self.genome.gains(population), self._samples
             about = (self._loop, self._machines, samples, gains, least, self._dtype, self._lanes)
@@ -108,13 +108,13 @@ class Problem:
             return self._rank(judged, None)
         some = partial(self._some, generation=generation, hard=hard)
         once = robust.first == robust.elite
-        rank = self._ranked(population, some(robust.first), lenient, needed if once else None)
+        rank = self._ranked(population, some(robust.first), penalty, needed if once else None)
         for count in (robust.machines, robust.elite):
             if count == robust.first:
                 continue
             # So many that it costs no more than the first round; the others cannot pass them.
             best = np.argsort(-rank, kind="stable")[: max(len(rank) * robust.first // count, 1)]
-            found = self._ranked(taken(population, best), some(count), lenient)
+            found = self._ranked(taken(population, best), some(count), penalty)
             rank = np.minimum(rank, found.min())
             rank[best] = found
         return rank
@@ -152,18 +152,25 @@ class Problem:
         return Scored(rank, costs, violation)
 
     def rank_of_finalists(self, population: Population) -> Floats:
-        """What they are ranked by on all the machines that were drawn."""
-        return self.rank_on(population, np.arange(self._machines.size))
+        """What they are ranked by: on a quarter of the machines that were drawn, the best on all.
+
+        These are the best quarter; the others cannot pass them.
+        """
+        every = np.arange(self._machines.size)
+        rank = self.rank_on(population, every[: -(-len(every) // 4)])
+        best = np.argsort(-rank, kind="stable")[: -(-len(rank) // 4)]
+        found = self.rank_on(taken(population, best), every)
+        rank = np.minimum(rank, found.min())
+        rank[best] = found
+        return rank
 
     def rank_on(self, population: Population, machines: Integers) -> Floats:
         """What they are ranked by on some of the machines that were drawn."""
         return self._ranked(population, machines)
 
-    def _lenient(self, generation: int) -> float:
-        if generation >= self._fresh:
-            return 0.0
-        left = 1.0 - generation / (NARROWED * self._fresh)
-        return LENIENT * max(left, 0.0) ** 2
+    def _penalty(self, generation: int) -> float | None:
+        done = generation / self._fresh if self._fresh else 1.0
+        return PENALTY * done**GROWING if done < 1.0 else None
 
     def _some(self, count: int, generation: int, hard: Integers | None) -> Integers:
         """The nominal machine and some others: always the first ones, or others each time."""
@@ -178,22 +185,22 @@ class Problem:
         self,
         population: Population,
         machines: Integers,
-        lenient: float = 0.0,
+        penalty: float | None = None,
         needed: Floats | None = None,
     ) -> Floats:
         """On all ``machines``, on the first ``FEW`` alone who cannot reach what is ``needed``."""
         gains, ensemble = self.genome.gains(population), self._ensemble
-        if needed is None or ensemble is None or len(machines) <= FEW:
-            return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, lenient)
+        if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
+            return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, penalty)
         some = self._judged(gains, self._machines.take(machines[:FEW]))
-        rank = ensemble.reach(some, len(machines), lenient)
+        rank = ensemble.reach(some, len(machines))
         alive = np.flatnonzero((rank >= needed) | np.isclose(rank, needed, rtol=SLACK, atol=0.0))
         if len(alive):
             own, rest = self.genome.gains(taken(population, alive)), machines[FEW:]
             more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
             pairs = zip(some, more, strict=True)
             whole = (np.concatenate([one[alive], other], axis=1) for one, other in pairs)
-            rank[alive] = self._rank(Judged(*whole), ensemble, lenient)
+            rank[alive] = self._rank(Judged(*whole), ensemble)
         return rank
 
     def _judged(self, gains: Gains, machines: Machines, at_once: int = 0) -> Judged:
@@ -203,10 +210,12 @@ class Problem:
         self.simulated += found.merit[..., 0].size * sum(len(x.time) for x in self._samples)
         return found
 
-    def _rank(self, judged: Judged, ensemble: Ensemble | None, lenient: float = 0.0) -> Floats:
+    def _rank(
+        self, judged: Judged, ensemble: Ensemble | None, penalty: float | None = None
+    ) -> Floats:
         if ensemble is None:
             return np.asarray(judged.rank[:, 0, 0])
-        return ensemble.verdict(judged, lenient).rank
+        return ensemble.verdict(judged, penalty).rank
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """(n, objectives) what the search trades off."""

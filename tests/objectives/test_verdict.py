@@ -78,13 +78,14 @@ def test_no_merit_buys_a_constraint_off():
     assert found.sound.tolist() == [[True, True], [False, True], [False, True], [False, True]]
 
 
-def test_a_search_may_narrow_down_what_it_allows():
+def test_a_search_may_weigh_what_is_broken():
     ensemble = Ensemble((1.0,), (STUCK,))
     stick = [[[0.0]], [[0.1]], [[0.5]]]
     told = judged([[[2.0]], [[9.0]], [[99.0]]], stick=stick)
     assert ensemble.verdict(told).rank == pytest.approx([2.0, -0.1 / 1.1, -1 / 3])
-    assert ensemble.verdict(told, 0.2).rank == pytest.approx([2.0, 9.0, -1 / 3])
-    assert ensemble.verdict(told, 0.2).sound.ravel().tolist() == [True, False, False]
+    weighed = [2.0, 9.0 * np.exp(-2.0), 99.0 * np.exp(-22 / 3)]
+    assert ensemble.verdict(told, 22.0).rank == pytest.approx(weighed)
+    assert ensemble.verdict(told, 22.0).sound.ravel().tolist() == [True, False, False]
 
 
 def test_a_search_may_allow_less():
@@ -145,16 +146,15 @@ def test_what_can_still_be_reached_is_never_less_than_what_is(keep, forgiven):
         (1.0, 2.0), (LATE,), keep, quantile=0.3, forgiven=forgiven, nominal=(False, True)
     )
     before = np.full(2000, np.inf)
-    for lenient in (0.0, 0.05):
-        rank = ensemble.verdict(own, lenient).rank
-        assert 0.1 < (rank < 0.0).mean() < 0.9
-        for seen in range(1, 9):
-            some = Judged(*(x[:, :seen] for x in own))
-            reach = ensemble.reach(some, 8, lenient)
-            assert (reach >= rank - 1e-9 * np.abs(np.where(np.isfinite(rank), rank, 0.0))).all()
-        if not forgiven:  # all have been seen, and nothing is left to hope for
-            finite = np.isfinite(rank)
-            assert reach[finite] == pytest.approx(rank[finite])
+    rank = ensemble.verdict(own).rank
+    assert 0.1 < (rank < 0.0).mean() < 0.9
+    for seen in range(1, 9):
+        some = Judged(*(x[:, :seen] for x in own))
+        reach = ensemble.reach(some, 8)
+        assert (reach >= rank - 1e-9 * np.abs(np.where(np.isfinite(rank), rank, 0.0))).all()
+    if not forgiven:  # all have been seen, and nothing is left to hope for
+        finite = np.isfinite(rank)
+        assert reach[finite] == pytest.approx(rank[finite])
     few = ensemble.reach(Judged(*(x[:, :3] for x in own)), 8)
     assert (few < before).mean() > (0.9 if keep == "mean" and not forgiven else 0.02)
 
@@ -166,3 +166,32 @@ def test_what_can_still_be_reached_by_hand():
     late = [[[0.01 * 4 / 3], [0.0]]]
     broken = Ensemble((1.0,), (LATE,)).reach(judged([[[4.0], [2.0]]], late=late), 4)
     assert broken == pytest.approx([-0.25 / 4])
+
+
+def test_a_penalty_weighs_broken_constraints_against_merit_by_hand():
+    """Four machines of merits 4, 4, 2, 1: costs 0.25, 0.25, 0.5, 1, together 2.
+
+    The last is late by a third of what is allowed, so that a quarter of what is one is broken.
+    """
+    merit = [[[4.0], [4.0], [2.0], [1.0]]]
+    late = [[[0.0], [0.0], [0.0], [0.01 * 4 / 3]]]
+    own, ensemble = judged(merit, late=late), Ensemble((1.0,), (LATE,))
+    assert ensemble.verdict(own).rank == pytest.approx([-0.25 / 4])
+    assert ensemble.verdict(own, 0.0).rank == pytest.approx([4 / 2])
+    assert ensemble.verdict(own, 8.0).rank == pytest.approx([2.0 * np.exp(-8 * 0.25 / 4)])
+
+
+def test_a_machine_that_fails_costs_twenty_medians_where_constraints_are_weighed():
+    """Three costs of 1/2 and one of 20/2; a failure breaks itself and the one constraint."""
+    failed = [[[False], [False], [False], [True]]]
+    own, ensemble = (
+        judged([[[2.0]] * 4], failed, late=np.zeros((1, 4, 1))),
+        Ensemble((1.0,), (LATE,)),
+    )
+    assert ensemble.verdict(own, 6.0).rank == pytest.approx([4 / (1.5 + 10.0) * np.exp(-6 * 2 / 4)])
+
+
+def test_half_of_the_machines_that_fail_are_weighed_against_nothing():
+    failed = np.array([[[False], [True], [True], [True]]])
+    own = judged(np.full((1, 4, 1), 2.0), failed, late=np.zeros((1, 4, 1)))
+    assert Ensemble((1.0,), (LATE,)).verdict(own, 6.0).rank == pytest.approx([-6 / 4])

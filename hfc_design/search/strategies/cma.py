@@ -22,7 +22,7 @@ from hfc_design.search.strategy import Probability, Range, Strategy, StrategySet
 
 BOUNDS = Bounds()
 #: Generations after which it is asked anew which machines are hard.
-EVERY = 10
+EVERY = 20
 #: Means that are kept on the way: of few machines the last one need not be the soundest.
 TRAIL = 16
 
