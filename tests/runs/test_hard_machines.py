@@ -7,6 +7,9 @@ from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.runs import problem as problems
 from hfc_design.runs.problem import Problem
+from hfc_design.simulation import population as simulate
+
+SAMPLES = 300  # of a motion
 
 #: Only the spindle's inertia differs, so that the heaviest is the latest and the swingiest.
 SCENARIO = {
@@ -43,14 +46,33 @@ def test_hard_are_those_that_break_most(problem, one, monkeypatch):
         assert problem.task.hardest(one, 0.5).tolist() == [0]  # nobody keeps everything anywhere
 
 
+def met_with(problem, one, generation, machine):
+    """Rank on the nominal machine and another, what is broken weighed as in a generation of 40."""
+    loop, machines, motions, ensemble = problem.parts
+    some = machines.take(np.array([0, machine]))
+    judged = simulate.scores(loop, some, motions, problem.genome.gains(one))
+    return ensemble.verdict(judged, 300.0 * (generation / 40) ** 2).rank
+
+
 def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
-    """In the last generation, where nothing may be broken any more."""
     hard = np.array([7, 4])
     for generation, met in ((39, 4), (38, 7)):
-        expected = problem.rank_on(one, np.array([0, met]))
+        expected = met_with(problem, one, generation, met)
         assert problem.rank(one, generation, hard=hard) == expected
         assert problem.scored(one, generation, machines=hard) == expected
-    assert problem.rank(one, 39) == problem.rank_on(one, np.array([0, 1 + 39 % 11]))
+    assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11)
+
+
+def test_finalists_meet_a_quarter_of_the_machines_and_the_best_all(problem):
+    """Of eight with different gains two meet all twelve machines; nobody else ranks above them."""
+    many = problem.genome.fresh(np.zeros(8, int), np.random.default_rng(3))
+    few, every = (problem.rank_on(many, np.arange(n)) for n in (3, 12))
+    best = np.argsort(-few, kind="stable")[:2]
+    before = problem.simulated
+    found = problem.rank_of_finalists(many)
+    assert problem.simulated - before == (8 * 3 + 2 * 12) * SAMPLES
+    assert found[best].tolist() == every[best].tolist()
+    assert np.argmax(found) in best
 
 
 def test_whoever_cannot_reach_what_it_needs_meets_four_machines_alone():
