@@ -26,6 +26,7 @@ class Verdict(NamedTuple):
     """Of designs: what they are ranked by, and of each machine what it says."""
 
     rank: Floats  # (designs,) the merit; negative where a constraint is broken, -inf: all failed
+    weighed: Floats  # (designs,) the same with constraints weighed by a penalty; without one, rank
     merit: Floats  # (designs, machines) of all motions together; 0 where one failed
     broken: Floats  # (designs, machines, motions, 1 + constraints) by how much, 0 to 1
 
@@ -48,7 +49,7 @@ class Ensemble(NamedTuple):
     def verdict(self, judged: Judged, penalty: float | None = None) -> Verdict:
         """Of ``judged`` (designs, machines, motions); constraints are its last values.
 
-        With a ``penalty`` merit and constraints are weighed against each other, see ``_weighed``.
+        With a ``penalty`` merit and constraints are also weighed against each other: ``_weighed``.
         """
         weights = self.shares(judged.failed.shape[1])
         with np.errstate(all="ignore"):
@@ -59,12 +60,11 @@ class Ensemble(NamedTuple):
         asked = self._asked(violation)
         violation, some = (np.take_along_axis(x, asked, axis=1) for x in (violation, merit))
         most = violation.mean(axis=1)
-        if penalty is None:
-            rank = np.where(most > 0.0, -most, self._kept(some))
-        else:
-            rank = self._weighed(some, most, penalty)
+        rank = np.where(most > 0.0, -most, self._kept(some))
+        weighed = rank if penalty is None else self._weighed(some, most, penalty)
         lost = (judged.failed | (weights == 0.0)).all(axis=(1, 2))
-        return Verdict(np.where(lost, -np.inf, rank), merit, broken)
+        rank, weighed = (np.where(lost, -np.inf, x) for x in (rank, weighed))
+        return Verdict(rank, weighed, merit, broken)
 
     def reach(self, judged: Judged, machines: int) -> Floats:
         """(designs,) the highest rank that each can still have, on so many ``machines`` in all.

@@ -20,7 +20,7 @@ from hfc_design.runs.first_laws import FirstLaws, worthwhile
 from hfc_design.runs.individuals import design_of, genome_of, kinds_of
 from hfc_design.search.loop import STRATEGIES
 from hfc_design.search.newton import Linear
-from hfc_design.search.strategy import Scored, Task
+from hfc_design.search.strategy import Scored, Task, Weighed
 from hfc_design.simulation import memory
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
@@ -90,12 +90,23 @@ class Problem:
     ) -> Floats:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
 
-        One that cannot reach what is ``needed`` of it may have any merit below that.
+        Where scores of different generations are never compared, broken constraints are weighed
+        against merit instead, the more the later. One that cannot reach what is ``needed`` of it may have any merit below that.
 
-        Of many machines everybody meets a few, the best of them more. Where scores of different
-        generations are never compared, each generation has others of the same machines; half of
-        them are ``hard`` ones if there are any.
+        Of many machines everybody meets a few, the best of them more. Where scores are not
+        compared, each generation has others of the same machines; half of them are ``hard`` ones
+        if there are any.
         """
+        return self._met(population, generation, needed, hard)[:, 1]
+
+    def _met(
+        self,
+        population: Population,
+        generation: int = 0,
+        needed: Floats | None = None,
+        hard: Integers | None = None,
+    ) -> Floats:
+        """(n, 2) rank with broken constraints below all others, and what ``rank`` gives."""
         robust, penalty = self._robust, self._penalty(generation)
         if robust is None:
             if not self._single:
@@ -113,9 +124,10 @@ class Problem:
             if count == robust.first:
                 continue
             # So many that it costs no more than the first round; the others cannot pass them.
-            best = np.argsort(-rank, kind="stable")[: max(len(rank) * robust.first // count, 1)]
+            most = max(len(rank) * robust.first // count, 1)
+            best = np.argsort(-rank[:, 1], kind="stable")[:most]
             found = self._ranked(taken(population, best), some(count), penalty)
-            rank = np.minimum(rank, found.min())
+            rank = np.minimum(rank, found.min(axis=0))
             rank[best] = found
         return rank
 
@@ -125,18 +137,19 @@ class Problem:
         generation: int = 0,
         machines: Integers | None = None,
         needed: Floats | None = None,
-    ) -> Floats | Scored:
+    ) -> Floats | Scored | Weighed:
         """What the strategy of the scenario is told: ranks, or with them what it trades off.
 
         Costs that are compared are those of the same ``machines``, without them the first ones.
         Where nothing is traded they are the hard ones.
         """
-        if not self._traded:
-            return self.rank(population, generation, needed, machines)
-        if generation < self._fresh:  # before it trades
-            rank = self.rank(population, generation, None, machines)
-            unknown = np.full((len(rank), len(self._traded)), np.inf)
-            return Scored(rank, unknown, unknown[:, 0])
+        fresh = generation < self._fresh
+        if fresh or not self._traded:
+            rank, told = self._met(population, generation, needed, machines).T
+            if fresh and self._traded:  # before it trades
+                unknown = np.full((len(rank), len(self._traded)), np.inf)
+                return Weighed(rank, Scored(told, unknown, unknown[:, 0]))
+            return Weighed(rank, told) if fresh else rank
         count = self._robust.machines if self._robust else 1
         return self.weighed(population, np.arange(count) if machines is None else machines)
 
@@ -145,7 +158,7 @@ class Problem:
         some = np.arange(self._machines.size) if machines is None else machines
         gains = self.genome.gains(population)
         judged = self._judged(gains, self._machines.take(some))
-        rank, costs = self._rank(judged, self._traded_by), self._costs(judged, gains)
+        rank, costs = self._rank(judged, self._traded_by)[:, 0], self._costs(judged, gains)
         violation = np.where(rank < 0.0, -rank, 0.0) if self._ensemble else np.zeros(len(rank))
         failed = ~(np.isfinite(rank) & np.isfinite(costs).all(axis=1))
         rank, violation = np.where(failed, -np.inf, rank), np.where(failed, np.inf, violation)
@@ -166,7 +179,7 @@ class Problem:
 
     def rank_on(self, population: Population, machines: Integers) -> Floats:
         """What they are ranked by on some of the machines that were drawn."""
-        return self._ranked(population, machines)
+        return self._ranked(population, machines)[:, 0]
 
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0
@@ -188,13 +201,17 @@ class Problem:
         penalty: float | None = None,
         needed: Floats | None = None,
     ) -> Floats:
-        """On all ``machines``, on the first ``FEW`` alone who cannot reach what is ``needed``."""
+        """As ``_met`` on all ``machines``.
+
+        On the first ``FEW`` alone who cannot reach what is ``needed``.
+        """
         gains, ensemble = self.genome.gains(population), self._ensemble
         if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
             return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, penalty)
         some = self._judged(gains, self._machines.take(machines[:FEW]))
-        rank = ensemble.reach(some, len(machines))
-        alive = np.flatnonzero((rank >= needed) | np.isclose(rank, needed, rtol=SLACK, atol=0.0))
+        reach = ensemble.reach(some, len(machines))
+        alive = np.flatnonzero((reach >= needed) | np.isclose(reach, needed, rtol=SLACK, atol=0.0))
+        rank = np.stack([reach, reach], axis=1)
         if len(alive):
             own, rest = self.genome.gains(taken(population, alive)), machines[FEW:]
             more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
@@ -214,8 +231,9 @@ class Problem:
         self, judged: Judged, ensemble: Ensemble | None, penalty: float | None = None
     ) -> Floats:
         if ensemble is None:
-            return np.asarray(judged.rank[:, 0, 0])
-        return ensemble.verdict(judged, penalty).rank
+            return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
+        found = ensemble.verdict(judged, penalty)
+        return np.stack([found.rank, found.weighed], axis=1)
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """(n, objectives) what the search trades off."""

@@ -10,10 +10,18 @@ from pydantic import SerializeAsAny
 
 from hfc_design.controllers.genome import Genome, Population, joined, taken
 from hfc_design.core.checkpoint import flat
-from hfc_design.core.numbers import Floats, Integers
+from hfc_design.core.numbers import Floats, Integers, Mask
 from hfc_design.core.plugins import Group, chosen, found_in, own_code
 from hfc_design.search import strategies
-from hfc_design.search.strategy import Scored, Searcher, State, Strategy, StrategySettings, Task
+from hfc_design.search.strategy import (
+    Scored,
+    Searcher,
+    State,
+    Strategy,
+    StrategySettings,
+    Task,
+    Weighed,
+)
 
 
 def _fault(strategy: Strategy) -> str | None:
@@ -59,7 +67,7 @@ def _called(strategy: Strategy, part: str, function: Callable[..., Any], *given:
 #: What the population of a generation is ranked by, no finite number where an individual failed;
 #: for a strategy that trades with the costs of each, on the ``machines`` that it names if it does.
 #: One that says what is ``needed`` of each may be told less where that is not reached.
-Evaluate = Callable[..., Floats | Scored]
+Evaluate = Callable[..., Floats | Scored | Weighed]
 
 
 class Archive(NamedTuple):
@@ -115,7 +123,8 @@ def generations(
         more = {name: getattr(asked, name, None) for name in ("machines", "needed")}
         named = {name: value for name, value in more.items() if value is not None}
         judged = evaluate(asked.population, generation, **named)
-        score = judged.score if isinstance(judged, Scored) else judged
+        told = judged.told if isinstance(judged, Weighed) else judged
+        score = judged if isinstance(judged, np.ndarray) else judged.score
         finished = np.isfinite(score)
         score = np.where(finished, score, -np.inf)
         archive = _archived(search.archive, asked.population, score)
@@ -127,7 +136,7 @@ def generations(
             len(np.unique(asked.population.tree)),
         )
         history = History(*(np.append(a, b) for a, b in zip(search.history, entry, strict=True)))
-        told = judged._replace(score=score) if isinstance(judged, Scored) else score
+        told = _without(told, ~finished)
         search = Search(generation + 1, searcher.tell(state, asked, told), archive, history)
         yield search
 
@@ -168,6 +177,13 @@ def _possible(scored: State, empty: Population) -> bool:
         and (array.dtype.kind != "f" or np.isfinite(array[alive]).all())
         for name, array in flat(population)
     )
+
+
+def _without(told: Floats | Scored, failed: Mask) -> Floats | Scored:
+    """What a strategy is told, with -inf where a candidate failed."""
+    if isinstance(told, Scored):
+        return told._replace(score=np.where(failed, -np.inf, told.score))
+    return np.where(failed, -np.inf, told)
 
 
 def _archived(archive: Archive, population: Population, score: Floats) -> Archive:

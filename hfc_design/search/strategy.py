@@ -55,6 +55,16 @@ class Scored(NamedTuple):
     violation: Floats  # (n,) 0: every constraint is kept; else by how much, infinite: it failed
 
 
+class Weighed(NamedTuple):
+    """What a strategy is told that compares within a generation only, and what is shown of it.
+
+    It may find a candidate better that has more merit and breaks a little more.
+    """
+
+    score: Floats  # (n,) what they are ranked by elsewhere; no finite number where one failed
+    told: Floats | Scored
+
+
 #: What only its strategy knows: what it remembers, and what it asks, a record with a
 #: ``population`` and whatever ``tell`` has to know of it.
 State: TypeAlias = Any

@@ -84,7 +84,7 @@ def test_a_search_may_weigh_what_is_broken():
     told = judged([[[2.0]], [[9.0]], [[99.0]]], stick=stick)
     assert ensemble.verdict(told).rank == pytest.approx([2.0, -0.1 / 1.1, -1 / 3])
     weighed = [2.0, 9.0 * np.exp(-2.0), 99.0 * np.exp(-22 / 3)]
-    assert ensemble.verdict(told, 22.0).rank == pytest.approx(weighed)
+    assert ensemble.verdict(told, 22.0).weighed == pytest.approx(weighed)
     assert ensemble.verdict(told, 22.0).sound.ravel().tolist() == [True, False, False]
 
 
@@ -176,9 +176,10 @@ def test_a_penalty_weighs_broken_constraints_against_merit_by_hand():
     merit = [[[4.0], [4.0], [2.0], [1.0]]]
     late = [[[0.0], [0.0], [0.0], [0.01 * 4 / 3]]]
     own, ensemble = judged(merit, late=late), Ensemble((1.0,), (LATE,))
-    assert ensemble.verdict(own).rank == pytest.approx([-0.25 / 4])
-    assert ensemble.verdict(own, 0.0).rank == pytest.approx([4 / 2])
-    assert ensemble.verdict(own, 8.0).rank == pytest.approx([2.0 * np.exp(-8 * 0.25 / 4)])
+    for rank in (ensemble.verdict(own, 8.0).rank, ensemble.verdict(own).weighed):
+        assert rank == pytest.approx([-0.25 / 4])
+    assert ensemble.verdict(own, 0.0).weighed == pytest.approx([4 / 2])
+    assert ensemble.verdict(own, 8.0).weighed == pytest.approx([2.0 * np.exp(-8 * 0.25 / 4)])
 
 
 def test_a_machine_that_fails_costs_twenty_medians_where_constraints_are_weighed():
@@ -188,10 +189,12 @@ def test_a_machine_that_fails_costs_twenty_medians_where_constraints_are_weighed
         judged([[[2.0]] * 4], failed, late=np.zeros((1, 4, 1))),
         Ensemble((1.0,), (LATE,)),
     )
-    assert ensemble.verdict(own, 6.0).rank == pytest.approx([4 / (1.5 + 10.0) * np.exp(-6 * 2 / 4)])
+    assert ensemble.verdict(own, 6.0).weighed == pytest.approx(
+        [4 / (1.5 + 10.0) * np.exp(-6 * 2 / 4)]
+    )
 
 
 def test_half_of_the_machines_that_fail_are_weighed_against_nothing():
     failed = np.array([[[False], [True], [True], [True]]])
     own = judged(np.full((1, 4, 1), 2.0), failed, late=np.zeros((1, 4, 1)))
-    assert Ensemble((1.0,), (LATE,)).verdict(own, 6.0).rank == pytest.approx([-6 / 4])
+    assert Ensemble((1.0,), (LATE,)).verdict(own, 6.0).weighed == pytest.approx([-6 / 4])

@@ -47,20 +47,21 @@ def test_hard_are_those_that_break_most(problem, one, monkeypatch):
 
 
 def met_with(problem, one, generation, machine):
-    """Rank on the nominal machine and another, what is broken weighed as in a generation of 40."""
+    """On the nominal machine and another, what is broken weighed as in a generation of 40."""
     loop, machines, motions, ensemble = problem.parts
     some = machines.take(np.array([0, machine]))
     judged = simulate.scores(loop, some, motions, problem.genome.gains(one))
-    return ensemble.verdict(judged, 300.0 * (generation / 40) ** 2).rank
+    return ensemble.verdict(judged, 300.0 * (generation / 40) ** 2)
 
 
 def test_half_of_the_machines_that_are_met_are_hard_ones(problem, one):
     hard = np.array([7, 4])
     for generation, met in ((39, 4), (38, 7)):
         expected = met_with(problem, one, generation, met)
-        assert problem.rank(one, generation, hard=hard) == expected
-        assert problem.scored(one, generation, machines=hard) == expected
-    assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11)
+        assert problem.rank(one, generation, hard=hard) == expected.weighed
+        found = problem.scored(one, generation, machines=hard)
+        assert (found.score, found.told) == (expected.rank, expected.weighed)
+    assert problem.rank(one, 39) == met_with(problem, one, 39, 1 + 39 % 11).weighed
 
 
 def test_finalists_meet_a_quarter_of_the_machines_and_the_best_all(problem):
