@@ -91,7 +91,8 @@ class Problem:
         """Merit of every individual; -inf where it failed, negative where it is not allowed.
 
         Where scores of different generations are never compared, broken constraints are weighed
-        against merit instead, the more the later. One that cannot reach what is ``needed`` of it may have any merit below that.
+        against merit instead, the more the later. One that cannot reach what is ``needed`` of it
+        may have any merit below that.
 
         Of many machines everybody meets a few, the best of them more. Where scores are not
         compared, each generation has others of the same machines; half of them are ``hard`` ones
