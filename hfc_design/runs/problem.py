@@ -1,8 +1,7 @@
-"""What a search needs of a scenario: what its individuals are worth there, and enough memory."""
+"""What a search needs of a scenario: which machines a generation meets, and enough memory."""
 
 from copy import copy
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,21 +10,15 @@ from hfc_design.controllers.kind import kinds
 from hfc_design.core.numbers import Floats, Gains, Integers
 from hfc_design.core.plugins import own_code
 from hfc_design.files.design import Design
-from hfc_design.files.pairing import check_laws, controller_of
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs.first_laws import FirstLaws, worthwhile
-from hfc_design.runs.individuals import design_of, genome_of, kinds_of
+from hfc_design.runs.individuals import genome_of, kinds_of
+from hfc_design.runs.judging import Judging
 from hfc_design.search.loop import STRATEGIES
-from hfc_design.search.newton import Linear
 from hfc_design.search.strategy import Scored, Task, Weighed
 from hfc_design.simulation import memory
-from hfc_design.simulation import population as simulate
-from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.machines import drawn
-from hfc_design.simulation.population import Machines
 
 #: What the penalty of broken constraints grows to in a search whose scores are compared within a
 #: generation only, and the power of the share of its generations by which it grows.
@@ -34,50 +27,19 @@ PENALTY, GROWING = 300.0, 2.0
 HARD = 40
 #: Power of ``robust.tighter`` that counts there: these machines are hard enough.
 TRADED = 0.5
-#: Machines that everybody meets before it is asked who can still reach what it needs, and how
-#: much of that rounding may take away.
-FEW, SLACK = 4, 1e-9
 #: A machine is near to breaking a constraint that it breaks if so many times less is allowed.
 NEAR = 2.0
 
 
-class Parts(NamedTuple):
-    """What a problem simulates."""
-
-    loop: Loop
-    machines: Machines
-    motions: list[Samples]
-    ensemble: Ensemble | None
-
-
-class Problem:
-    """A scenario as what a search needs of it; UserError: its controller cannot be searched."""
+class Problem(Judging):
+    """A scenario as what a search needs of it."""
 
     def __init__(self, scenario: Scenario, final: bool = False):
-        with own_code("", *kinds_of(scenario.controller.model_dump())):
-            self.genome = genome_of(scenario)
-            design = design_of(taken(self.genome.empty(), slice(1)), scenario)
-        check_laws(design, scenario.plant.machine)
-        controller, _ = controller_of(design, scenario)  # that of any individual
-        self._loop = closed_loop(scenario, controller)
-        self._machines = simulate.one_machine(scenario.plant.values())
-        self._samples = [motion.samples() for motion in scenario.each_motion()]
-        self._dtype = np.dtype(scenario.run.precision)
-        self._ensemble, self._robust = scenario.ensemble, scenario.robust
-        if self._robust:
-            wider = 1.0 if final else self._robust.margin
-            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
-        self._allowed = self._traded_by = self._ensemble
+        super().__init__(scenario, final)
+        self._traded, self._traded_by = scenario.traded, self._allowed
         if self._robust and self._allowed and not final:
-            self._ensemble = self._allowed.tighter(self._robust.tighter)
             self._traded_by = self._allowed.tighter(self._robust.tighter**TRADED)
         self._evaluations = scenario.search.population * scenario.search.generations
-        #: Individuals and machines of a generation.
-        self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
-        self._traded, self._record = scenario.traded, design.controller
-        #: Whether there is but one machine in one motion, which may end early.
-        self._single = not self._ensemble and len(self._samples) == 1 and not self._loop.doubled
-        self.simulated = 0  # samples of control of all that were ranked, without derivatives
         #: Generations of which each has machines of its own.
         self._fresh = STRATEGIES.get(scenario.search.preset).forgets(scenario.search)
 
@@ -112,12 +74,7 @@ class Problem:
         if robust is None:
             if not self._single:
                 return self._ranked(population, np.zeros(1, int), penalty)
-            least = np.full(len(population.tree), -np.inf) if needed is None else needed
-            gains, (samples,) = self.genome.gains(population), self._samples
-            about = (self._loop, self._machines, samples, gains, least, self._dtype, self._lanes)
-            judged, simulated = simulate.scores_needed(*about)
-            self.simulated += int(simulated.sum())
-            return self._rank(judged, None)
+            return self._alone(population, needed)
         some = partial(self._some, generation=generation, hard=hard)
         once = robust.first == robust.elite
         rank = self._ranked(population, some(robust.first), penalty, needed if once else None)
@@ -178,10 +135,6 @@ class Problem:
         rank[best] = found
         return rank
 
-    def rank_on(self, population: Population, machines: Integers) -> Floats:
-        """What they are ranked by on some of the machines that were drawn."""
-        return self._ranked(population, machines)[:, 0]
-
     def _penalty(self, generation: int) -> float | None:
         done = generation / self._fresh if self._fresh else 1.0
         return PENALTY * done**GROWING if done < 1.0 else None
@@ -194,47 +147,6 @@ class Problem:
             half = count // 2
             some[count - half :] = hard[(generation * half + np.arange(half)) % len(hard)]
         return some
-
-    def _ranked(
-        self,
-        population: Population,
-        machines: Integers,
-        penalty: float | None = None,
-        needed: Floats | None = None,
-    ) -> Floats:
-        """As ``_met`` on all ``machines``.
-
-        On the first ``FEW`` alone who cannot reach what is ``needed``.
-        """
-        gains, ensemble = self.genome.gains(population), self._ensemble
-        if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
-            return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, penalty)
-        some = self._judged(gains, self._machines.take(machines[:FEW]))
-        reach = ensemble.reach(some, len(machines))
-        alive = np.flatnonzero((reach >= needed) | np.isclose(reach, needed, rtol=SLACK, atol=0.0))
-        rank = np.stack([reach, reach], axis=1)
-        if len(alive):
-            own, rest = self.genome.gains(taken(population, alive)), machines[FEW:]
-            more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
-            pairs = zip(some, more, strict=True)
-            whole = (np.concatenate([one[alive], other], axis=1) for one, other in pairs)
-            rank[alive] = self._rank(Judged(*whole), ensemble)
-        return rank
-
-    def _judged(self, gains: Gains, machines: Machines, at_once: int = 0) -> Judged:
-        found = simulate.scores(
-            self._loop, machines, self._samples, gains, self._dtype, at_once=at_once
-        )
-        self.simulated += found.merit[..., 0].size * sum(len(x.time) for x in self._samples)
-        return found
-
-    def _rank(
-        self, judged: Judged, ensemble: Ensemble | None, penalty: float | None = None
-    ) -> Floats:
-        if ensemble is None:
-            return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
-        found = ensemble.verdict(judged, penalty)
-        return np.stack([found.rank, found.weighed], axis=1)
 
     def _costs(self, judged: Judged, gains: Gains) -> Floats:
         """(n, objectives) what the search trades off."""
@@ -260,16 +172,6 @@ class Problem:
         return order[found.sound[0, order] & (order > 0)][:count]
 
     @property
-    def parts(self) -> Parts:
-        """What is simulated."""
-        return Parts(self._loop, self._machines, self._samples, self._ensemble)
-
-    @property
-    def has_derivative(self) -> bool:
-        """Whether there is one axis to follow, so that its error has a derivative."""
-        return len(self._loop.machine.axes) == 1
-
-    @property
     def task(self) -> Task:
         """What a strategy is given; a derivative only where there is one axis to follow."""
         differs = hasattr(self.genome, "space") and self.has_derivative and self._ensemble is None
@@ -293,14 +195,6 @@ class Problem:
         others = order[kept[order] & (order > 0)]
         return np.sort(np.append(0, others[: HARD - 1]))
 
-    def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
-        """The tracking error about one individual; None where it cannot be differentiated."""
-        gains = self.genome.gains(individual)
-        about = (self._loop, self._machines, *self._samples, gains, self._dtype, chosen)
-        error, jacobian = simulate.error_jacobian(*about)
-        finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
-        return Linear(error, jacobian, chosen) if finite else None
-
     def _informed(self, tree: Integers, rng: np.random.Generator) -> Population | None:
         """First individuals on the given trees, of laws that are searched; None: nobody knows."""
         laws, evaluations = self.genome.laws(), self._evaluations
@@ -316,29 +210,11 @@ class Problem:
         known: Population | None = self.genome.informed(tree, rng)
         return known
 
-    def largest_signals(self, individual: Population) -> dict[str, float]:
-        """What each signal of the first axis reaches at most, on the nominal machine."""
-        gains = self.genome.gains(individual)
-        return simulate.largest_signals(self._loop, self._machines, self._samples, gains)
-
 
 def final_problem(scenario: Scenario) -> Problem:
     """Where finalists compete: in float64, on machines within the tolerances themselves."""
     own = scenario.run.model_copy(update={"precision": "float64"})
     return Problem(scenario.model_copy(update={"run": own}), final=True)
-
-
-def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
-    """The nominal machine of a robust scenario and ``count`` others within its tolerances.
-
-    These are wider by the factor ``margin``.
-    """
-    robust = scenario.robust
-    assert robust is not None
-    even = robust.sample == "latin-hypercube"
-    wider = {name: margin * spread for name, spread in robust.tolerances.items()}
-    parts = (scenario.plant, margin * robust.spread, count, seed, wider, even)
-    return drawn(*parts, key="robust.spread")[0]
 
 
 def check_memory(scenario: Scenario, design: Design | None = None, at_once: int = 1) -> None:

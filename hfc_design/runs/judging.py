@@ -1,0 +1,154 @@
+"""What individuals are worth on machines of a scenario: simulated, judged and ranked."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.genome import Population, taken
+from hfc_design.core.numbers import Floats, Gains, Integers
+from hfc_design.core.plugins import own_code
+from hfc_design.files.pairing import check_laws, controller_of
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.samples import Samples
+from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.verdict import Ensemble
+from hfc_design.runs.individuals import design_of, genome_of, kinds_of
+from hfc_design.search.newton import Linear
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.machines import drawn
+from hfc_design.simulation.population import Machines
+
+#: Machines that everybody meets before it is asked who can still reach what it needs, and how
+#: much of that rounding may take away.
+FEW, SLACK = 4, 1e-9
+
+
+class Parts(NamedTuple):
+    """What a problem simulates."""
+
+    loop: Loop
+    machines: Machines
+    motions: list[Samples]
+    ensemble: Ensemble | None
+
+
+class Judging:
+    """A scenario with its genome, loop, machines and motions, and what ranks there.
+
+    UserError: its controller cannot be searched.
+    """
+
+    def __init__(self, scenario: Scenario, final: bool = False):
+        with own_code("", *kinds_of(scenario.controller.model_dump())):
+            self.genome = genome_of(scenario)
+            design = design_of(taken(self.genome.empty(), slice(1)), scenario)
+        check_laws(design, scenario.plant.machine)
+        controller, _ = controller_of(design, scenario)  # that of any individual
+        self._loop = closed_loop(scenario, controller)
+        self._machines = simulate.one_machine(scenario.plant.values())
+        self._samples = [motion.samples() for motion in scenario.each_motion()]
+        self._dtype = np.dtype(scenario.run.precision)
+        self._ensemble, self._robust = scenario.ensemble, scenario.robust
+        if self._robust:
+            wider = 1.0 if final else self._robust.margin
+            self._machines = drawn_for(scenario, self._robust.final - 1, scenario.run.seed, wider)
+        self._allowed = self._ensemble
+        if self._robust and self._allowed and not final:
+            self._ensemble = self._allowed.tighter(self._robust.tighter)
+        #: Whether there is but one machine in one motion, which may end early.
+        self._single = not self._ensemble and len(self._samples) == 1 and not self._loop.doubled
+        #: Individuals and machines of a generation.
+        self._lanes = scenario.search.population * (self._robust.first if self._robust else 1)
+        self._record = design.controller
+        self.simulated = 0  # samples of control of all that were ranked, without derivatives
+
+    def rank_on(self, population: Population, machines: Integers) -> Floats:
+        """What they are ranked by on some of the machines that were drawn."""
+        return self._ranked(population, machines)[:, 0]
+
+    def _ranked(
+        self,
+        population: Population,
+        machines: Integers,
+        penalty: float | None = None,
+        needed: Floats | None = None,
+    ) -> Floats:
+        """(n, 2) rank with broken constraints below all others, and with them weighed.
+
+        On all ``machines``; on the first ``FEW`` alone who cannot reach what is ``needed``.
+        """
+        gains, ensemble = self.genome.gains(population), self._ensemble
+        if needed is None or ensemble is None or penalty is not None or len(machines) <= FEW:
+            return self._rank(self._judged(gains, self._machines.take(machines)), ensemble, penalty)
+        some = self._judged(gains, self._machines.take(machines[:FEW]))
+        reach = ensemble.reach(some, len(machines))
+        alive = np.flatnonzero((reach >= needed) | np.isclose(reach, needed, rtol=SLACK, atol=0.0))
+        rank = np.stack([reach, reach], axis=1)
+        if len(alive):
+            own, rest = self.genome.gains(taken(population, alive)), machines[FEW:]
+            more = self._judged(own, self._machines.take(rest), len(needed) * FEW)
+            pairs = zip(some, more, strict=True)
+            whole = (np.concatenate([one[alive], other], axis=1) for one, other in pairs)
+            rank[alive] = self._rank(Judged(*whole), ensemble)
+        return rank
+
+    def _alone(self, population: Population, needed: Floats | None) -> Floats:
+        """As ``_ranked`` on one machine in one motion, which ends for whoever is lost."""
+        least = np.full(len(population.tree), -np.inf) if needed is None else needed
+        gains, (samples,) = self.genome.gains(population), self._samples
+        about = (self._loop, self._machines, samples, gains, least, self._dtype, self._lanes)
+        judged, simulated = simulate.scores_needed(*about)
+        self.simulated += int(simulated.sum())
+        return self._rank(judged, None)
+
+    def _judged(self, gains: Gains, machines: Machines, at_once: int = 0) -> Judged:
+        found = simulate.scores(
+            self._loop, machines, self._samples, gains, self._dtype, at_once=at_once
+        )
+        self.simulated += found.merit[..., 0].size * sum(len(x.time) for x in self._samples)
+        return found
+
+    def _rank(
+        self, judged: Judged, ensemble: Ensemble | None, penalty: float | None = None
+    ) -> Floats:
+        if ensemble is None:
+            return np.stack(2 * [np.asarray(judged.rank[:, 0, 0])], axis=1)
+        found = ensemble.verdict(judged, penalty)
+        return np.stack([found.rank, found.weighed], axis=1)
+
+    @property
+    def parts(self) -> Parts:
+        """What is simulated."""
+        return Parts(self._loop, self._machines, self._samples, self._ensemble)
+
+    @property
+    def has_derivative(self) -> bool:
+        """Whether there is one axis to follow, so that its error has a derivative."""
+        return len(self._loop.machine.axes) == 1
+
+    def _linear(self, individual: Population, chosen: Integers | None = None) -> Linear | None:
+        """The tracking error about one individual; None where it cannot be differentiated."""
+        gains = self.genome.gains(individual)
+        about = (self._loop, self._machines, *self._samples, gains, self._dtype, chosen)
+        error, jacobian = simulate.error_jacobian(*about)
+        finite = np.isfinite(error).all() and np.isfinite(jacobian).all()
+        return Linear(error, jacobian, chosen) if finite else None
+
+    def largest_signals(self, individual: Population) -> dict[str, float]:
+        """What each signal of the first axis reaches at most, on the nominal machine."""
+        gains = self.genome.gains(individual)
+        return simulate.largest_signals(self._loop, self._machines, self._samples, gains)
+
+
+def drawn_for(scenario: Scenario, count: int, seed: int, margin: float = 1.0) -> Machines:
+    """The nominal machine of a robust scenario and ``count`` others within its tolerances.
+
+    These are wider by the factor ``margin``.
+    """
+    robust = scenario.robust
+    assert robust is not None
+    even = robust.sample == "latin-hypercube"
+    wider = {name: margin * spread for name, spread in robust.tolerances.items()}
+    parts = (scenario.plant, margin * robust.spread, count, seed, wider, even)
+    return drawn(*parts, key="robust.spread")[0]
