@@ -30,7 +30,7 @@ from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, code
 from hfc_design.formats.writing import rule_units
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 DESIGNS = {
     "lin-lee-1999-table-1": "c-axis-ramp-cutting",

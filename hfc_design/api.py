@@ -53,7 +53,8 @@ from hfc_design.search.strategy import Strategy, StrategySettings, Task
 from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
-from hfc_design.simulation.evaluation import Evaluation, evaluate, trajectory_csv
+from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 

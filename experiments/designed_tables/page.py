@@ -14,7 +14,7 @@ from experiments.shared import Batch, markdown
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario, load_scenario
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 PUBLISHED = {
     "FLC of 2004": "jee-koren-2004-flc",

@@ -18,7 +18,7 @@ from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.pairing import load_design, machine, own_scenario
 from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
-from hfc_design.simulation.evaluation import meanings
+from hfc_design.simulation.evaluating import meanings
 
 #: More cells than this are a mistake of a factor of ten somewhere.
 MAX_CELLS = 100_000

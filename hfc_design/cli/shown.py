@@ -14,7 +14,8 @@ from hfc_design.core.console import ProgressBar, plain_table, terminal
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation, evaluate
+from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.score_tables import motion_rows, notes, score_rows
 
 if TYPE_CHECKING:

@@ -86,7 +86,8 @@ def simulate(
     found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None, motion: str | None
 ) -> None:
     """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
-    from hfc_design.simulation.evaluation import evaluate, trajectory_csv
+    from hfc_design.simulation.evaluating import evaluate
+    from hfc_design.simulation.evaluation import trajectory_csv
     from hfc_design.simulation.score_tables import notes
 
     if motion is not None or where.motions:

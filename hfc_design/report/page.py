@@ -28,7 +28,8 @@ from hfc_design.runs.individuals import genome_of
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.search.loop import Archive
-from hfc_design.simulation.evaluation import Evaluation, evaluate, meanings
+from hfc_design.simulation.evaluating import evaluate, meanings
+from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import merit_told, several
 from hfc_design.simulation.repeats import range_told

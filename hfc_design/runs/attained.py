@@ -11,7 +11,8 @@ from hfc_design.core.numbers import Json
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.pairing import load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
-from hfc_design.simulation.evaluation import Evaluation, evaluate
+from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.evaluation import Evaluation
 
 #: In a run folder: what ``attained`` gives.
 ATTAINABLE = "attainable.json"

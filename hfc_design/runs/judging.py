@@ -63,9 +63,14 @@ class Judging:
         self._record = design.controller
         self.simulated = 0  # samples of control of all that were ranked, without derivatives
 
-    def rank_on(self, population: Population, machines: Integers) -> Floats:
-        """What they are ranked by on some of the machines that were drawn."""
-        return self._ranked(population, machines)[:, 0]
+    def rank_on(self, population: Population, machines: Integers, at_once: int = 0) -> Floats:
+        """What they are ranked by on some of the machines that were drawn.
+
+        ``at_once`` pairs of an individual and a machine are simulated together, or all.
+        """
+        some = self._machines.take(machines)
+        judged = self._judged(self.genome.gains(population), some, at_once)
+        return self._rank(judged, self._ensemble)[:, 0]
 
     def _ranked(
         self,

@@ -125,12 +125,14 @@ class Problem(Judging):
     def rank_of_finalists(self, population: Population) -> Floats:
         """What they are ranked by: on a quarter of the machines that were drawn, the best on all.
 
-        These are the best quarter; the others cannot pass them.
+        These are the best quarter; the others cannot pass them. One program serves both.
         """
         every = np.arange(self._machines.size)
-        rank = self.rank_on(population, every[: -(-len(every) // 4)])
+        some = every[: -(-len(every) // 4)]
+        lanes = len(population.tree) * len(some)
+        rank = self.rank_on(population, some)
         best = np.argsort(-rank, kind="stable")[: -(-len(rank) // 4)]
-        found = self.rank_on(taken(population, best), every)
+        found = self.rank_on(taken(population, best), every, lanes)
         rank = np.minimum(rank, found.min())
         rank[best] = found
         return rank

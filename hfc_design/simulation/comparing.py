@@ -13,7 +13,7 @@ from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine
 from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side
-from hfc_design.simulation.evaluation import meanings
+from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.monte_carlo import MAX_SAMPLES, Robustness, robustness
 
 #: What stands for all motions together.

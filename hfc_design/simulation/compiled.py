@@ -26,6 +26,7 @@ from hfc_design.simulation.stepping import (
     each_motion,
     from_packed,
     one_motion,
+    recorded_motions,
     trailing,
 )
 
@@ -96,11 +97,11 @@ def _spread(on_device: Any, out: PartitionSpec) -> Any:
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
-def trajectory(
+def trajectories(
     loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions]:
-    """What the judge says, and the motion of every axis, leaves (steps, ``recorded``)."""
-    return one_motion(loop, own_machine, inputs, recorded)
+    """What the judge says of each motion, and how every axis moves: see ``recorded_motions``."""
+    return recorded_motions(loop, own_machine, recorded, inputs)
 
 
 def filled_up(chosen: Integers) -> Integers:

@@ -36,14 +36,15 @@ Parts = dict[str, float]
 
 
 def of_motion(scenario: Scenario, designs: int = 1) -> Parts:
-    """Simulating and keeping the motion of so many ``designs`` [bytes]."""
+    """Simulating and keeping every motion of so many ``designs`` [bytes]."""
     simulation, machine = scenario.simulation, scenario.plant.machine
     moments = (2 * simulation.substeps + 1) * len(machine.axes)
     numbers = 3 * len(machine.axes) + len(jax.tree.leaves(machine.initial_state(0.0)))
     numbers += 27 * scenario.follows_path  # what the contour error is made of
     each = LOAD * moments + NUMBER * (1 + 0.9 * (designs - 1)) * numbers
     compiled = SUBSTEP * simulation.substeps * len(machine.axes)
-    return {"simulation.duration_s, sample_time_s, substeps": simulation.steps * each + compiled}
+    steps = sum(motion.simulation.steps for motion in scenario.each_motion())
+    return {"simulation.duration_s, sample_time_s, substeps": steps * each + compiled}
 
 
 def of_search(scenario: Scenario, genome: Genome) -> Parts:

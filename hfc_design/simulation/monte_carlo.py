@@ -17,7 +17,8 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.evaluation import Evaluation, evaluate, evaluations
+from hfc_design.simulation.evaluating import evaluate, evaluations
+from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import measuring, settled
@@ -157,8 +158,8 @@ def _motions(
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
         judged = population.scores(measuring(loop), some, [samples], one, np.float64)
-        each = islice(evaluations(scenario, loop, some, samples, gains), count - start)
-        for k, found in enumerate(each, start):
+        (each,) = evaluations([scenario], loop, some, gains)
+        for k, found in enumerate(islice(each, count - start), start):
             kept = found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found)
             yield kept, Judged(*(x[0, k - start] for x in judged))
         progress(min(start + size, count), count)

@@ -6,7 +6,7 @@ spreads a population over the devices, and below it in ``stepping``, which lets 
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -123,18 +123,37 @@ def _lanes_of(gains: Gains, chosen: Integers) -> Gains:
 def trajectory(
     loop: Loop, machines: Machines, samples: Samples, gains: Gains, recorded: int | None = None
 ) -> tuple[Judged, Motions]:
-    """What the judge says, and the motion of every axis and individual, in float64 as numpy.
+    """As ``trajectories`` of one motion."""
+    return trajectories(loop, machines, [samples], gains, recorded)[0]
 
-    All on the only one of ``machines``, or each on a machine of its own. With ``recorded`` all are
-    judged, and the motions are those of the first so many.
+
+def trajectories(
+    loop: Loop,
+    machines: Machines,
+    motions: Sequence[Samples],
+    gains: Gains,
+    recorded: int | None = None,
+) -> list[tuple[Judged, Motions]]:
+    """Of each motion what the judge says, and how every axis and individual moves.
+
+    In float64 as numpy; all on the only one of ``machines``, or each on a machine of its own. With
+    ``recorded`` all are judged, and the motions are those of the first so many. One program
+    serves motions of all lengths, as long as they have as many samples together.
     """
     recorded = trailing(gains) if recorded is None else recorded
     own = machines.size > 1
-    inputs = Inputs(*(machines if own else machines.take(0)), samples, gains)
+    samples, bounds = _joined(motions)
+    inputs = Inputs(*(machines if own else machines.take(0)), samples, gains, bounds)
     with _own_code(loop), jax.enable_x64(True):
-        return jax.tree.map(
-            np.asarray, compiled.trajectory(loop, own, recorded, inputs.cast(np.float64))
+        found, moved = jax.tree.map(
+            np.asarray, compiled.trajectories(loop, own, recorded, inputs.cast(np.float64))
         )
+    ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
+    return [(_at(found, k), _at(moved, slice(*ends[k : k + 2]))) for k in range(len(motions))]
+
+
+def _at(tree: Any, index: int | slice) -> Any:
+    return jax.tree.map(lambda leaf: leaf[index], tree)
 
 
 def largest_signals(
@@ -145,11 +164,11 @@ def largest_signals(
     Those of ``closed_loop.axis_signals``, as ideal sensors tell them.
     """
     found: dict[str, float] = {}
-    drive = loop.machine.drives[0]
-    for samples in motions:
-        _, moved = trajectory(loop, machines.take(np.zeros(1, int)), samples, gains)
+    drive, nominal = loop.machine.drives[0], machines.take(np.zeros(1, int))
+    fixed = drive.coefficients(machines.told[0])
+    each = trajectories(loop, nominal, motions, gains)
+    for samples, (_, moved) in zip(motions, each, strict=True):
         own = jax.tree.map(lambda leaf: leaf[..., 0], moved[0])
-        fixed = drive.coefficients(machines.told[0])
         seen = axis_signals(drive, fixed, drive.measured(fixed, own.state), samples.axes[0])
         for name, values in seen.items():
             found[name] = max(found.get(name, 0.0), float(np.nanmax(np.abs(values))))

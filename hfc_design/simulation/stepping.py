@@ -116,6 +116,42 @@ def one_motion(
     return judged(loop, carry), outputs
 
 
+def recorded_motions(
+    loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
+) -> tuple[Judged, Motions]:
+    """As ``one_motion`` of every motion in turn, in one program for all of their lengths.
+
+    Leaves of what the judge says have the motions in front; those of the motions are
+    (steps of all motions, ``recorded``).
+    """
+    if inputs.bounds is None:
+        found, outputs = one_motion(loop, own_machine, inputs, recorded)
+        return jax.tree.map(lambda leaf: leaf[None], found), outputs
+    body, rows, started = stepping(loop, own_machine, inputs, recorded)
+
+    def row(k: ArrayLike) -> Any:
+        return jax.tree.map(lambda leaf: leaf[k], rows)
+
+    def one(kept: Motions, motion: Any) -> tuple[Motions, Judged]:
+        bounds, *starts = motion
+
+        def at(k: Array, now: tuple[Carry, Motions]) -> tuple[Carry, Motions]:
+            carry, outputs = body(now[0], row(k))
+            put = partial(lax.dynamic_update_index_in_dim, index=k, axis=0)
+            return carry, jax.tree.map(put, now[1], outputs)
+
+        carry, kept = lax.fori_loop(bounds[0], bounds[1], at, (started(*starts), kept))
+        return kept, judged(loop, carry)
+
+    samples = inputs.samples
+    first = started(*jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside)))
+    _, outputs = jax.eval_shape(body, first, row(0))
+    steps = len(samples.settled)
+    kept = jax.tree.map(lambda one: jnp.zeros((steps, *one.shape), one.dtype), outputs)
+    kept, found = lax.scan(one, kept, (inputs.bounds, samples.start, samples.beside))
+    return found, kept
+
+
 def judged(loop: Loop, carry: Carry) -> Judged:
     """What the judge says in the end; the copies come last in the states."""
     machines, watch = carry

@@ -16,7 +16,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.report.page import write_page
 from hfc_design.runs.run import Result, new_run
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 #: Among them what divides by zero, overflows when squared, and has no logarithm or inverse.
 EXTREMES = (0.0, -0.0, 5e-324, 1e-320, 1e-300, 1.0, -1.0, 1e154, 1e300, 1.7e308, -1.7e308)

@@ -9,7 +9,7 @@ from hfc_design.files.design import design_json
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runs.individuals import with_score
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 TWO = [
     ({"scenario": "a", "search.preset": "race"}, [430.0, 440.0]),

@@ -9,7 +9,7 @@ from sledge import BUDGET
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.report import page
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 
 def test_a_ratio_over_zero_is_none(tmp_path):

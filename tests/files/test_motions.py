@@ -78,6 +78,26 @@ def test_one_program_serves_any_number_of_motions():
     assert compiled.scores._cache_size() == before
 
 
+def test_motions_that_are_recorded_together_are_those_of_each_alone():
+    scenario = load_scenario(SEVERAL)
+    problem = Problem(scenario)
+    rng = np.random.default_rng(3)
+    gains = problem.genome.gains(problem.genome.fresh(np.arange(3), rng))
+    parts = (problem._loop, population.one_machine(scenario.plant.values()))
+    motions = [x.samples() for x in scenario.each_motion()]
+    before = compiled.trajectories._cache_size()
+    together = population.trajectories(*parts, motions, gains, 2)
+    assert compiled.trajectories._cache_size() == before + 1
+    assert len({len(samples.time) for samples in motions}) > 1  # of several lengths
+    for samples, (judged, (motion,)) in zip(motions, together, strict=True):
+        alone, (own,) = population.trajectory(*parts, samples, gains, 2)
+        assert motion.error.shape == (len(samples.time), 2)
+        assert judged.merit.shape == (3,)
+        np.testing.assert_allclose(motion.error, own.error, rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(motion.command, own.command, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(judged.merit, alone.merit, rtol=1e-9)
+
+
 def test_scenarios_without_motions_are_written_as_before():
     plain = load_scenario("c-axis-ramp").model_dump(mode="json", exclude_none=True)
     assert not {"motions", "start", "constraints", "robust"} & plain.keys()

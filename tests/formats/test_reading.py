@@ -18,7 +18,7 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runs import run as designs
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 FLC = "jee-koren-2004-flc"
 

@@ -16,7 +16,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 pytestmark = pytest.mark.interop
 

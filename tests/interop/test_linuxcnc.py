@@ -14,7 +14,7 @@ from hfc_design.files.design import named_design
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, code, linuxcnc
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
 
 pytestmark = pytest.mark.interop

@@ -12,7 +12,7 @@ from hfc_design.objectives.measures import MEASURES, band_time, measure
 from hfc_design.objectives.objective import Moment
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 #: A move to 20 mrad and a hold; it is to be settled after 1.5 s.
 MOVE = {

@@ -20,7 +20,7 @@ from hfc_design.report import batch_plots, plots
 from hfc_design.report.page import _sections, write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 from plants import C_AXIS
 
 INPUTS = [

@@ -7,7 +7,7 @@ from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
 from hfc_design.pictures.figure import WIDTH, finish, framed, image
 from hfc_design.report import plots
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 
 def contour(trajectory, time, actual, title):

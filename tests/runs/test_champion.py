@@ -10,7 +10,7 @@ from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import champion
 from hfc_design.runs.individuals import design_of, genome_of
 from hfc_design.search.loop import Archive
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.repeats import Repeats
 
 #: Merits of the repeats, the loop as it is first; what the search found is in this order.

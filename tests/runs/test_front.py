@@ -15,7 +15,7 @@ from hfc_design.files.scenario import load_scenario
 from hfc_design.report.trade_off import table as shown
 from hfc_design.runs import front as fronts
 from hfc_design.runs import run as design
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 FRONT = {
     "controller": {"kind": "pid"},

@@ -17,7 +17,7 @@ from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import run as design
 from hfc_design.runs import stored
 from hfc_design.simulation import compiled
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 #: As short as the batches of other tests, so that all have the same compiled programs.
 SMALL = ["simulation.duration_s=0.1", "search.population=24", "search.generations=9"]
@@ -226,7 +226,7 @@ def test_csv_tables_travel_with_the_run(tmp_path):
 
 def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
     """Of each program one: scores, derivatives and the float64 check of the finalists."""
-    programs = (compiled.scores_needed, compiled.jacobians, compiled.trajectory)
+    programs = (compiled.scores_needed, compiled.jacobians, compiled.trajectories)
     for program in programs:
         program.clear_cache()
     found = design.run(started(tmp_path / "run"), tmp_path / "run")

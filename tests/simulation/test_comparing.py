@@ -10,7 +10,7 @@ from hfc_design.core.statistics import share_interval
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.comparing import EVERY, _differences, _together, compare
 from hfc_design.simulation.comparison import Bout, Side
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import robustness
 
 SHORT = {"simulation.duration_s": 0.3}

@@ -11,7 +11,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 CIRCLE = "feed-drive-circle"
 #: Jee & Koren 2004, fig. 12: the lower feed, with the Coulomb friction that spec and plant settle.

@@ -14,7 +14,7 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import machines, monte_carlo
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import drawn, robustness
 from hfc_design.stability.stable_range import stable_range
 from plants import PLANTS

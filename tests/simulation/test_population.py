@@ -13,7 +13,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 LAW = hierarchical(Layout(), 0.001)
 HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", LAW)

@@ -15,7 +15,7 @@ from hfc_design.runs import run as design
 from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 from hfc_design.stability.sectors import true_sectors
 from hfc_design.stability.stable_range import stable_range
 
@@ -116,7 +116,7 @@ def small(kind):
 def run(request, tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
     folder = tmp_path_factory.mktemp("runs") / request.param
-    programs = (compiled.scores_needed, compiled.trajectory)
+    programs = (compiled.scores_needed, compiled.trajectories)
     for program in programs:
         program.clear_cache()
     found = design.run(design.new_run(small(request.param), folder), folder)

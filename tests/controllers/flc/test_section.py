@@ -21,7 +21,7 @@ from hfc_design.report.page import _sections, _summary, write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 INFINITY = float("inf")
 #: Steps of JK04 Table 3; a linear loop with the drive of fig. 10 is stable up to 5.156 unit/BLU.

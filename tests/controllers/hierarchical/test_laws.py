@@ -12,7 +12,7 @@ from hfc_design.runs.individuals import design_with, genome_of
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 #: The seven terms of LL eq. 3 fit a line to this within half the universe; a value meets it once in
 #: each unit on its way to the root.

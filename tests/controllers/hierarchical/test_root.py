@@ -17,7 +17,7 @@ from hfc_design.files.design import Design, design_json, parse_design
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
-from hfc_design.simulation.evaluation import evaluate
+from hfc_design.simulation.evaluating import evaluate
 
 ADAPTING = {"k_c": 1e-3, "largest_move": 2.0}
 NS, PS, PM, PL = 2, 4, 5, 6
