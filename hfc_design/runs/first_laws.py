@@ -7,24 +7,38 @@ import numpy as np
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.search.distribution import begun, drawn, learnt
-from hfc_design.search.restarts import ISLANDS, SAMPLES, Tried, climbed
+from hfc_design.search.distribution import Distribution, begun, drawn, learnt
+from hfc_design.search.restarts import ISLANDS, SAMPLES, Tried, climbed, room
 
-#: Shares of a search's evaluations that go to laws, and to laying them down.
-SEARCHED, LAID = 0.13, 0.08
-#: First laws in shares of those evaluations, and the fewest that are worth a program of their own.
-FIRST, FEWEST = 0.05, 2000
+#: Share of a search's evaluations that goes to laws, and as much to laying them down; and how many
+#: each of them takes at most, because more have brought nothing.
+SHARE, MOST_SEARCHED, MOST_LAID = 0.25, 11_000, 6_700
+#: First laws in shares of those evaluations; a shorter search does without laws.
+FIRST, FEWEST = 0.05, 15_000
 #: Shares of the second part: laws, ways and trees are drawn; the best of it meet every tree; what
 #: is best there climbs on its tree. Drawn are all laws that are worth ``GOOD`` of the best: the
 #: sharpest ones do not stand the bends of tables.
-DRAWN, EVERYWHERE, GOOD = 0.15, 0.2, 0.25
-#: First standard deviation there.
-NEAR = 0.1
+DRAWN, EVERYWHERE, GOOD = 0.08, 0.08, 0.25
+#: First standard deviation there, and how many rounds a tree that climbs has before it.
+NEAR, ROUNDS = 0.1, 30
 
 
 def worthwhile(evaluations: int) -> bool:
     """Whether a search of so many is long enough to search laws first."""
-    return SEARCHED * evaluations >= FEWEST
+    return evaluations >= FEWEST
+
+
+class Climbing(NamedTuple):
+    """A distribution of laws and ways on a tree."""
+
+    distribution: Distribution
+    tree: int
+    best: float
+
+    def after(self, points: Floats, score: Floats) -> "Climbing":
+        """Having learnt what its points are worth."""
+        distribution = learnt(self.distribution, points, score)
+        return Climbing(distribution, self.tree, max(self.best, float(score.max())))
 
 
 class FirstLaws(NamedTuple):
@@ -44,7 +58,7 @@ class FirstLaws(NamedTuple):
         own = laws.laws(tried.points[int(np.argmax(tried.score))][None])
         sizes = self._sizes(own)
         good = np.flatnonzero(tried.score > best - (1.0 - GOOD) * abs(best))
-        total = int(LAID * self.evaluations)
+        total = min(int(SHARE * self.evaluations), MOST_LAID)
         chosen = tried.points[rng.choice(good, max(int(DRAWN * total), 1))]
         ways = laws.ways(laws.laws(chosen), rng)
         trees, wanted = np.unique(tree, return_counts=True)
@@ -78,14 +92,17 @@ class FirstLaws(NamedTuple):
         best = alive[np.sort(np.unique(trees[alive], return_index=True)[1])][:ISLANDS]
         if not len(best):
             return points, trees, score
-        islands = [begun(points[k], NEAR) for k in best]
-        each = np.repeat(trees[best], SAMPLES)
-        for _ in range(evaluations // len(each)):
-            asked = np.stack([drawn(one, SAMPLES, rng) for one in islands])
-            flat = asked.reshape(len(each), -1)
+        islands = [Climbing(begun(points[k], NEAR), int(trees[k]), score[k]) for k in best]
+        while True:
+            islands = sorted(islands, key=lambda one: -one.best)[: room(evaluations, ROUNDS, 1)]
+            evaluations -= len(islands) * SAMPLES
+            if evaluations < 0:
+                break
+            asked = [drawn(one.distribution, SAMPLES, rng) for one in islands]
+            flat, each = np.concatenate(asked), np.repeat([one.tree for one in islands], SAMPLES)
             told = self._laid(flat, each, sizes)
-            pairs = zip(islands, asked, told.reshape(len(best), SAMPLES), strict=True)
-            islands = [learnt(one, own, worth) for one, own, worth in pairs]
+            found = zip(islands, asked, np.split(told, len(islands)), strict=True)
+            islands = [one.after(*more) for one, *more in found]
             points, trees = np.concatenate([points, flat]), np.append(trees, each)
             score = np.append(score, told)
         return points, trees, score
@@ -95,7 +112,7 @@ class FirstLaws(NamedTuple):
 
     def _searched(self, rng: np.random.Generator) -> Tried:
         """Laws and what they are worth."""
-        laws, total = self.of_laws.genome, int(SEARCHED * self.evaluations)
+        laws, total = self.of_laws.genome, min(int(SHARE * self.evaluations), MOST_SEARCHED)
         first = laws.points(laws.fresh(max(int(FIRST * total), 1), rng))
         return climbed(first, lambda points: self.of_laws.rank(laws.laws(points)), total, rng)
 

@@ -5,6 +5,7 @@ the best of many first points climb one hill each, and all of them are scored as
 """
 
 from collections.abc import Callable
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +13,11 @@ import numpy as np
 from hfc_design.core.numbers import Floats
 from hfc_design.search.distribution import Distribution, begun, drawn, learnt
 
-#: Islands, and points of each in a round.
-ISLANDS, SAMPLES = 8, 16
+#: Islands at most and at least, and points of each in a round.
+ISLANDS, LEAST, SAMPLES = 8, 2, 16
+#: There are as many islands as have so many rounds before them: few evaluations do not climb many
+#: hills, and in the end the best ones go on alone.
+ROUNDS = 60
 #: First standard deviation, and that of an island which begins anew about the best of all.
 STEP, ANEW = 0.4, 1.0
 #: An island that has not gained this share within so many rounds has come to rest.
@@ -40,10 +44,14 @@ def climbed(
     tried = Tried(first, evaluate(first))
     order = np.argsort(-tried.score, kind="stable")
     waiting = [first[k] for k in order if np.isfinite(tried.score[k])]
-    islands = [Island(begun(point, STEP), 0) for point in waiting[:ISLANDS]]
-    waiting = waiting[ISLANDS:]
-    rounds = (evaluations - len(first)) // max(len(islands) * SAMPLES, 1) if islands else 0
-    for number in range(rounds):
+    some = room(evaluations - len(first))
+    islands = [Island(begun(point, STEP), 0) for point in waiting[:some]]
+    waiting = waiting[some:]
+    for number in count():
+        left = evaluations - len(tried.score)
+        islands = sorted(islands, key=lambda one: -one.best)[: room(left)]
+        if not islands or left < len(islands) * SAMPLES:
+            break
         points = np.stack([drawn(one.distribution, SAMPLES, rng) for one in islands])
         scores = evaluate(points.reshape(-1, points.shape[-1])).reshape(points.shape[:2])
         tried = Tried(
@@ -59,6 +67,11 @@ def climbed(
             other = waiting.pop(0) if waiting and rng.random() < 0.5 else anew
             islands[k] = Island(begun(other, STEP), number)
     return tried
+
+
+def room(evaluations: int, rounds: int = ROUNDS, least: int = LEAST) -> int:
+    """How many islands so many evaluations are enough for."""
+    return int(np.clip(evaluations // (rounds * SAMPLES), least, ISLANDS))
 
 
 class Island(NamedTuple):
