@@ -95,7 +95,8 @@ def table(results: Mapping[str, Sequence[Result]]) -> list[list[str]]:
 
 
 def _row(one: Result, test: Beaten | None) -> list[str]:
-    low, middle, high = (f"{x:.4g}" for x in np.quantile(one.final, (0.25, 0.5, 0.75)))
+    quartiles = np.quantile(one.final, (0.25, 0.5, 0.75))
+    low, middle, high = (f"{x:,.0f}" if abs(x) >= 100.0 else f"{x:.3g}" for x in quartiles)
     if test is None:
         compared = ["", ""]
     else:

@@ -95,11 +95,15 @@ class Counted(Problem):
         return found
 
     def rank(
-        self, population: Population, generation: int = 0, needed: Floats | None = None
+        self,
+        population: Population,
+        generation: int = 0,
+        needed: Floats | None = None,
+        hard: Integers | None = None,
     ) -> Floats:
         """As every problem ranks; laws are no candidates."""
         before = self.simulated
-        found = super().rank(population, generation, needed)
+        found = super().rank(population, generation, needed, hard)
         self.ledger.spend(self.simulated - before)
         if self.genome is self.own_genome and len(found):
             self.ledger.see(found.max())
