@@ -19,8 +19,8 @@ import report
 from rich.console import Console
 from rich.table import Table
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import controller_of, load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop

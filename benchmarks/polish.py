@@ -25,7 +25,8 @@ from rich.table import Table
 
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.runs.polish_task import PolishTask
 from hfc_design.runs.problem import Problem
 from hfc_design.search import polish

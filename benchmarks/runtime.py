@@ -25,8 +25,8 @@ from rich.table import Table
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, code
 from hfc_design.formats.writing import rule_units
 from hfc_design.runtime import Controller

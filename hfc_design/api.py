@@ -29,8 +29,9 @@ from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario, renamed
+from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS, check_score
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 from hfc_design.pictures.figure import Drawing, Listing, Section

@@ -12,8 +12,9 @@ import numpy as np
 
 from experiments.shared import Batch, markdown
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluating import evaluate
 
 PUBLISHED = {

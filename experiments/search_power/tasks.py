@@ -11,7 +11,8 @@ import numpy as np
 
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.numbers import Floats, Integers
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.runs.problem import Problem
 from hfc_design.search.newton import Linear
 from hfc_design.search.strategies.race import RaceSettings

@@ -14,7 +14,8 @@ from hfc_design.attainable.sliding import Case, bent, speeds
 from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from plants import C_AXIS
 from plants.c_axis import CAxisState
 

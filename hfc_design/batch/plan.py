@@ -16,8 +16,9 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, design_json
+from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
 from hfc_design.files.pairing import load_design, machine, own_scenario
-from hfc_design.files.scenario import RunSettings, Scenario, load_scenario, renamed, scenario_toml
+from hfc_design.files.scenario import RunSettings, Scenario
 from hfc_design.simulation.evaluating import meanings
 
 #: More cells than this are a mistake of a factor of ten somewhere.

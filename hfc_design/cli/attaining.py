@@ -27,7 +27,7 @@ def attainable(
     known beforehand.
     """
     from hfc_design.core.console import plain_table, terminal
-    from hfc_design.files.scenario import load_scenario
+    from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
     from hfc_design.runs.attained import HEADS, attained, attained_rows, keep_attained
     from hfc_design.runs.run import DESIGN, finished_run

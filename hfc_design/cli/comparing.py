@@ -72,8 +72,8 @@ def compare(
     """
     from hfc_design.cli.compared_tables import Progress, show
     from hfc_design.core.records import harmless
+    from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import own_scenario
-    from hfc_design.files.scenario import load_scenario
     from hfc_design.files.together import labelled
     from hfc_design.pictures.figure import save
     from hfc_design.report.comparison.plots import machines as machines_drawn

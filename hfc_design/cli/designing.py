@@ -130,7 +130,7 @@ def _asked_for(
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
-    from hfc_design.files.scenario import load_scenario
+    from hfc_design.files.named_scenario import load_scenario
     from hfc_design.runs import run
     from hfc_design.runs.problem import check_memory
 

@@ -143,8 +143,8 @@ def on_scenarios(command: Command) -> Command:
     @setting
     @wraps(command)
     def wrapped(name: str, others: Texts, scenario: Texts, changes: Texts, **given: Any) -> None:
+        from hfc_design.files.named_scenario import load_scenario
         from hfc_design.files.pairing import load_design, own_scenario
-        from hfc_design.files.scenario import load_scenario
 
         # The controller is the design's, whatever a search of the scenario would vary.
         plant, fitness, _ = (given.pop(key) for key in CHOSEN)
@@ -167,8 +167,8 @@ def on_scenario(command: Command) -> Command:
     def wrapped(
         name: str, others: Texts, scenario: str | None, changes: Texts, **given: Any
     ) -> None:
+        from hfc_design.files.named_scenario import load_scenario
         from hfc_design.files.pairing import load_design, own_scenario
-        from hfc_design.files.scenario import load_scenario
 
         # The controller is the design's, whatever a search of the scenario would vary.
         plant, fitness, _ = (given.pop(key) for key in CHOSEN)

@@ -28,7 +28,7 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
         UserError: the strategy that is told of, or the objectives, cannot be.
     """
     from hfc_design.core.records import UserError
-    from hfc_design.files.scenario import load_scenario
+    from hfc_design.files.named_scenario import load_scenario
     from hfc_design.objectives.traded import check_names
     from hfc_design.search.loop import STRATEGIES
 

@@ -7,8 +7,9 @@ from typing import Any
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import machine, with_converter
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 
 HEAD = "Of what it was made with, the design keeps here:"
 KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"

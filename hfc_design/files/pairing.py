@@ -18,7 +18,8 @@ from hfc_design.files.design import (
     naming,
 )
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.scenario import Scenario, load_scenario, scenario_of
+from hfc_design.files.named_scenario import load_scenario, scenario_of
+from hfc_design.files.scenario import Scenario
 from hfc_design.stability.margins import OpenLoop
 from plants import Machine
 

@@ -13,8 +13,9 @@ from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.kept import dotted
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, machine
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 
 #: Several designs, or designs by the names that they are to have.
 AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]

@@ -10,7 +10,8 @@ from hfc_design.core.plugins import References, sources
 from hfc_design.core.records import checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.files.named_scenario import renamed
+from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.evaluation import Evaluation
 
 

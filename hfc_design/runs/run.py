@@ -11,8 +11,9 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json, read_design
+from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import Scenario, load_scenario, renamed, scenario_toml
+from hfc_design.files.scenario import Scenario
 from hfc_design.runs import stored
 from hfc_design.runs.champion import LEAST_VIOLATED, best_of, champion
 from hfc_design.runs.front import FRONT, Front, front_of, read_front, write_front

@@ -9,7 +9,8 @@ from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
 from hfc_design.core.plugins import origins
 from hfc_design.core.records import RunError, short
-from hfc_design.files.scenario import Scenario, renamed
+from hfc_design.files.named_scenario import renamed
+from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import genome_of, parts_of
 from hfc_design.search.loop import STRATEGIES, Search, fault
 

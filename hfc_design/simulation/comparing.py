@@ -9,8 +9,9 @@ import numpy as np
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm, paired, share_interval
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import own_scenario
-from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine
 from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side
 from hfc_design.simulation.evaluating import meanings

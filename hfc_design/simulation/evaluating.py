@@ -8,8 +8,9 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Gains
 from hfc_design.files.design import AnyDesign
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
-from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.samples import Samples
 from hfc_design.motion.trajectories import Trajectory

@@ -11,8 +11,9 @@ from hfc_design.core.numbers import Floats, Json, Mask
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import share_interval
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
-from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop

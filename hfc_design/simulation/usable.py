@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import (
     controller_of,
     load_design,
@@ -19,7 +20,7 @@ from hfc_design.files.pairing import (
     with_converter,
 )
 from hfc_design.files.robust import RobustSettings
-from hfc_design.files.scenario import AnyScenario, Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop

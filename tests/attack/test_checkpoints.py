@@ -19,7 +19,7 @@ from checkpoint_files import damaged, npy, plain, replaced, zipped
 
 from hfc_design.core import archive
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import run as design
 
 SIZES = ["search.generations=6", "search.population=12"]

@@ -9,7 +9,7 @@ from run_folders import hfc
 
 from hfc_design import api
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.problem import check_memory
 from hfc_design.simulation import memory
 

@@ -25,8 +25,9 @@ from hfc_design.core.dotted import set_keys
 from hfc_design.core.records import LONGEST, UserError
 from hfc_design.files.design import design_json, parse_design, read_design
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.named_scenario import load_scenario, scenario_toml
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import MAX_STEPS, load_scenario, scenario_toml
+from hfc_design.files.scenario import MAX_STEPS
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.motion import gcode

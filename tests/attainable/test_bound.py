@@ -16,7 +16,7 @@ from hfc_design.attainable.playing import played, player
 from hfc_design.attainable.programme import Linear, programme
 from hfc_design.attainable.reach import reach
 from hfc_design.attainable.sliding import Case, bent
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative
 

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from hfc_design.batch.plan import read_batch
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import run as design
 
 SHORT = "[set]\nsimulation.duration_s = 0.2\n"

@@ -6,8 +6,8 @@ import pytest
 from run_folders import batch_folder, hfc, table
 from sledge import BUDGET
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.report import page
 from hfc_design.simulation.evaluating import evaluate
 

@@ -29,7 +29,7 @@ assert all(one.deviation < 1e-4 for one in runtime.contenders(design, samples).v
 """
 POLISH = """
 import polish, numpy as np
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
 genome = polish.Problem(scenario).genome
 own = polish.Residuals(scenario, genome.fresh(np.array([7]), np.random.default_rng(0)), 1e-2)

@@ -18,8 +18,8 @@ from hfc_design.cli import main, shown
 from hfc_design.cli.insight import LISTED
 from hfc_design.core.plugins import know
 from hfc_design.files.design import builtin_designs, read_design
+from hfc_design.files.named_scenario import builtin_names
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import builtin_names
 
 SMALL = ["--population", "12", "--generations", "3", "--set", "simulation.duration_s=0.1"]
 
@@ -176,7 +176,7 @@ def test_an_interrupt_that_a_library_tells_as_a_fault_of_its_own_is_one(monkeypa
             signal.raise_signal(signal.SIGINT)
         raise ImportError("initialization failed")
 
-    monkeypatch.setattr("hfc_design.files.scenario.load_scenario", broken)
+    monkeypatch.setattr("hfc_design.files.named_scenario.load_scenario", broken)
     stopped = hfc("design")
     assert (stopped.exit_code, stopped.output.strip()) == (1, "Aborted!")
 

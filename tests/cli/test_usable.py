@@ -7,7 +7,7 @@ import pytest
 from run_folders import hfc
 
 from hfc_design.cli.usable_table import WARNING, show_usable
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 
 MOTIONS = """

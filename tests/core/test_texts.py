@@ -14,7 +14,7 @@ from hfc_design.core.dotted import set_keys
 from hfc_design.core.records import LONGEST, UserError
 from hfc_design.core.texts import DEEPEST, LARGEST, MEGABYTE, json_of, read_text, read_toml, toml_of
 from hfc_design.files.design import design_json, named_design, parse_design
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.motion.references import table_of
 

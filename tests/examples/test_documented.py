@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.measures import MEASURES
 from hfc_design.objectives.traded import NAMES
 from plants import C_AXIS

@@ -10,8 +10,8 @@ from experiments.designed_tables import page as designed_tables
 from experiments.jee_koren_1995 import page as jk95
 from experiments.jee_koren_2004 import page as jk04
 from hfc_design.batch.plan import read_batch
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 
 SCENARIOS = [
     file

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, parse_design
+from hfc_design.files.named_scenario import load_scenario, scenario_toml
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import Scenario, load_scenario, scenario_toml
+from hfc_design.files.scenario import Scenario
 
 GOOD = design_json(load_design("lin-lee-1999-table-1"))
 

@@ -7,8 +7,8 @@ from run_folders import hfc
 
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.kept import HEAD, UNKNOWN, kept
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 
 MADE = {
     "sensors": {"encoder_resolution": 1e-6},

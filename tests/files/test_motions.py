@@ -5,7 +5,7 @@ import pytest
 
 from hfc_design import api
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation import compiled, population
 

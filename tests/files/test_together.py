@@ -7,8 +7,8 @@ import pytest
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.files.together import differences, labelled, on_one_machine
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, linuxcnc
 
 TABLE_1 = load_design("lin-lee-1999-table-1")

@@ -12,8 +12,8 @@ from imported_files import CHANGE, GAUSSIAN, OCTAVE, PYFUZZYLITE, TABLE, TEXTS, 
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runs import run as designs

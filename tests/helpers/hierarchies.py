@@ -5,7 +5,7 @@ import numpy as np
 from hfc_design.controllers.hierarchical.genome import HierarchicalGenome
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.hierarchical.tree import unit_count
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 
 
 def searched_of(names, search=None):

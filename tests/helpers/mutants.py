@@ -6,7 +6,7 @@ from pathlib import Path
 from imported_files import GAUSSIAN, OCTAVE, PYFUZZYLITE, TEXTS
 
 from hfc_design.files.design import BUILTIN as DESIGNS
-from hfc_design.files.scenario import BUILTIN as SCENARIOS
+from hfc_design.files.named_scenario import BUILTIN as SCENARIOS
 
 BATCHES = Path(__file__).parents[2] / "experiments"
 WORD = re.compile(rb"\w[\w.+-]*|\s+|.", re.DOTALL)

@@ -12,8 +12,8 @@ from c_program import MAIN, WARNINGS, built, commands
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate

@@ -11,8 +11,8 @@ from hal_session import open_loop
 
 from hfc_design import runtime
 from hfc_design.files.design import named_design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import own_scenario
-from hfc_design.files.scenario import load_scenario
 from hfc_design.formats import FORMATS, code, linuxcnc
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive

@@ -14,7 +14,7 @@ import pytest
 from toy_fronts import PointGenome, scored, zdt
 
 from hfc_design.controllers.gains.genome import GainVectors
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.problem import Problem as Scenario
 from hfc_design.search import fronts
 from hfc_design.search.loop import generations, searcher

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfc_design.core.records import Record, UserError, checked
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.motion import gcode
 from hfc_design.motion.paths import Path
 from hfc_design.motion.trajectories import GCode, PathReference

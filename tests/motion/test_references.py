@@ -7,7 +7,7 @@ import oracle
 import pytest
 
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.motion.references import (
     Load,
     LoadSine,

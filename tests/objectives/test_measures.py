@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import controller_of, load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.objectives.measures import MEASURES, band_time, measure
 from hfc_design.objectives.objective import Moment
 from hfc_design.simulation import population

@@ -3,7 +3,7 @@
 import pytest
 
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 
 SEARCH = "search={{preset='nsga-ii', objectives={}}}"
 

@@ -13,8 +13,8 @@ from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.pictures.figure import image, save
 from hfc_design.report import batch_plots, plots
 from hfc_design.report.page import _sections, write_page

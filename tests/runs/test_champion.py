@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hfc_design.controllers.genome import taken
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import champion
 from hfc_design.runs.individuals import design_of, genome_of
 from hfc_design.search.loop import Archive

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.first_laws import worthwhile
 from hfc_design.runs.problem import Problem
 

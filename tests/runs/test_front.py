@@ -10,8 +10,8 @@ from hfc_design import api
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.report.trade_off import table as shown
 from hfc_design.runs import front as fronts
 from hfc_design.runs import run as design

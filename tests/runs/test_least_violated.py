@@ -7,7 +7,7 @@ import pytest
 from run_folders import hfc
 
 from hfc_design.controllers.genome import taken
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.problem import final_problem
 from hfc_design.runs.run import finished_run
 

@@ -8,7 +8,7 @@ import pytest
 from hfc_design.controllers.gains.genome import GainsGenome
 from hfc_design.controllers.genome import taken
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import polishing, run
 from hfc_design.runs.polish_task import PolishTask
 from hfc_design.runs.problem import Problem

@@ -12,8 +12,8 @@ import pytest
 
 from hfc_design.core import checkpoint
 from hfc_design.core.records import RunError, UserError
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
-from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import run as design
 from hfc_design.runs import stored
 from hfc_design.simulation import compiled

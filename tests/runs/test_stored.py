@@ -14,7 +14,7 @@ from sledge import hfc
 from hfc_design.cli import main
 from hfc_design.core import archive
 from hfc_design.core.records import RunError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import run as design
 from hfc_design.runs import stored
 

@@ -12,8 +12,8 @@ from lifted import controller_of
 from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller, load
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.problem import Problem
 from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategy import Task

@@ -8,7 +8,7 @@ from toy_fronts import PointGenome, scored, zdt
 
 from hfc_design.core.checkpoint import flat
 from hfc_design.core.records import UserError
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search import fronts
 from hfc_design.search.loop import fault, generations, searcher

@@ -7,7 +7,7 @@ import pytest
 import scipy.optimize
 
 from hfc_design.controllers.genome import taken
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.by_numbers import chain, coordinates
 from hfc_design.search.polish import Polishable, Quadratic, polish, proposals

@@ -9,7 +9,7 @@ import pytest
 from lifted import every_axis
 
 from hfc_design.controllers.hierarchical.law import Layout, hierarchical
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 

@@ -7,7 +7,7 @@ import pytest
 
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import share_interval
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.comparing import EVERY, _differences, _together, compare
 from hfc_design.simulation.comparison import Bout, Side
 from hfc_design.simulation.evaluating import evaluate

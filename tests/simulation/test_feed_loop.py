@@ -9,8 +9,8 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 
 CIRCLE = "feed-drive-circle"

@@ -11,8 +11,8 @@ from scipy.signal import cont2discrete
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import machines, monte_carlo
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.monte_carlo import drawn, robustness

@@ -11,8 +11,9 @@ from click.testing import CliRunner
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import Scenario, load_scenario
+from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation
 from hfc_design.pictures.figure import image

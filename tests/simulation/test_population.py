@@ -9,8 +9,8 @@ from lifted import every_axis
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, hierarchical
 from hfc_design.controllers.pd import PdGains, initial_memory, sample
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluating import evaluate

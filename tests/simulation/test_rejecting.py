@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.objective import Left
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation import compiled

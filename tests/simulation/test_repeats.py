@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, chaos_told, range_told
 from hfc_design.simulation.score_tables import notes, score_rows

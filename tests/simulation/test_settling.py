@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import controller_of, load_design, with_converter
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.monte_carlo import robustness

@@ -7,8 +7,8 @@ import pytest
 
 from hfc_design.api import with_gains
 from hfc_design.core.statistics import share_interval
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.gain_range import gain_range, gain_told
 from hfc_design.simulation.in_use import merit_told

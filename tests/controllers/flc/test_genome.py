@@ -11,7 +11,7 @@ from chance import mean_is, normal, uniform
 from scipy.stats import norm
 
 from hfc_design.controllers.genome import taken
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import individuals
 
 COUNT = 60_000

@@ -8,8 +8,8 @@ from jk04 import confined
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
 from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import controller_of, load_design, own_scenario
-from hfc_design.files.scenario import load_scenario
 from hfc_design.runs import individuals
 from hfc_design.runs import run as design
 from hfc_design.simulation import compiled

@@ -15,8 +15,8 @@ from hfc_design.controllers.flc.record import LABELS, FlcDesign
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.scenario import load_scenario
 from hfc_design.report.page import _sections, _summary, write_page
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller

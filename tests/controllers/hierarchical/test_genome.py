@@ -6,7 +6,7 @@ from chance import mean_is, normal, uniform
 
 from hfc_design.controllers.genome import taken
 from hfc_design.controllers.hierarchical import tree as hierarchy
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import individuals
 
 COUNT = 20_000

@@ -7,7 +7,7 @@ from scipy.linalg import solve_discrete_are
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.laws import Laws, LinearLaws
 from hfc_design.controllers.hierarchical.planes import along, passing
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs.individuals import design_with, genome_of
 from hfc_design.runs.problem import Problem
 from hfc_design.simulation import population as simulate

@@ -14,8 +14,8 @@ from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, parse_design
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
-from hfc_design.files.scenario import load_scenario
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 

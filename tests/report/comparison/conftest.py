@@ -2,7 +2,7 @@
 
 import pytest
 
-from hfc_design.files.scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.simulation.comparing import compare
 
 HOSTILE = '</script><script>alert("1")</script> & <img src=x> {{ 7*7 }} $x^$ \x01 Ω 漢'
