@@ -26,7 +26,7 @@ SETUPS: dict[str, tuple[Setup, dict[str, dict[str, object]]]] = {
 }
 PAPER = "Lin & Lee's GA"
 #: Generations of the default, the one setting of it that is changed, so that it spends the budget.
-GENERATIONS = {"ramp": 20, "cutting": 19, "contour": 145, "practical": 160}
+GENERATIONS = {"ramp": 20, "cutting": 19, "contour": 145, "practical": 360}
 
 
 def names() -> list[str]:

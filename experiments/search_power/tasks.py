@@ -55,7 +55,7 @@ GROUNDS = {
     for one in (
         Ground("ramp", "c-axis-ramp", {"limits.command": 250.0}, 40_000),
         Ground("cutting", "c-axis-ramp-cutting", {"limits.command": 250.0}, 40_000),
-        Ground("practical", "c-axis-practical", {}, 2_880),
+        Ground("practical", "c-axis-practical", {}, 6_480),
         Ground("contour", "feed-drive-contour", {}, 8_000),
     )
 }
