@@ -34,14 +34,14 @@ def list_(what: str) -> None:
     from hfc_design.controllers.kinds import KINDS
     from hfc_design.core.console import terminal
     from hfc_design.files import design as rulebase
-    from hfc_design.files import scenario as scenarios
+    from hfc_design.files.named_scenario import builtin_names, load_scenario
     from hfc_design.formats import FORMATS
     from hfc_design.objectives.judge import OBJECTIVES
     from hfc_design.search.loop import STRATEGIES
 
     if what == "scenarios":
-        names = scenarios.builtin_names()
-        lines = {name: scenarios.load_scenario(name).description for name in names}
+        names = builtin_names()
+        lines = {name: load_scenario(name).description for name in names}
     elif what == "designs":
         names = rulebase.builtin_designs()
         lines = {name: str(rulebase.named_design(name).provenance["source"]) for name in names}
