@@ -18,7 +18,10 @@ DEFAULT = "default"
 SETUPS: dict[str, tuple[Setup, dict[str, dict[str, object]]]] = {
     "sep-CMA-ES": (Setup(partial(Cma, diagonal=True), 20, 1.0, fresh=True), {}),
     "BIPOP-CMA-ES": (Setup(Cma, 20, 1.0, fresh=True, restarts=True), {}),
-    "L-SHADE": (Setup(LShade, 60, 2.0), {"practical": {"samples": 32}}),
+    "L-SHADE": (
+        Setup(LShade, 60, 2.0),
+        {"practical": {"samples": 32}, "contour": {"step": 5.0}},
+    ),
     "pymoo GA": (Setup(PymooGa, 60, 2.0), {"practical": {"samples": 32}}),
     "evosax CR-FM-NES": (Setup(partial(Evosax, name="CR_FM_NES"), 20, 1.0, fresh=True), {}),
     "evosax LES": (Setup(partial(Evosax, name="LearnedES"), 20, 1.0, fresh=True), {}),
@@ -26,7 +29,7 @@ SETUPS: dict[str, tuple[Setup, dict[str, dict[str, object]]]] = {
 }
 PAPER = "Lin & Lee's GA"
 #: Generations of the default, the one setting of it that is changed, so that it spends the budget.
-GENERATIONS = {"ramp": 20, "cutting": 19, "contour": 145, "practical": 360}
+GENERATIONS = {"ramp": 20, "cutting": 19, "contour": 210, "practical": 360}
 
 
 def names() -> list[str]:

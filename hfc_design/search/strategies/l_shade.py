@@ -24,10 +24,10 @@ class LShadeSettings(StrategySettings):
     """L-SHADE about the best of the first individuals, whose structure all others have."""
 
     preset: Literal["l-shade"] = "l-shade"
-    population: int = Field(120, ge=4, le=100_000)
-    last: int = Field(12, ge=4, le=100_000)  # individuals in the last generation
-    generations: int = Field(240, ge=1, le=10_000_000)
-    step: Positive = 2.0  # factor on the first standard deviations
+    population: int = Field(80, ge=4, le=100_000)
+    last: int = Field(4, ge=4, le=100_000)  # individuals in the last generation
+    generations: int = Field(380, ge=1, le=10_000_000)
+    step: Positive = 6.0  # factor on the first standard deviations
     stick_penalty: NotNegative = 0.0
     kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range
