@@ -14,8 +14,8 @@ from hfc_design.core.numbers import Floats
 
 #: The best of a seed that are looked at again in the end.
 FINALISTS = 16
-#: Shares of the budget at which searches are looked at: of one machine, and of many, of which sixteen
-#: are in the last half, as many as a design run chooses from.
+#: Shares of the budget at which searches are looked at: of one machine, and of many, sixteen
+#: of them in the last half, as many as a design run chooses from.
 CHECKS = np.geomspace(0.005, 1.0, 40)
 ROBUST_CHECKS = np.append(np.geomspace(0.05, 0.5, 8), np.linspace(0.5, 1.0, 17)[1:])
 
