@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import ceil, floor, isnan, log10
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -137,7 +138,8 @@ def machines(comparison: Comparison) -> Figure:
     middle = np.arange(len(bouts)) * rows + 0.5 * (len(names) - 1)
     heads = {bout.name.rpartition(".")[0] for bout in bouts}
     alone = [bout.name.rpartition(".")[2] if len(heads) == 1 else bout.name for bout in bouts]
-    axes.set_yticks(middle, [plain(x, 14) for x in alone], fontsize=8, parse_math=False)
+    lines = [fill(plain(x, 26), 14) for x in alone]
+    axes.set_yticks(middle, lines, fontsize=8, parse_math=False)
     axes.set_ylim(rows * len(bouts) - 1.3, -0.7)
     axes.set_xscale("log")
     axes.set_xlim(low / 1.2, edge)
