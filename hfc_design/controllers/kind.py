@@ -54,6 +54,7 @@ class Target(NamedTuple):
     sample_time: float  # [s]
     limits: Limits
     bounds: Any = None  # settings of the search, which may bound what it varies
+    follows_path: bool = True  # whether it does in every motion
 
     def of(self, k: int) -> "Target":
         """The same for axis ``k`` alone."""

@@ -26,6 +26,13 @@ OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
 
 
+def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
+    """ValueError: a controller inside another one runs at another sample time."""
+    if part.sample_time_s != sample_time:
+        told = f"{key}.sample_time_s = {part.sample_time_s}"
+        raise ValueError(f"{told}: has to be that of all, {sample_time}")
+
+
 class PerAxisDesign(ControllerRecord):
     """Controllers of any kinds, by the names of the machine's axes and in their order."""
 
@@ -45,11 +52,7 @@ class PerAxisDesign(ControllerRecord):
     @model_validator(mode="after")
     def _steps_at_once(self) -> "PerAxisDesign":
         for axis, own in self.axes.items():
-            if own.sample_time_s != self.sample_time_s:
-                raise ValueError(
-                    f"axes.{axis}.sample_time_s = {own.sample_time_s}: has to be that of all, "
-                    f"{self.sample_time_s}"
-                )
+            sampled_alike(f"axes.{axis}", own, self.sample_time_s)
         return self
 
     def gains(self) -> tuple[Gains, ...]:
