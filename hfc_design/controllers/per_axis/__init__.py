@@ -18,7 +18,7 @@ from hfc_design.controllers.kind import (
     kinds,
     later,
 )
-from hfc_design.core.numbers import Gains, Plain
+from hfc_design.core.numbers import Gains, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
@@ -60,6 +60,23 @@ class PerAxisDesign(ControllerRecord):
         return tuple(kinds().get(own.kind).gains(own) for own in self.axes.values())
 
 
+def learnt(
+    record: ControllerRecord, axes: tuple[str, ...], memory: Memory
+) -> ControllerRecord | None:
+    """A controller of a machine with ``axes`` as its ``memory`` has made it; None: it learns not.
+
+    Where axes that had the same have learnt other things, each has its own.
+    """
+    kind = kinds().get(record.kind)
+    if kind.learnt is not None:
+        return kind.learnt(record, axes, memory)
+    found = [kind.adapted(record, own) for own in memory] if kind.adapted else [None]
+    if found[0] is None or all(one == found[0] for one in found):
+        return found[0]
+    each = dict(zip(axes, found, strict=True))
+    return PerAxisDesign(sample_time_s=record.sample_time_s, axes=each)
+
+
 class PerAxisSettings(ControllerSettings):
     """What a search varies on every axis."""
 
@@ -85,6 +102,18 @@ def _controller(record: PerAxisDesign, limits: Limits) -> PerAxis:
     return PerAxis("per-axis", tuple(laws), own_gains=True)
 
 
+def _learnt(
+    record: PerAxisDesign, axes: tuple[str, ...], memory: tuple[Memory, ...]
+) -> PerAxisDesign | None:
+    """With what each axis has learnt that can."""
+    found = {}
+    for (axis, own), remembered in zip(record.axes.items(), memory, strict=True):
+        adapted = kinds().get(own.kind).adapted
+        if adapted and (after := adapted(own, remembered)):
+            found[axis] = after
+    return record.model_copy(update={"axes": record.axes | found}) if found else None
+
+
 def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
     """Those of each axis, with its name before their titles."""
     found = []
@@ -103,5 +132,6 @@ KIND = Kind(
     controller=_controller,
     genome=later("hfc_design.controllers.per_axis.genome", "PerAxisGenome"),
     axes=lambda record: record.axes,
+    learnt=_learnt,
     sections=_sections,
 )
