@@ -8,8 +8,8 @@ class NeuralGenome(GainsGenome):
     """What a search can do; every individual begins with the same weights."""
 
     def record(self, individual: GainVectors) -> Json:
-        """The numbers and the weights."""
+        """The weights and the numbers beside them."""
         found = self.gains(individual)._asdict()
-        weights = self.settings.weights(len(self.target.machine.axes))
         numbers = {name: float(value[0]) for name, value in found.items()}
+        weights = self.settings.weights().model_dump()
         return {"kind": self.settings.kind, "weights": weights, **numbers}
