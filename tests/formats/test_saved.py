@@ -19,6 +19,8 @@ DESIGNS = {
     "aflc with an integral": made_up.limited(made_up.fuzzy("aflc", 1), 40.0),
     "soflc": load_design("jee-koren-1995-soflc"),
     "hierarchy": made_up.hierarchy(3, 5, adaptation=ADAPTING),
+    "network": made_up.network(2),
+    "network within a limit": made_up.limited(made_up.network(3), 8.0),
     "hierarchy on a linear part": made_up.hierarchy_on_linear(9, adaptation=ADAPTING),
 }
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"
