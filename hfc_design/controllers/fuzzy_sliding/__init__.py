@@ -1,0 +1,15 @@
+"""Adaptive fuzzy sliding control of an axis (Lin & Gai 2009)."""
+
+from hfc_design.controllers.fuzzy_sliding.law import sliding
+from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
+from hfc_design.controllers.kind import Kind
+
+KIND = Kind(
+    name="fuzzy-sliding",
+    summary="fuzzy rules that adapt beside a sliding mode with a boundary layer (Lin & Gai 2009)",
+    record=SlidingDesign,
+    settings=None,
+    gains=SlidingDesign.gains,
+    law=lambda record, limit: sliding(record.sample_time_s, limit),
+    adapted=SlidingDesign.adapted,
+)

@@ -1,0 +1,146 @@
+"""Adaptive fuzzy sliding control of an axis (Lin & Gai 2009, cited as LG09).
+
+``u = theta' xi(e, de/dt) + k sat(s / phi)`` with ``s = de/dt + lambda e`` (LG09 eq. 9 to 13). The
+consequents theta follow ``dtheta/dt = gamma (E' P_2) xi`` (eq. 14), E = (e, de/dt): the direct
+adaptive fuzzy control of Wang (1994), who has ``e = reference - position`` as this package has; the
+e of eq. 9 has the other sign. Written for one axis in scalars; ``xp`` as in ``core.numbers``. Never
+imports JAX.
+"""
+
+from collections.abc import Sequence
+from operator import add
+from typing import NamedTuple
+
+from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped, dot, each, total
+from hfc_design.core.records import TERMS, ZR
+
+
+class Pid(NamedTuple):
+    """Linear gains beside the rules."""
+
+    k_p: Scalar  # [command/error]
+    k_i: Scalar  # [command/(error s)]
+    k_d: Scalar  # [command s/error]
+
+
+class SlidingGains(NamedTuple):
+    """The controller as numbers: one individual, or a population in the trailing axis."""
+
+    error_terms: Scalar  # terms that an error of 1 is away from ZZ
+    rate_terms: Scalar  # the same of its rate
+    consequents: RuleTable  # (7, 7) theta to begin with [term of e][term of its rate]
+    slope: Scalar  # lambda [1/s]
+    switching: Scalar  # k, largest command of the switching part
+    boundary_layer: Scalar  # phi [error/s]
+    adaptation: Scalar  # gamma [command/error]
+    judge: Sequence[Scalar]  # (2,) P_2, of the error [1/s] and of its rate [1]
+    largest: Scalar  # no consequent leaves [-largest, largest]
+    pid: Pid | None = None
+
+
+class SlidingMemory(NamedTuple):
+    """What the controller remembers; all zero before the first sample."""
+
+    moves: RuleTable  # (7, 7) of the consequents from where they began
+    sum: Scalar  # of k_i T e
+
+
+class Parts(NamedTuple):
+    """What a command is made of."""
+
+    error: Scalar
+    rate: Scalar
+    in_error: Degrees  # (7,)
+    in_rate: Degrees  # (7,)
+    consequents: RuleTable  # (7, 7) at this sample
+    sliding: Scalar  # s [error/s]
+    fuzzy: Scalar
+    switching: Scalar
+    pid: Scalar | None  # None: there is none
+
+
+def sliding(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``fuzzy-sliding``."""
+    return AxisLaw(sample, initial_memory, sample_time, limit)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
+    """Memory before the first sample: nothing has been learnt."""
+    return SlidingMemory(((zero,) * TERMS,) * TERMS, zero)
+
+
+def sample(
+    xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory, signals: Signals
+) -> tuple[Scalar, SlidingMemory, Parts]:
+    """The command of one sample, what to remember, and what it is made of.
+
+    The consequents that give the command are those of the sample before; they move afterwards.
+    """
+    error, rate = signals["error"], signals["error_rate"]
+    in_error = [xp.once(x) for x in degrees(xp, gains.error_terms * error)]
+    in_rate = [xp.once(x) for x in degrees(xp, gains.rate_terms * rate)]
+    consequents = each(add, gains.consequents, memory.moves)
+    fuzzy = total(a * dot(in_rate, row) for a, row in zip(in_error, consequents, strict=True))
+    s = rate + gains.slope * error
+    switching = gains.switching * clipped(xp, s / gains.boundary_layer, -1.0, 1.0)
+    command, linear, whole = _linear(xp, law, gains.pid, memory, error, rate, fuzzy + switching)
+    of_error, of_rate = gains.judge
+    step = gains.adaptation * law.sample_time * (of_error * error + of_rate * rate)
+    # A command at its limit teaches nothing that would push it further: the table would wind up.
+    step = xp.once(held(xp, law.limit, command, 0.0, step))
+    moves = _moved(xp, gains, consequents, step, in_error, in_rate)
+    parts = Parts(error, rate, in_error, in_rate, consequents, s, fuzzy, switching, linear)
+    return command, SlidingMemory(moves, whole), parts
+
+
+def degrees(xp: Xp, place: Scalar) -> list[Scalar]:
+    """Degrees (7,) of a value ``place`` terms away from ZZ: triangles, the outermost saturate.
+
+    They are evenly spaced and reach to their neighbours' centres, so that they sum to 1.
+    """
+    place = clipped(xp, place, -float(ZR), float(ZR))
+    return [xp.maximum(1.0 - abs(place - (k - ZR)), 0.0) for k in range(TERMS)]
+
+
+def _moved(
+    xp: Xp,
+    gains: SlidingGains,
+    consequents: RuleTable,
+    step: Scalar,
+    in_error: Degrees,
+    in_rate: Degrees,
+) -> RuleTable:
+    """The moves (7, 7) after a ``step`` of LG09 eq. 14, projected on the box of ``largest``.
+
+    The nearest point of a convex set is no farther from any point in it: the projection makes no
+    consequent worse (Wang 1994, who has a ball for a box).
+    """
+    found = []
+    for share, row, began in zip(in_error, consequents, gains.consequents, strict=True):
+        size = xp.once(step * share)
+        found.append(
+            tuple(
+                clipped(xp, u + size * degree, -gains.largest, gains.largest) - start
+                for u, degree, start in zip(row, in_rate, began, strict=True)
+            )
+        )
+    return tuple(found)
+
+
+def _linear(
+    xp: Xp,
+    law: AxisLaw,
+    pid: Pid | None,
+    memory: SlidingMemory,
+    error: Scalar,
+    rate: Scalar,
+    rules: Scalar,
+) -> tuple[Scalar, Scalar | None, Scalar]:
+    """The command with the linear gains beside the ``rules``, their share, their integral."""
+    if pid is None:
+        return rules, None, memory.sum
+    pd = pid.k_p * error + pid.k_d * rate
+    whole = memory.sum + pid.k_i * law.sample_time * error
+    whole = held(xp, law.limit, rules + pd + whole, memory.sum, whole)
+    return rules + (pd + whole), pd + whole, whole

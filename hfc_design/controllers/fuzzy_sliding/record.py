@@ -1,0 +1,114 @@
+"""Adaptive fuzzy sliding control in a design file. Never imports JAX."""
+
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains, SlidingMemory
+from hfc_design.controllers.kind import ControllerRecord
+from hfc_design.core.numbers import Floats
+from hfc_design.core.records import ZR, Finite, NotNegative, Positive, Record, Table
+
+class SurfaceRecord(Record):
+    """The sliding surface ``s = de/dt + lambda e`` and the part that pushes towards it."""
+
+    slope: Positive  # lambda [1/s]
+    gain: NotNegative  # k = F + eta of LG09 eq. 11, F a constant [command]
+    boundary_layer: Positive  # phi [error/s]
+
+
+class ErrorDynamicsRecord(Record):
+    """``d2e/dt2 + gains[1] de/dt + gains[0] e = 0`` and Q of its Lyapunov equation."""
+
+    gains: tuple[Positive, Positive]  # [1/s2], [1/s]
+    weights: tuple[tuple[Finite, Finite], tuple[Finite, Finite]]  # Q
+
+    @model_validator(mode="after")
+    def _is_definite(self) -> Self:
+        (a, b), (c, d) = self.weights
+        if b != c or not (a > 0.0 and a * d > b * c):
+            raise ValueError(
+                f"weights = [[{a}, {b}], [{c}, {d}]]: has to be symmetric and positive definite"
+            )
+        return self
+
+    def last_column(self) -> tuple[float, float]:
+        """P_2 of LG09 eq. 14: the last column of P in ``A' P + P A = -Q``."""
+        from scipy.linalg import solve_continuous_lyapunov  # which takes a while to import
+
+        near, far = self.gains
+        companion: Floats = np.array([[0.0, 1.0], [-near, -far]])
+        found: Floats = solve_continuous_lyapunov(companion.T, -np.array(self.weights))
+        return float(found[0, 1]), float(found[1, 1])
+
+
+class AdaptationRecord(Record):
+    """How the consequents learn."""
+
+    rate: NotNegative  # gamma [command/error]
+    largest_consequent: Positive  # [command]
+    #: None: both poles at -lambda, and the Q for which ``E' P_2`` is s.
+    error_dynamics: ErrorDynamicsRecord | None = None
+
+
+class PidRecord(Record):
+    """Linear gains beside the rules."""
+
+    k_p: Finite = 0.0  # [command/error]
+    k_i: Finite = 0.0  # [command/(error s)]
+    k_d: Finite = 0.0  # [command s/error]
+
+
+class SlidingDesign(ControllerRecord):
+    """A controller of kind ``fuzzy-sliding``."""
+
+    kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
+    largest_error: Positive  # centre of LP; that of LN is the same below zero
+    largest_error_rate: Positive  # [error/s]
+    consequents: Table  # [command] rows: error, columns: its rate, both LN to LP
+    sliding: SurfaceRecord
+    adaptation: AdaptationRecord
+    pid: PidRecord | None = None
+
+    @model_validator(mode="after")
+    def _begins_inside(self) -> Self:
+        largest = self.adaptation.largest_consequent
+        for i, row in enumerate(self.consequents):
+            for j, u in enumerate(row):
+                if abs(u) > largest:
+                    allowed = f"at most adaptation.largest_consequent = {largest} of either sign"
+                    raise ValueError(f"consequents.{i}.{j} = {u}: has to be {allowed}")
+        return self
+
+    def judge(self) -> tuple[float, float]:
+        """P_2: what an error [1/s] and its rate [1] count when the consequents are judged."""
+        own = self.adaptation.error_dynamics
+        return (self.sliding.slope, 1.0) if own is None else own.last_column()
+
+    def gains(self) -> SlidingGains:
+        """The gains of one individual."""
+        surface, learning = self.sliding, self.adaptation
+        return SlidingGains(
+            ZR / self.largest_error,
+            ZR / self.largest_error_rate,
+            self.consequents,
+            surface.slope,
+            surface.gain,
+            surface.boundary_layer,
+            learning.rate,
+            self.judge(),
+            learning.largest_consequent,
+            Pid(**dict(self.pid)) if self.pid else None,
+        )
+
+    def adapted(self, memory: SlidingMemory) -> Self:
+        """The controller with what ``memory`` has learnt."""
+        start: Floats = np.array(self.consequents)
+        rows = tuple(map(tuple, (start + np.array(memory.moves)).tolist()))
+        return self.model_copy(update={"consequents": rows})
+
+    def held(self) -> Self:
+        """The same without adaptation."""
+        learning = self.adaptation.model_copy(update={"rate": 0.0})
+        return self.model_copy(update={"adaptation": learning})
