@@ -1,5 +1,6 @@
 """Adaptive fuzzy sliding control of an axis (Lin & Gai 2009)."""
 
+from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES, ST, C
 from hfc_design.controllers.fuzzy_sliding.law import sliding
 from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
 from hfc_design.controllers.kind import Kind
@@ -12,4 +13,8 @@ KIND = Kind(
     gains=SlidingDesign.gains,
     law=lambda record, limit: sliding(record.sample_time_s, limit),
     adapted=SlidingDesign.adapted,
+    rules=RULES,
+    explain=EXPLAIN,
+    c=C,
+    st=ST,
 )

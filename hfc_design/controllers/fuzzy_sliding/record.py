@@ -10,6 +10,10 @@ from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import ZR, Finite, NotNegative, Positive, Record, Table
 
+#: Linguistic labels of LG09 Table 2, negative large to positive large.
+LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
+
+
 class SurfaceRecord(Record):
     """The sliding surface ``s = de/dt + lambda e`` and the part that pushes towards it."""
 
