@@ -32,7 +32,7 @@ def sliding(limit=None, **changes):
         "largest_error_rate": 2000.0,
         "consequents": table(),
         "sliding": {"slope": 20.0, "gain": 10.0, "boundary_layer": 300.0},
-        "adaptation": {"rate": 2.0, "largest_consequent": 127.0},
+        "adaptation": {"rate": 2.0, "largest_move": 40.0},
     }
     whole = {"name": "sliding", "plant": {"name": "feed-drive", "parameters": {}}}
     whole["limits"] = {"command": limit} if limit else {}
@@ -49,6 +49,14 @@ EVERY = {
     "beside a pid within a limit": sliding(60.0, pid=PID),
     "with a Q of its own": sliding(
         100.0,
-        adaptation={"rate": 0.2, "largest_consequent": 125.0, "error_dynamics": DYNAMICS},
+        adaptation={"rate": 0.2, "largest_move": 40.0, "error_dynamics": DYNAMICS},
+    ),
+    "with what it learnt": sliding(
+        100.0,
+        adaptation={
+            "rate": 2.0,
+            "largest_move": 40.0,
+            "moves": np.random.default_rng(4).uniform(-40.0, 40.0, (7, 7)).tolist(),
+        },
     ),
 }

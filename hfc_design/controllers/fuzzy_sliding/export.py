@@ -1,6 +1,6 @@
 """Adaptive fuzzy sliding control for other programs: its rule table, C, Structured Text, in words.
 
-Rules are those that it starts from, wherever they do not adapt.
+Rules are those by now, learnt moves included, wherever they do not adapt.
 """
 
 from pathlib import Path
@@ -28,7 +28,7 @@ def _terms(largest: float) -> tuple[Triangle, ...]:
 def units(record: SlidingDesign) -> list[RuleUnit]:
     """The one table."""
     rate, error = _terms(record.largest_error_rate), _terms(record.largest_error)
-    return [RuleUnit("rules", "error_rate", "error", rate, error, record.consequents)]
+    return [RuleUnit("rules", "error_rate", "error", rate, error, record.table())]
 
 
 def about(record: SlidingDesign, signal_units: dict[str, str]) -> Json:
@@ -69,7 +69,7 @@ def tables(record: SlidingDesign) -> dict[str, Rows]:
         centres.append([name, *(repr(term.centre) for term in terms)])
     manifest = [["unit", "column_input", "row_input", "file"]]
     manifest.append([record.kind, "error_rate", "error", "rules.csv"])
-    rules = rows_of(corner, LABELS, record.consequents)
+    rules = rows_of(corner, LABELS, record.table())
     return {"rules.csv": rules, "centres.csv": centres, "manifest.csv": manifest}
 
 
@@ -88,6 +88,7 @@ def _c(record: SlidingDesign) -> Json:
     gains, every = record.gains(), record.sample_time_s
     return {
         "start": record.consequents,
+        "learnt": record.adaptation.moves,
         "gains": gains,
         "pid": gains.pid,
         "integral": gains.pid.k_i * every if gains.pid else 0.0,

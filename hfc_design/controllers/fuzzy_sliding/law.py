@@ -35,12 +35,12 @@ class SlidingGains(NamedTuple):
     boundary_layer: Scalar  # phi [error/s]
     adaptation: Scalar  # gamma [command/error]
     judge: Sequence[Scalar]  # (2,) P_2, of the error [1/s] and of its rate [1]
-    largest: Scalar  # no consequent leaves [-largest, largest]
+    largest_move: Scalar  # of a consequent from where it began, either way
     pid: Pid | None = None
 
 
 class SlidingMemory(NamedTuple):
-    """What the controller remembers; all zero before the first sample."""
+    """What the controller remembers."""
 
     moves: RuleTable  # (7, 7) of the consequents from where they began
     sum: Scalar  # of k_i T e
@@ -60,14 +60,17 @@ class Parts(NamedTuple):
     pid: Scalar | None  # None: there is none
 
 
-def sliding(sample_time: float, limit: float | None = None) -> AxisLaw:
-    """The law of kind ``fuzzy-sliding``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit)
+def sliding(
+    sample_time: float, limit: float | None = None, learnt: RuleTable | None = None
+) -> AxisLaw:
+    """The law of kind ``fuzzy-sliding``; ``learnt`` are the moves (7, 7) that it begins with."""
+    return AxisLaw(sample, initial_memory, sample_time, limit, learnt)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
-    """Memory before the first sample: nothing has been learnt."""
-    return SlidingMemory(((zero,) * TERMS,) * TERMS, zero)
+    """Memory before the first sample: what was learnt before, no integral."""
+    learnt = law.structure or ((0.0,) * TERMS,) * TERMS
+    return SlidingMemory(tuple(tuple(zero + x for x in row) for row in learnt), zero)
 
 
 def sample(
@@ -78,10 +81,11 @@ def sample(
     The consequents that give the command are those of the sample before; they move afterwards.
     """
     error, rate = signals["error"], signals["error_rate"]
-    in_error = [xp.once(x) for x in degrees(xp, gains.error_terms * error)]
-    in_rate = [xp.once(x) for x in degrees(xp, gains.rate_terms * rate)]
+    in_error = degrees(xp, gains.error_terms * error)
+    in_rate = degrees(xp, gains.rate_terms * rate)
     consequents = each(add, gains.consequents, memory.moves)
-    fuzzy = total(a * dot(in_rate, row) for a, row in zip(in_error, consequents, strict=True))
+    rows = zip(in_error, consequents, strict=True)
+    fuzzy = xp.once(total(degree * dot(in_rate, row) for degree, row in rows))
     s = rate + gains.slope * error
     switching = gains.switching * clipped(xp, s / gains.boundary_layer, -1.0, 1.0)
     command, linear, whole = _linear(xp, law, gains.pid, memory, error, rate, fuzzy + switching)
@@ -89,7 +93,7 @@ def sample(
     step = gains.adaptation * law.sample_time * (of_error * error + of_rate * rate)
     # A command at its limit teaches nothing that would push it further: the table would wind up.
     step = xp.once(held(xp, law.limit, command, 0.0, step))
-    moves = _moved(xp, gains, consequents, step, in_error, in_rate)
+    moves = _moved(xp, gains.largest_move, memory.moves, step, in_error, in_rate)
     parts = Parts(error, rate, in_error, in_rate, consequents, s, fuzzy, switching, linear)
     return command, SlidingMemory(moves, whole), parts
 
@@ -105,26 +109,22 @@ def degrees(xp: Xp, place: Scalar) -> list[Scalar]:
 
 def _moved(
     xp: Xp,
-    gains: SlidingGains,
-    consequents: RuleTable,
+    largest: Scalar,
+    moves: RuleTable,
     step: Scalar,
     in_error: Degrees,
     in_rate: Degrees,
 ) -> RuleTable:
-    """The moves (7, 7) after a ``step`` of LG09 eq. 14, projected on the box of ``largest``.
+    """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on the box of ``largest``.
 
     The nearest point of a convex set is no farther from any point in it: the projection makes no
     consequent worse (Wang 1994, who has a ball for a box).
     """
     found = []
-    for share, row, began in zip(in_error, consequents, gains.consequents, strict=True):
+    for share, row in zip(in_error, moves, strict=True):
         size = xp.once(step * share)
-        found.append(
-            tuple(
-                clipped(xp, u + size * degree, -gains.largest, gains.largest) - start
-                for u, degree, start in zip(row, in_rate, began, strict=True)
-            )
-        )
+        stepped = (move + size * degree for move, degree in zip(row, in_rate, strict=True))
+        found.append(tuple(clipped(xp, move, -largest, largest) for move in stepped))
     return tuple(found)
 
 

@@ -1,5 +1,6 @@
 """Adaptive fuzzy sliding control in a design file. Never imports JAX."""
 
+from operator import add
 from typing import Literal, Self
 
 import numpy as np
@@ -7,7 +8,7 @@ from pydantic import model_validator
 
 from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains, SlidingMemory
 from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, each
 from hfc_design.core.records import ZR, Finite, NotNegative, Positive, Record, Table
 
 #: Linguistic labels of LG09 Table 2, negative large to positive large.
@@ -51,9 +52,10 @@ class AdaptationRecord(Record):
     """How the consequents learn."""
 
     rate: NotNegative  # gamma [command/error]
-    largest_consequent: Positive  # [command]
+    largest_move: NotNegative  # of a consequent from where it began, either way [command]
     #: None: both poles at -lambda, and the Q for which ``E' P_2`` is s.
     error_dynamics: ErrorDynamicsRecord | None = None
+    moves: Table | None = None  # that have been learnt so far [command]
 
 
 class PidRecord(Record):
@@ -76,13 +78,13 @@ class SlidingDesign(ControllerRecord):
     pid: PidRecord | None = None
 
     @model_validator(mode="after")
-    def _begins_inside(self) -> Self:
-        largest = self.adaptation.largest_consequent
-        for i, row in enumerate(self.consequents):
-            for j, u in enumerate(row):
-                if abs(u) > largest:
-                    allowed = f"at most adaptation.largest_consequent = {largest} of either sign"
-                    raise ValueError(f"consequents.{i}.{j} = {u}: has to be {allowed}")
+    def _moved_within(self) -> Self:
+        learning = self.adaptation
+        for i, row in enumerate(learning.moves or ()):
+            for j, move in enumerate(row):
+                if abs(move) > learning.largest_move:
+                    allowed = f"at most largest_move = {learning.largest_move} either way"
+                    raise ValueError(f"adaptation.moves.{i}.{j} = {move}: has to be {allowed}")
         return self
 
     def judge(self) -> tuple[float, float]:
@@ -102,15 +104,20 @@ class SlidingDesign(ControllerRecord):
             surface.boundary_layer,
             learning.rate,
             self.judge(),
-            learning.largest_consequent,
+            learning.largest_move,
             Pid(**dict(self.pid)) if self.pid else None,
         )
 
+    def table(self) -> Table:
+        """The consequents as they are by now [command]."""
+        moves = self.adaptation.moves
+        return tuple(map(tuple, each(add, self.consequents, moves))) if moves else self.consequents
+
     def adapted(self, memory: SlidingMemory) -> Self:
         """The controller with what ``memory`` has learnt."""
-        start: Floats = np.array(self.consequents)
-        rows = tuple(map(tuple, (start + np.array(memory.moves)).tolist()))
-        return self.model_copy(update={"consequents": rows})
+        moves = tuple(tuple(map(float, row)) for row in memory.moves)
+        learning = self.adaptation.model_copy(update={"moves": moves})
+        return self.model_copy(update={"adaptation": learning})
 
     def held(self) -> Self:
         """The same without adaptation."""
