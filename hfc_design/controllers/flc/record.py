@@ -17,8 +17,9 @@ from pydantic import (
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.start import controller_named
 from hfc_design.core.numbers import Floats, Json, Parameters, Plain, RuleTable, Triangles
-from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table, UserError
+from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table
 from hfc_design.stability.sectors import sectors_at_centres, true_sectors
 
 if TYPE_CHECKING:
@@ -193,15 +194,7 @@ class FuzzySettings(ControllerSettings):
     @classmethod
     def _controller_of(cls, start: Plain, info: ValidationInfo) -> Plain:
         """The controller of the design that ``start`` names; a record stays one."""
-        if not isinstance(start, str):
-            return start
-        try:
-            design = (info.context or {})["named_design"](start)
-        except UserError as error:
-            raise ValueError(str(error)) from None
-        if (kind := design.controller.kind) != info.data.get("kind"):
-            raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
-        return design.controller.model_dump()
+        return controller_named(start, info)
 
     @model_serializer(mode="wrap")
     def _kind_last(self, whole: SerializerFunctionWrapHandler) -> Json:

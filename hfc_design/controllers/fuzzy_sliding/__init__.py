@@ -3,18 +3,21 @@
 from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES, ST, C
 from hfc_design.controllers.fuzzy_sliding.law import sliding
 from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
-from hfc_design.controllers.kind import Kind
+from hfc_design.controllers.fuzzy_sliding.settings import SlidingSettings
+from hfc_design.controllers.kind import Kind, later
 
 KIND = Kind(
     name="fuzzy-sliding",
     summary="fuzzy rules that adapt beside a sliding mode with a boundary layer (Lin & Gai 2009)",
     record=SlidingDesign,
-    settings=None,
+    settings=SlidingSettings,
     gains=SlidingDesign.gains,
     law=lambda record, limit: sliding(record.sample_time_s, limit, record.adaptation.moves),
+    genome=later("hfc_design.controllers.fuzzy_sliding.genome", "SlidingGenome"),
     adapted=SlidingDesign.adapted,
     rules=RULES,
     explain=EXPLAIN,
     c=C,
     st=ST,
+    sections=later("hfc_design.controllers.fuzzy_sliding.section", "sections"),
 )
