@@ -22,12 +22,18 @@ def units_of(units: Mapping[str, str]) -> dict[str, str]:
 
 
 class PathView(NamedTuple):
-    """The path of an X-Y machine, as the control knows it."""
+    """The path of a machine, as the control knows it, where the machine should be.
 
-    tangent_x: Scalar  # unit vector along the path, where the machine should be
-    tangent_y: Scalar
-    curvature: Scalar  # positive to the left [1 / unit of the position]
-    contour_error: Scalar  # of the measured position, positive to the left
+    Its unit is that of the positions of the linear axes, or where only rotary ones move, of theirs.
+    """
+
+    tangent: tuple[Scalar | None, ...]  # of each axis, the unit vector; None: a rotary axis
+    curvature: Scalar  # of a path in X-Y, positive to the left [1/unit]; of another 0
+    contour_error: Scalar  # of the measured position; in X-Y positive to the left, else a distance
+    speed: Scalar = 0.0  # commanded along the path [unit/s]
+    feed: Scalar = 0.0  # programmed there [unit/s]
+    #: Change of the tangent along the path [1/unit], where there are other axes than X and Y.
+    bend: tuple[Scalar | None, ...] = ()
 
 
 class View(NamedTuple):

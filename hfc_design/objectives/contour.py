@@ -1,13 +1,13 @@
 """The contour error of an X-Y machine as a fitness."""
 
-from functools import cache
+from functools import cache, reduce
 from typing import Literal
 
 import jax.numpy as jnp
 
 from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
-from hfc_design.motion.contour import local_error
+from hfc_design.motion.contour import contour_error
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
 
@@ -31,9 +31,10 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
     def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
         assert path is not None  # see ``_fault``
         squares, largest, lags, count = sums
-        x, y = (moment.deviation for moment in moments)
-        error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
-        behind = x * path.tangent_x + y * path.tangent_y
+        off = [moment.deviation for moment in moments]
+        error = contour_error(path, off)
+        each = zip(off, path.tangent, strict=True)
+        behind = reduce(jnp.add, [a * t for a, t in each if t is not None])
         largest = jnp.maximum(largest, jnp.abs(error))
         return squares + error * error, largest, lags + behind * behind, count + 1.0
 

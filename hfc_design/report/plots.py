@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.motion.contour import Contour, glitches, nearest
-from hfc_design.motion.trajectories import PathSamples
+from hfc_design.motion.samples import PathSamples
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
@@ -27,6 +27,7 @@ from hfc_design.pictures.figure import (
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 
 Places = NDArray[np.intp]  # of samples
+Curve = tuple[str, Floats, Floats | None]  # label, values, the reference of a position
 RIVALS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "lw": 1.2, "ls": style}
     for color, style in (
@@ -51,7 +52,7 @@ RUNAWAY = 10.0
 def motion(evaluation: Evaluation, title: str) -> Figure:
     """What a design did: ``contour`` of an X-Y machine, else ``response``."""
     path = evaluation.contour
-    if path is None:
+    if path is None or path.any_axes:
         return response(evaluation, title)
     if evaluation.diverged:
         title += " (diverged)"
@@ -61,12 +62,17 @@ def motion(evaluation: Evaluation, title: str) -> Figure:
 def response(evaluation: Evaluation, title: str) -> Figure:
     """Position, tracking error, spring deflection, command and load against time.
 
-    The C-axis as LL fig. 6 and 7, c to f; of several axes one below the other. There is no panel
+    The C-axis as LL fig. 6 and 7, c to f; of several axes one below the other, and first of all
+    how far a machine is off the path of its program. There is no panel
     of a deflection that the drive has not, or of a load where there is none. A diverged motion
     ends where it runs away.
     """
     drawn = slice(drawn_samples(evaluation))
-    curves = [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
+    curves: list[Curve] = [
+        (f"{name} error [{unit}]", factor * error[drawn], None)
+        for name, factor, unit, error in _path_errors(evaluation)
+    ]
+    curves += [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
     figure = framed(1.45 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for axes, (label, values, reference) in zip(panels, curves, strict=True):
@@ -86,16 +92,14 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     return figure
 
 
-def _curves(
-    evaluation: Evaluation, axis: AxisMotion, drawn: slice
-) -> list[tuple[str, Floats, Floats | None]]:
+def _curves(evaluation: Evaluation, axis: AxisMotion, drawn: slice) -> list[Curve]:
     """Label, values and, of the position, the reference of each panel of an axis."""
     units, drive = axis.drive.units, axis.drive
     name = f"{axis.name} " if len(evaluation.axes) > 1 else ""
     factor, unit = _error_unit(evaluation, axis)
     error = axis.motion.error[drawn]
     called = "angle" if units["error"] == "rad" else "position"
-    found: list[tuple[str, Floats, Floats | None]] = [
+    found: list[Curve] = [
         (f"{name}{called} [{units['error']}]", axis.reference[drawn] - error, axis.reference),
         (f"{name}error [{unit}]", factor * error, None),
     ]
@@ -143,7 +147,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
         time: (steps,) [s].
         title: stands above.
     """
-    trajectory, actual = found.trajectory, found.actual
+    trajectory, actual = found.planar, found.actual
     drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
     time, actual = time[:drawn], drawable(actual[:, :drawn])
     samples = trajectory.samples(time)
@@ -163,7 +167,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
 
 
 def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Places) -> None:
-    trajectory, length = found.trajectory, found.millimetres
+    trajectory, length = found.planar, found.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
     division = round_above(max(np.hypot(*away).max() / 2, SMALLEST * length))
@@ -193,8 +197,7 @@ def beside(samples: PathSamples, left: float) -> Floats:
 def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """As ``errors``, a small panel for each axis in each motion, two in a row."""
     first = next(iter(evaluations.values()))
-    axes = [""] if first.contour or len(first.axes) == 1 else [axis.name for axis in first.axes]
-    pairs = [(name, k) for name in first.motions for k in range(len(axes))]
+    pairs = [(name, k) for name, own in first.motions.items() for k in range(len(_errors(own)))]
     rows = -(-len(pairs) // 2)
     top = 0.45 + 0.2 * -(-len(evaluations) // 2)  # the legend
     figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
@@ -202,9 +205,9 @@ def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
     for place, (panel, (name, k)) in enumerate(zip(panels, pairs, strict=False)):
         each = {label: one.motions[name] for label, one in evaluations.items()}
-        unit = _draw_errors(panel, each, k)
+        what, unit = _draw_errors(panel, each, k)
         gridded(panel, "time [s]" if place + 2 >= len(pairs) else "")
-        panel.set_title(plain(f"{name} {axes[k]}".strip(), 16), fontsize=9, loc="left")
+        panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
         panel.set_title(f"error [{unit}]", fontsize=8, loc="right")
         panel.tick_params(labelsize=7)
         logarithmic(panel)
@@ -218,38 +221,59 @@ def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
 def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """Largest error in each hundredth of the time, logarithmic; the first stands out.
 
-    The contour error of an X-Y machine, else the tracking error, a panel for each axis.
+    The contour error of an X-Y machine, else the tracking error, a panel for each axis; of a
+    program of any axes both.
 
     Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
     """
     first = next(iter(evaluations.values()))
-    count = 1 if first.contour else len(first.axes)
+    count = len(_errors(first))
     top = max(0.65, 0.25 + 0.2 * -(-len(evaluations) // 2))  # the legend
     figure = framed(2.65 * count + 0.5 + top, top=top)
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for k, axes in enumerate(panels):
-        unit = _draw_errors(axes, evaluations, k)
-        named = f"{first.axes[k].name} " if count > 1 else ""
-        finish(axes, f"largest {named}error [{unit}]", "time [s]" if k + 1 == count else "")
+        what, unit = _draw_errors(axes, evaluations, k)
+        label = f"largest {what} error".replace("  ", " ")
+        finish(axes, f"{label} [{unit}]", "time [s]" if k + 1 == count else "")
         logarithmic(axes)
         axes.margins(x=0)
     above(figure, panels[0])
     return figure
 
 
-def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> str:
-    """A curve for each design of the errors of axis ``k``, or of the contour; their unit."""
-    first = next(iter(evaluations.values()))
-    factor, unit = _error_unit(first, first.axes[k])
+def _errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """Of each error that a motion is judged by: of what, factor, unit then, values."""
+    path = evaluation.contour
+    if path is not None and not path.any_axes:
+        return [("", 1.0, path.unit, path.error)]
+    found = _path_errors(evaluation)
+    for axis in evaluation.axes:
+        name = axis.name if len(evaluation.axes) > 1 else ""
+        found.append((name, *_error_unit(evaluation, axis), axis.motion.error))
+    return found
+
+
+def _path_errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """The same of the path of a program of any axes."""
+    path = evaluation.contour
+    if path is None or not path.any_axes:
+        return []
+    found = [("contour", 1.0, path.unit, path.error)]
+    return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
+
+
+def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> tuple[str, str]:
+    """A curve for each design of error ``k`` of ``_errors``; of what it is, and its unit."""
+    what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
     styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         drawn = drawn_samples(evaluation)
         starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
-        error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
+        error = _errors(evaluation)[k][3][:drawn]
         largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
-    return unit
+    return what, unit
 
 
 def _error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:
