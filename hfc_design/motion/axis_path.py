@@ -91,6 +91,12 @@ class AxisPath(NamedTuple):
         return Places(position, direction, bend)
 
     @property
+    def curvature(self) -> Floats:
+        """(blocks,) of arcs that stay in X-Y [1/mm], positive to the left; 0 of any other block."""
+        whole = np.hypot(*self.tangent) > 1.0 - 1e-12
+        return np.where(whole, self.turning, 0.0)
+
+    @property
     def fastest(self) -> Floats:
         """(axes, blocks) the largest direction of each axis, of an arc no less than that."""
         found = np.abs(self.rate)

@@ -39,18 +39,38 @@ def local_error(dx: Scalar, dy: Scalar, tx: Scalar, ty: Scalar, curvature: Scala
     return 2.0 * f / (1.0 + abs(1.0 - 2.0 * curvature * f) ** 0.5)
 
 
-def contour_error(path: PathFrame, off: Sequence[Scalar]) -> Scalar:
-    """Distance from the path of a machine that is ``off`` each axis' commanded place by so much.
+class Off(NamedTuple):
+    """How far a machine is off its path, as it is known where the machine should be."""
 
-    In X-Y ``local_error``, positive to the left; of other axes the distance in X-Y-Z to the
-    parabola that touches the path there, rotary ones left out.
+    contour: Scalar  # in X-Y positive to the left, else a distance
+    orientation: Scalar | None  # of its rotary axes, a distance; None: it has none
+    along: Scalar  # the path, positive ahead
+
+
+def off_path(path: PathFrame, off: Sequence[Scalar]) -> Off:
+    """Errors of a machine that is ``off`` the commanded place of each axis by so much.
+
+    The contour error in X-Y is ``local_error``; of other axes the distance in X-Y-Z to the parabola
+    that touches the path there. The orientation is compared with that where the machine is along
+    the path. Lengths and angles are in the units of the axes.
     """
-    if len(path.tangent) == 2 and None not in path.tangent:
-        x, y = off
-        return local_error(x, y, *path.tangent, path.curvature)
-    linear = [row for row in zip(off, path.tangent, path.bend, strict=True) if row[1] is not None]
+    rows = [*zip(off, path.tangent, path.bend or (0.0,) * len(off), strict=True)]
+    linear = [row for row in rows if row[2] is not None]
+    rotary = [(a, t) for a, t, bend in rows if bend is None]
     along = sum(a * t for a, t, _ in linear)
-    return sum((a - along * t - 0.5 * along * along * b) ** 2 for a, t, b in linear) ** 0.5
+    if len(off) == 2 and not rotary:
+        (x, tx, _), (y, ty, _) = linear
+        return Off(local_error(x, y, tx, ty, path.curvature), None, along)
+    if rotary:  # where only these move the tangent of the others is 0, else 1 long
+        share = 1.0 - sum(t * t for _, t, _ in linear)
+        along = along + share * sum(a * t for a, t in rotary)
+    away = [a - along * t - 0.5 * along * along * bend for a, t, bend in linear]
+    turned = _length([a - along * t for a, t in rotary]) if rotary else None
+    return Off(_length(away), turned, along)
+
+
+def _length(vector: Sequence[Scalar]) -> Scalar:
+    return sum(x * x for x in vector) ** 0.5
 
 
 class Nearest(NamedTuple):

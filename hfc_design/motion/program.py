@@ -42,10 +42,9 @@ class Program(NamedTuple):
         """The motion at ``time`` (steps,) [s], in mm and deg."""
         way, speed, change = self.motion.at(time)
         position, direction, bend = self.path.at(way)
-        tangent = np.where(self.linear[:, None], direction, 0.0)
         acceleration = change * direction + speed**2 * bend
-        still = np.zeros_like(way)
-        return PathSamples(position, speed * direction, tangent, still, way, acceleration)
+        curvature = self.path.curvature[self.path.block(way)]
+        return PathSamples(position, speed * direction, direction, curvature, way, acceleration)
 
     def axis_samples(self, time: Floats) -> tuple[list[AxisSamples], PathFrame]:
         """Every axis in units of its drive, not yet in the drive's steps, and the path."""
@@ -56,12 +55,10 @@ class Program(NamedTuple):
         block = self.path.block(way)
         feed = np.where(np.isinf(self.path.feed), self.motion.peak, self.path.feed)[block]
         unit = next((axis.unit for axis in self.axes if not axis.rotary), units[0])
-        bend = self.path.at(way).bend * unit
-        each = zip(self.axes, found.tangent, bend, strict=True)
-        pairs = [(None, None) if axis.rotary else (t, b) for axis, t, b in each]
-        tangents, bends = zip(*pairs, strict=True)
-        frame = PathFrame(tangents, found.curvature, speed / unit, feed / unit, bends)
-        return axes, frame
+        tangents = tuple(t * unit / u for t, u in zip(found.tangent, units, strict=True))
+        each = zip(self.axes, self.path.at(way).bend * unit, strict=True)
+        bends = tuple(None if axis.rotary else bend for axis, bend in each)
+        return axes, PathFrame(tangents, found.curvature, speed / unit, feed / unit, bends)
 
 
 def program(

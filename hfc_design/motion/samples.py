@@ -32,15 +32,16 @@ class AxisSamples(NamedTuple):
 class PathFrame(NamedTuple):
     """The path of a machine where it should be, one column a control sample.
 
-    The unit is that of the positions of its linear axes, or where only rotary ones move, of theirs.
+    Its way counts in the unit of the linear axes, or where only rotary ones move, of these.
     """
 
-    #: (steps,) each: the unit vector along the path; None for a rotary axis.
-    tangent: tuple[Series | None, ...]
+    #: (steps,) each: change of every axis along the path; a unit vector of those it counts in.
+    tangent: tuple[Series, ...]
     curvature: Series  # (steps,) of a path in X-Y, positive to the left [1/unit]; of another 0
     speed: Series  # (steps,) commanded along the path [unit/s]
     feed: Series  # (steps,) programmed there [unit/s]
-    #: Change of the tangent along the path [1/unit], where there are other axes than X and Y.
+    #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
+    #: None of a rotary one.
     bend: tuple[Series | None, ...] = ()
 
 
@@ -49,7 +50,7 @@ class PathSamples(NamedTuple):
 
     position: Floats  # (axes, steps)
     velocity: Floats  # (axes, steps) [1/s]
-    tangent: Floats  # (axes, steps) unit vector of the linear axes, 0 of rotary ones
+    tangent: Floats  # (axes, steps) change along the path
     curvature: Floats  # (steps,) of a path in X-Y [1/mm], positive to the left; of another 0
     distance: Floats  # (steps,) length of the path so far [mm; deg where only rotary axes move]
     acceleration: Floats  # (axes, steps); the jump at a start without a limit is left out

@@ -95,7 +95,7 @@ def _around(path: AxisPath, k: Indices, actual: Floats, lowest: Floats, highest:
     return lowest + np.where(around - turned < beyond, 0.0, turned)
 
 
-def off_path(program: Program, time: Floats, positions: Floats, unit: str) -> Contour:
+def program_errors(program: Program, time: Floats, positions: Floats, unit: str) -> Contour:
     """The errors of ``positions`` (axes, steps) in units of the drives at ``time`` (steps,) [s].
 
     ``unit`` is that of the linear axes.

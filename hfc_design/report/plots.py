@@ -45,34 +45,33 @@ POINTS = 2000
 SLICES = 500
 #: What a small picture leaves out.
 SKIPPED = "deflection", "load"
+#: How small panels are spaced.
+SMALL: dict[str, Any] = {"hspace": 0.6, "wspace": 0.4}
 #: A diverged motion is not drawn once its error is this many times the largest reference.
 RUNAWAY = 10.0
 
 
 def motion(evaluation: Evaluation, title: str) -> Figure:
-    """What a design did: ``contour`` of an X-Y machine, else ``response``."""
+    """What a design did: ``contour`` in X-Y, ``program`` in any axes, else ``response``."""
     path = evaluation.contour
-    if path is None or path.any_axes:
+    if path is None:
         return response(evaluation, title)
     if evaluation.diverged:
         title += " (diverged)"
+    if path.any_axes:
+        return program(evaluation, title)
     return contour(path, evaluation.time, title)
 
 
 def response(evaluation: Evaluation, title: str) -> Figure:
     """Position, tracking error, spring deflection, command and load against time.
 
-    The C-axis as LL fig. 6 and 7, c to f; of several axes one below the other, and first of all
-    how far a machine is off the path of its program. There is no panel
+    The C-axis as LL fig. 6 and 7, c to f; of several axes one below the other. There is no panel
     of a deflection that the drive has not, or of a load where there is none. A diverged motion
     ends where it runs away.
     """
     drawn = slice(drawn_samples(evaluation))
-    curves: list[Curve] = [
-        (f"{name} error [{unit}]", factor * error[drawn], None)
-        for name, factor, unit, error in _path_errors(evaluation)
-    ]
-    curves += [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
+    curves = [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
     figure = framed(1.45 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for axes, (label, values, reference) in zip(panels, curves, strict=True):
@@ -116,24 +115,52 @@ def motions(evaluation: Evaluation, title: str) -> Figure:
     """Of each motion of one axis in a row: position, tracking error and command, small."""
     each = evaluation.motions
     figure = framed(1.3 * len(each) + 0.9, top=0.5)
-    shape = {"hspace": 0.6, "wspace": 0.4}
-    grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=shape)
+    grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=SMALL)
     for row, (name, one) in zip(grid, each.items(), strict=True):
         drawn, last = slice(drawn_samples(one)), name == [*each][-1]
-        curves = [c for c in _curves(one, one.axes[0], drawn) if not c[0].startswith(SKIPPED)]
-        for axes, (label, values, reference) in zip(row, curves, strict=True):
-            axes.plot(*thinned(one.time[drawn], values), color=OWN, lw=1)
-            if reference is not None:
-                axes.plot(*thinned(one.time, reference), color="black", lw=0.8, ls="--")
-            finish(axes, "", "time [s]" if last else "")
-            axes.set_title(label, fontsize=8, loc="right")
-            axes.tick_params(labelsize=7)
-            axes.margins(x=0)
+        curves = [c for c in _curves(one, one.axes[0], drawn) if not _skipped(c[0])]
+        for axes, curve in zip(row, curves, strict=True):
+            _draw_small(axes, one.time, curve, last)
         lost = "\n(diverged)" if one.diverged else ""
         row[0].set_ylabel(plain(name, 14) + lost, fontsize=9, parse_math=False)
         row[0].yaxis.set_label_coords(-0.5, 0.5)  # beside the numbers
     figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
     return figure
+
+
+def _skipped(label: str) -> bool:
+    """Whether there is no room for a curve."""
+    return any(word in SKIPPED for word in label.split())
+
+
+def program(evaluation: Evaluation, title: str) -> Figure:
+    """How far a machine is off the path; then of every axis position, error and command, small."""
+    errors, each = _path_errors(evaluation), evaluation.axes
+    drawn = slice(drawn_samples(evaluation))
+    figure = framed(1.3 * (len(errors) + len(each)) + 0.9, top=0.5)
+    grid = figure.add_gridspec(len(errors) + len(each), 3, **SMALL)
+    for k, (name, factor, unit, error) in enumerate(errors):
+        curve: Curve = (f"{name} error [{unit}]", factor * error[drawn], None)
+        _draw_small(figure.add_subplot(grid[k, :]), evaluation.time, curve, False)
+    for k, axis in enumerate(each):
+        curves = [c for c in _curves(evaluation, axis, drawn) if not _skipped(c[0])]
+        for column, own in enumerate(curves):
+            axes = figure.add_subplot(grid[len(errors) + k, column])
+            _draw_small(axes, evaluation.time, own, axis is each[-1])
+    figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
+    return figure
+
+
+def _draw_small(axes: Axes, time: Floats, curve: Curve, last: bool) -> None:
+    """One of many panels; the ``last`` ones have the time below."""
+    label, values, reference = curve
+    axes.plot(*thinned(time[: len(values)], values), color=OWN, lw=1)
+    if reference is not None:
+        axes.plot(*thinned(time, reference), color="black", lw=0.8, ls="--")
+    finish(axes, "", "time [s]" if last else "")
+    axes.set_title(label, fontsize=8, loc="right")
+    axes.tick_params(labelsize=7)
+    axes.margins(x=0)
 
 
 def contour(found: Contour, time: Floats, title: str) -> Figure:

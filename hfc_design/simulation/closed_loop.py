@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from hfc_design.controllers.controller import Controller, PathView, View
 from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State, Xp
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.contour import contour_error
+from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
@@ -292,4 +292,6 @@ def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | 
         return None
     each = zip(loop.machine.drives, seen, row.axes, strict=True)
     off = [getattr(state, drive.seen[0]) - axis.reference for drive, state, axis in each]
-    return PathView(contour_error=contour_error(path, off), **path._asdict())
+    contour, orientation, _ = off_path(path, off)
+    turned = 0.0 if orientation is None else orientation
+    return PathView(contour_error=contour, orientation_error=turned, **path._asdict())

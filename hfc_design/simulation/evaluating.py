@@ -14,7 +14,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import Samples
-from hfc_design.motion.tool_path import off_path
+from hfc_design.motion.tool_path import program_errors
 from hfc_design.objectives import metrics
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.program_metrics import (
@@ -215,7 +215,7 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
     if isinstance(path, Program):
-        return off_path(path, time, positions, length_unit(scenario.plant.machine))
+        return program_errors(path, time, positions, length_unit(scenario.plant.machine))
     length = scenario.plant.each()[0].length
     assert length is not None  # the scenario has been checked
     return contour(path, time, positions, axes[0].drive.units["error"], length)
