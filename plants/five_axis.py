@@ -88,7 +88,8 @@ def _coefficients(per_unit: float, p: Any) -> ServoCoefficients:
 
 def sliding_friction(c: ServoCoefficients, speed: Scalar) -> Scalar:
     """Friction [N or N m] without its viscous part; at rest the level of break-away."""
-    return c.coulomb + c.stiction_rise * bell(1.0, speed * c.inverse_stribeck_velocity)
+    relative = jnp.asarray(speed * c.inverse_stribeck_velocity)
+    return c.coulomb + c.stiction_rise * bell(1.0, relative)
 
 
 def step(

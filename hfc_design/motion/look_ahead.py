@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.axis_path import AxisPath
 from hfc_design.motion.paths import Motion, Speeds, phased, reachable
 
@@ -46,13 +46,39 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     """
     most, rate, bent = _alone(path, bounds)
     between, share = _corners(path, bounds, cycle, most, rate)
-    used = np.maximum(np.append(0.0, share), np.append(share, 0.0))
-    rate = rate * np.sqrt((1.0 - used) ** 2 - bent**2)
-    speed = reachable(np.concatenate([[0.0], between, [0.0]]), 2.0 * rate * path.length)
+    block, length, fastest, used = _pieces(path, most, between, share, cycle)
+    rate = rate[block] * np.sqrt((1.0 - used) ** 2 - bent[block] ** 2)
+    speed = reachable(fastest, 2.0 * rate * length)
     entry, leave = speed[:-1], speed[1:]
-    peak = np.minimum(most, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
+    peak = np.minimum(most[block], np.sqrt(rate * length + 0.5 * (entry**2 + leave**2)))
     speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
-    return phased(path.knots, path.length, speeds, rate)
+    found = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
+    first = np.flatnonzero(np.diff(block, prepend=-1))
+    return found._replace(peak=np.maximum.reduceat(peak, first))
+
+
+def _pieces(
+    path: AxisPath, most: Floats, between: Floats, share: Floats, cycle: float
+) -> tuple[Indices, Floats, Floats, Floats]:
+    """Blocks cut into what is near a corner, within a cycle, and what is not, if they are long.
+
+    Of each piece the block, the length and the share of its acceleration that corners take; of
+    what lies between them the largest speed.
+    """
+    count, near = len(path.length), most * cycle
+    long = path.length > 4.0 * near
+    block = np.repeat(np.arange(count), np.where(long, 3, 1))
+    first = np.flatnonzero(np.diff(block, prepend=-1))
+    length = path.length[block]
+    before, after = np.append(0.0, share), np.append(share, 0.0)
+    used = np.maximum(before, after)[block]
+    fastest = most[block]  # at the start of each piece
+    fastest[first] = np.append(0.0, between)
+    head = first[long]
+    length[head] = length[head + 2] = near[long]
+    length[head + 1] -= 2.0 * near[long]
+    used[head], used[head + 1], used[head + 2] = before[long], 0.0, after[long]
+    return block, length, np.append(fastest, 0.0), used
 
 
 def _alone(path: AxisPath, bounds: Bounds) -> tuple[Floats, Floats, Floats]:

@@ -1,5 +1,6 @@
 """What is read off the recorded motion of a machine of any axes through a program."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -116,7 +117,7 @@ def overshoot(reference: Floats, position: Floats) -> float:
     # a change from sample to sample is between them: it turns where the last change had led
     places = [*(moving[turns] + 1), *moving[-1:] + 1]
     found = 0.0
-    for place, until in zip(places, [*places[1:], len(reference)], strict=True):
+    for place, until in pairwise([*places, len(reference)]):
         beyond = np.sign(change[place - 1]) * (position[place:until] - reference[place])
         found = max(found, float(beyond.max(initial=0.0)))
     return found
