@@ -1,7 +1,7 @@
 """An own kind of controller: PD beside a friction table over the speed, which it learns.
 
 Seven points of a table that start at zero; those that act learn from the error. Its three gains are
-searched, its table is saved, and it is exported to C. In this folder::
+searched, its table is saved, on the machine too, and it is exported to C. In this folder::
 
     python 06_own_kind.py [GENERATIONS]
     hfc design c-axis-ramp-cutting --controller 06_own_kind:KIND
@@ -112,6 +112,11 @@ KIND = hfc.Kind(
     of_gains=lambda gains: {**gains, "table": (0.0,) * POINTS},
     reads=lambda record: ["error", "error_rate", "spindle_velocity"],
     adapted=Design.adapted,
+    saved=hfc.Saved(
+        lambda record: [hfc.Member("table", (POINTS,))],
+        lambda record: [],
+        lambda record, found: record.adapted(found["table"].tolist()),
+    ),
     c=hfc.Template(
         ({"state.j2": STATE.lstrip(), "c.j2": CODE.lstrip()},),
         lambda record: {"record": record, "highest": HIGHEST, "integrates": True},

@@ -19,6 +19,8 @@ from hfc_design.controllers.kind import (
     ControllerSettings,
     Explain,
     Kind,
+    Member,
+    Saved,
     Shown,
     Target,
     Template,
@@ -54,7 +56,7 @@ from hfc_design.search.strategy import Strategy, StrategySettings, Task
 from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
-from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.evaluating import evaluate, learned_in
 from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
@@ -194,8 +196,17 @@ def comparison_page(comparison: Comparison, path: str | Path) -> Path:
 
 # Parts of one's own, and what they are made of.
 __all__ = ["AxisLaw", "ControllerRecord", "ControllerSettings", "Drawing", "Drive", "Explain"]
-__all__ += ["Fitness", "Genome", "Kind", "Law", "Listing", "Machine", "Moment", "Objective"]
-__all__ += ["ObjectiveSettings", "Plant", "Section", "Shown", "Strategy", "StrategySettings"]
+__all__ += ["Fitness", "Genome", "Kind", "Law", "Listing", "Machine", "Member", "Moment"]
+__all__ += [
+    "Objective",
+    "ObjectiveSettings",
+    "Plant",
+    "Saved",
+    "Section",
+    "Shown",
+    "Strategy",
+    "StrategySettings",
+]
 __all__ += ["Target", "Task", "Template", "View", "Xp", "clipped", "coupled", "genome_of_gains"]
 __all__ += ["held", "only_positive", "register", "rk4", "settings_of", "side_by_side"]
 __all__ += ["strategies", "taken", "total"]
@@ -210,5 +221,13 @@ __all__ += [
     "Result",
 ]
 __all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "attainable", "compare"]
-__all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "load_design"]
-__all__ += ["load_scenario", "pick", "plot", "robustness", "trajectory_csv", "with_gains"]
+__all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "learned_in"]
+__all__ += [
+    "load_design",
+    "load_scenario",
+    "pick",
+    "plot",
+    "robustness",
+    "trajectory_csv",
+    "with_gains",
+]

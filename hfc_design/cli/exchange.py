@@ -57,6 +57,7 @@ SIGNAL_HELP = (
 @click.argument("file", type=PATH)
 @output("--out", help="Design file [default: NAME.json].")
 @force
+@click.option("--axis", help="Of whose state FILE is, where it is learnt and there are several.")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
 @click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
@@ -66,13 +67,18 @@ SIGNAL_HELP = (
 def import_(
     file: Path, out: Path | None, plant: str | None, signals: Texts, **options: Any
 ) -> None:
-    """Read another program's controller FILE: FLL, .fis, or the tables of hfc export --to csv.
+    """Read another program's controller FILE: FLL, .fis, the tables of hfc export --to csv.
+
+    Or what a controller has learnt, see below.
 
     Two inputs of seven terms and a singleton for each of the 49 rules, with product and weighted
     average. Triangles give an flc, or with --kind aflc one that adapts; Gaussians with flat tops
     give a hierarchy of one unit. Whatever a design cannot hold is refused; within the ranges of its
     inputs the design computes what FILE says. A scenario takes an flc or aflc as the start of a
     search with [controller] start = "NAME.json".
+
+    A .txt holds the numbers that NAME_save of exported C code has written, a .hal what halcmd save
+    param has printed: what the code has learnt becomes a design again, that of --like.
     """
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import UserError

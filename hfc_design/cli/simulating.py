@@ -78,14 +78,24 @@ def score(
 @on_scenario
 @output("--csv", "csv_file", help="Write the trajectory.")
 @output("--plot", help="Draw it (png, svg or pdf).")
+@output("--learned", "learned_file", help="Write the design with what it has learnt by the end.")
 @click.option("--motion", help="Which one, of a scenario of several [default: the first].")
 @force
 @memory
 @with_plugins(CHOICES)
 def simulate(
-    found: "Design", where: "Scenario", csv_file: Path | None, plot: Path | None, motion: str | None
+    found: "Design",
+    where: "Scenario",
+    csv_file: Path | None,
+    plot: Path | None,
+    learned_file: Path | None,
+    motion: str | None,
 ) -> None:
-    """Simulate DESIGN and write its trajectory; without --csv or --plot to stdout as CSV."""
+    """Simulate DESIGN and write its trajectory; without --csv, --plot or --learned to stdout.
+
+    A design that adapts can be written as it is after the motion, to start the next one.
+    """
+    from hfc_design.runtime import Machine
     from hfc_design.simulation.evaluating import evaluate
     from hfc_design.simulation.evaluation import trajectory_csv
     from hfc_design.simulation.score_tables import notes
@@ -93,6 +103,8 @@ def simulate(
     if motion is not None or where.motions:
         where = where.motion(motion)
 
+    if learned_file is not None:  # who does not adapt is told before it takes its time
+        Machine(found, where.plant.machine.axes).learned()
     evaluation = evaluate(found, where)
     for note in notes(where, {found.name: evaluation}):
         click.echo(note, err=True)
@@ -105,7 +117,12 @@ def simulate(
         from hfc_design.core.checkpoint import write_whole
 
         write_whole(csv_file, trajectory_csv(evaluation).encode())
-    if csv_file is None and plot is None:
+    if learned_file is not None:
+        from hfc_design.formats import FORMATS
+        from hfc_design.simulation.evaluating import learned_in
+
+        FORMATS["json"].write(learned_in(found, where, evaluation), learned_file)
+    if csv_file is None and plot is None and learned_file is None:
         click.echo(trajectory_csv(evaluation), nl=False)
 
 

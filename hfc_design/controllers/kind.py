@@ -54,6 +54,7 @@ class Target(NamedTuple):
     sample_time: float  # [s]
     limits: Limits
     bounds: Any = None  # settings of the search, which may bound what it varies
+    follows_path: bool = True  # whether it does in every motion
 
     def of(self, k: int) -> "Target":
         """The same for axis ``k`` alone."""
@@ -71,6 +72,24 @@ class Template(NamedTuple):
 
     places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
     values: Callable[[Own], Json]
+
+
+class Member(NamedTuple):
+    """Numbers in the state of a kind's C code: a member, or one of every structure of an array."""
+
+    name: str  # "table"; "in_error.term"; "joints[].left"
+    shape: tuple[int, ...] = ()
+    what: str = ""  # for people
+    whole: tuple[int, int] | None = None  # a whole number between these; None: a real one
+
+
+class Saved(NamedTuple):
+    """How the state of a kind's C code is kept while the machine is off, and comes back."""
+
+    learnt: Callable[[Own], list[Member]]  # what a record learns; nothing where it does not adapt
+    past: Callable[[Own], list[Member]]  # the rest of the state
+    #: (record, what was learnt by the names of its members, in their shapes) -> record.
+    taken: Callable[[Own, dict[str, Floats]], Own]
 
 
 class Shown(NamedTuple):
@@ -142,13 +161,16 @@ class Kind:
     units: Callable[[Own, Gains], Integers] | None = None
     #: Signals that its law reads at a sample, an argument of the C code each; None: any.
     reads: Callable[[Own], list[str]] | None = lambda record: ["error", "error_rate"]
-    #: The record with what the memory has made of it.
-    adapted: Callable[[Own, Memory], Own] | None = None
+    #: The record with what the memory of its law has made of it; None where that is nothing.
+    adapted: Callable[[Own, Memory], Own | None] | None = None
+    #: The same of what commands a whole machine: of (record, names of the axes, memory).
+    learnt: Callable[[Own, tuple[str, ...], Memory], Own | None] | None = None
     #: A record of given gains by their names.
     of_gains: Callable[[dict[str, float]], Json] | None = None
     rules: RuleBase | None = None
     c: Template | None = None
     st: Template | None = None
+    saved: Saved | None = None
     #: Terms tabulated for a machine without exp: (record, points) -> values for the C template.
     lookup: Callable[[Own, int], Json] | None = None
     explain: Explain | None = None

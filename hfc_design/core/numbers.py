@@ -81,6 +81,20 @@ ARRAYS = Xp(
 )
 
 
+def finite(value: Plain) -> bool:
+    """Whether every number in ``value`` is finite: in tables, rows, arrays; what is none counts."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, Mapping):
+        return all(map(finite, value.values()))
+    if isinstance(value, Iterable) and not isinstance(value, str | np.ndarray):
+        return all(map(finite, value))
+    try:
+        return bool(np.isfinite(value).all())
+    except TypeError:
+        return True
+
+
 def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:
     """``value`` between two bounds."""
     return xp.minimum(xp.maximum(value, low), high)

@@ -123,7 +123,12 @@ class Design(Record):
         return self._axis
 
     def by_axis(self) -> dict[str, "Design"]:
-        """The designs of single axes by name, or only itself where all axes have the same."""
+        """The designs of single axes by name, or only itself where all axes have the same.
+
+        Itself too where its controller is one of the whole machine.
+        """
+        if self.kind.controller and not self.kind.axes:
+            return {"": self}
         records = self.kind.axes(self.controller) if self.kind.axes else {}
         names = list(records) or (list(self.plant.axes) if self.limits.axes else [])
         found = {}

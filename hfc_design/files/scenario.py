@@ -156,7 +156,8 @@ class Scenario(Record):
         """What a controller is designed for."""
         machine, every = self.plant.machine, self.simulation.sample_time_s
         limits = self.limits.commands(machine.axes)
-        return Target(machine, self.plant.values(), every, limits, self.search)
+        path = all(motion.follows_path for motion in self.each_motion())
+        return Target(machine, self.plant.values(), every, limits, self.search, path)
 
     def _has_windows(self) -> None:
         names = [window.name for window in self.windows]

@@ -13,6 +13,7 @@ from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
+from hfc_design.formats import saving
 from hfc_design.formats.fcl import real
 from hfc_design.formats.writing import (
     RESERVED,
@@ -65,6 +66,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         "integrates": False,
         "in_place": False,
         "only_double": comment(odd[:1])[0] if odd else "",
+        "saved": saving.values(design),
         **of_kind,
         **others,
     }
@@ -152,7 +154,7 @@ def _checked_numbers(design: Design) -> list[tuple[str, float]]:
         UserError: one is too large for code that does what the runtime does.
     """
     whole = {"controller": design.controller.model_dump(), "limits": design.limits.model_dump()}
-    learns = getattr(design.controller, "adaptation", None) is not None
+    learns = saving.learns(design)
     largest = LARGEST_LEARNT if learns else LARGEST
     numbers = list(_numbers(whole))
     for key, x in numbers:

@@ -14,7 +14,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
-from hfc_design.formats import code
+from hfc_design.formats import code, saving
 from hfc_design.formats.writing import Format, comment, rendered
 from plants import Drive
 from plants.blocks import STIFF
@@ -83,7 +83,7 @@ def _values(design: Design) -> Json:
         "controller": code.c_name(design),
         "coefficients": _coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
-        "adapts": getattr(design.controller, "adaptation", None) is not None,
+        "adapts": saving.learns(design),
         "plant": f"hfc_{identifier(drive.name)}",
         "stiff": STIFF,
         "plant_name": drive.name,

@@ -73,6 +73,7 @@ def parts_of(scenario: Scenario, controller: Json) -> References:
 
 
 def kinds_of(controller: Json) -> References:
-    """Every kind of a controller or of its settings, that of each axis too."""
-    each = [controller, *controller.get("axes", {}).values()]
-    return [("controller", own["kind"]) for own in each]
+    """Every kind of a controller or of its settings, those inside it too."""
+    inside = [*controller.get("axes", {}).values(), *filter(None, [controller.get("inner")])]
+    own = [("controller", controller["kind"])]
+    return own + [kind for part in inside for kind in kinds_of(part)]

@@ -7,19 +7,18 @@ A sample is faulty where a reading is not finite, or where what the law makes of
 command is NaN, and the next one goes on as if it had not been. C, Structured Text and HAL do alike.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hfc_design.controllers.controller import AxisLaw, PathView, PerAxis, Signals, View, limited
 from hfc_design.controllers.kind import ControllerRecord, Kind, needed
-from hfc_design.core.numbers import SCALARS, Memory, Parameters, Plain
+from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
-from hfc_design.files.design import AnyDesign, named_design
+from hfc_design.files.design import AnyDesign, Design, named_design
+from hfc_design.files.learning import learned
 
 
 class Controller:
@@ -89,16 +88,17 @@ class Controller:
         Raises:
             ValueError: it is of a kind that does not adapt.
         """
-        if self._whole.kind.adapted is None:
+        adapted = self._whole.kind.adapted
+        if adapted is None or (found := adapted(self.design, self._memory)) is None:
             raise ValueError(f"a controller of kind {self.design.kind} does not adapt")
-        return self._whole.kind.adapted(self.design, self._memory)
+        return found
 
 
 class Machine:
     """The controllers of every axis of a machine, for kinds that see all of it too."""
 
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
-        design = named_design(design)
+        self.design = design = named_design(design)
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, limits = design.kind, design.limits.commands(self.axes)
         self._controller = kind.controller_of(design.controller, limits)
@@ -144,6 +144,15 @@ class Machine:
         for one in self._each.values():
             one.reset()
 
+    def learned(self) -> Design:
+        """The design with what it has learnt by now, an axis its own where they differ.
+
+        Raises:
+            UserError: it is of a kind that does not adapt.
+        """
+        memory = tuple(one._memory for one in self._each.values()) or self._memory
+        return learned(self.design, self.axes, memory, {})
+
 
 def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
     """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
@@ -157,20 +166,6 @@ def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
             return finite(signals)
 
     return reads
-
-
-def finite(value: Plain) -> bool:
-    """Whether every number in ``value`` is finite: in tables, rows, arrays; what is none counts."""
-    if isinstance(value, float):
-        return isfinite(value)
-    if isinstance(value, Mapping):
-        return all(map(finite, value.values()))
-    if isinstance(value, Iterable) and not isinstance(value, str | np.ndarray):
-        return all(map(finite, value))
-    try:
-        return bool(np.isfinite(value).all())
-    except TypeError:
-        return True
 
 
 def load(path: str | Path) -> Controller:

@@ -9,10 +9,10 @@ from typing import Any
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import Explain, needed
-from hfc_design.core.numbers import Parameters
+from hfc_design.core.numbers import Parameters, finite
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
-from hfc_design.runtime import Controller, finite
+from hfc_design.runtime import Controller
 from plants import Drive
 
 Sample = dict[str, float]

@@ -32,7 +32,7 @@ class Coordinates(NamedTuple):
 
 def coordinates(genome: Genome, about: Population) -> Coordinates | None:
     """Those of a population of one; None where its kind has none."""
-    if hasattr(genome, "axes"):
+    if hasattr(genome, "parts"):
         return _side_by_side(genome, about)
     if hasattr(genome, "space"):
         return _of_space(genome, about)
@@ -50,8 +50,8 @@ def coordinates(genome: Genome, about: Population) -> Coordinates | None:
 
 
 def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
-    """Those of every axis, one after the other, in the finest of their steps."""
-    each = [coordinates(*own) for own in zip(genome.axes, about.axes, strict=True)]
+    """Those of every part, one after the other, in the finest of their steps."""
+    each = [coordinates(*own) for own in zip(genome.parts, about.parts, strict=True)]
     found = [one for one in each if one is not None]
     if len(found) < len(each):
         return None
@@ -62,7 +62,7 @@ def _side_by_side(genome: Any, about: Any) -> Coordinates | None:
     def members(points: Floats) -> Members:
         parts = zip(found, np.split(factors * points, ends, axis=1), strict=True)
         tree = np.repeat(about.tree, len(points))
-        return about._replace(tree=tree, axes=tuple(one.members(own) for one, own in parts))
+        return about._replace(tree=tree, parts=tuple(one.members(own) for one, own in parts))
 
     rooms = zip(*(one.room for one in found), strict=True)
     low, high = (np.concatenate(room) / factors for room in rooms)

@@ -14,7 +14,7 @@ from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Array
 
 from hfc_design.core import devices
-from hfc_design.core.numbers import Integers
+from hfc_design.core.numbers import Integers, Memory
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import rejecting
 from hfc_design.simulation.closed_loop import Loop
@@ -99,8 +99,11 @@ def _spread(on_device: Any, out: PartitionSpec) -> Any:
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
 def trajectories(
     loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
-) -> tuple[Judged, Motions]:
-    """What the judge says of each motion, and how every axis moves: see ``recorded_motions``."""
+) -> tuple[Judged, Motions, Memory]:
+    """What the judge says of each motion, how every axis moves, what the controllers remember.
+
+    See ``recorded_motions``.
+    """
     return recorded_motions(loop, own_machine, recorded, inputs)
 
 

@@ -6,8 +6,9 @@ from itertools import chain, starmap
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Gains
-from hfc_design.files.design import AnyDesign
+from hfc_design.core.numbers import Floats, Gains, Memory
+from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.learning import learned
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
@@ -64,6 +65,18 @@ def evaluate(design: AnyDesign, scenario: AnyScenario) -> Evaluation:
     return _together(scenario, {name: found[k] for k, name in enumerate(names)})
 
 
+def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation) -> Design:
+    """The design with what it has learnt in the motion of its ``evaluation`` on a scenario.
+
+    Of several motions that is the first; the others are in ``evaluation.motions``.
+
+    Raises:
+        UserError: it does not adapt, or has diverged.
+    """
+    told = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
+    return learned(load_design(design), evaluation.machine.axes, evaluation.memory, told)
+
+
 def evaluations(
     motions: Sequence[Scenario], loop: Loop, machines: Machines, gains: Gains
 ) -> Iterator[Iterator[Evaluation]]:
@@ -72,7 +85,7 @@ def evaluations(
     On a single machine ``gains`` may be those of ``louder``.
     """
     samples = [motion.samples() for motion in motions]
-    found = population.trajectories(loop, machines, samples, gains, machines.size)
+    found = population.motions_and_memories(loop, machines, samples, gains, machines.size)
     for motion, happens, moved in zip(motions, samples, found, strict=True):
         yield _evaluations(motion, loop, machines, happens, *moved)
 
@@ -84,6 +97,7 @@ def _evaluations(
     samples: Samples,
     judged: Judged,
     motions: Motions,
+    memories: Memory,
 ) -> Iterator[Evaluation]:
     own, time = loop.machine, scenario.simulation.time
     many = len(judged.merit) > machines.size
@@ -107,7 +121,9 @@ def _evaluations(
         lost = divergence_of(time, _quantities(axes)) if diverged else None
         whole = Evaluation(fitness, merit, diverged, own, found, time, axes, path)
         again = repeats_of(judged) if many else {}
-        yield whole._replace(substeps=loop.substeps, divergence=lost, repeats=again)
+        memory = jax.tree.map(lambda leaf, k=k: float(leaf[k]), memories)
+        whole = whole._replace(substeps=loop.substeps, divergence=lost, repeats=again)
+        yield whole._replace(memory=memory)
 
 
 def _together(scenario: Scenario, motions: dict[str, Evaluation]) -> Evaluation:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import Signals
-from hfc_design.core.numbers import Floats, Json, Parameters
+from hfc_design.core.numbers import Floats, Json, Memory, Parameters
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.judge import Judge
@@ -76,6 +76,7 @@ class Evaluation(NamedTuple):
     motions: Mapping[str, "Evaluation"] = MappingProxyType({})
     #: "fitness" and "merit" -> those of repeats; nothing where none were simulated.
     repeats: Each = MappingProxyType({})
+    memory: Memory = None  # what the controller remembers in the end
 
     @property
     def chaotic(self) -> bool:

@@ -6,13 +6,14 @@ spreads a population over the devices, and below it in ``stepping``, which lets 
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 from jax.typing import DTypeLike
 
-from hfc_design.core.numbers import Floats, Gains, Integers, Parameters
+from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Judged
@@ -136,6 +137,21 @@ def trajectories(
 ) -> list[tuple[Judged, Motions]]:
     """Of each motion what the judge says, and how every axis and individual moves.
 
+    See ``motions_and_memories``.
+    """
+    found = motions_and_memories(loop, machines, motions, gains, recorded)
+    return [(judged, moved) for judged, moved, _ in found]
+
+
+def motions_and_memories(
+    loop: Loop,
+    machines: Machines,
+    motions: Sequence[Samples],
+    gains: Gains,
+    recorded: int | None = None,
+) -> list[tuple[Judged, Motions, Memory]]:
+    """As ``trajectories``, and what each controller remembers in the end.
+
     In float64 as numpy; all on the only one of ``machines``, or each on a machine of its own. With
     ``recorded`` all are judged, and the motions are those of the first so many. One program
     serves motions of all lengths, as long as they have as many samples together.
@@ -145,11 +161,12 @@ def trajectories(
     samples, bounds = _joined(motions)
     inputs = Inputs(*(machines if own else machines.take(0)), samples, gains, bounds)
     with _own_code(loop), jax.enable_x64(True):
-        found, moved = jax.tree.map(
+        found, moved, memory = jax.tree.map(
             np.asarray, compiled.trajectories(loop, own, recorded, inputs.cast(np.float64))
         )
     ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
-    return [(_at(found, k), _at(moved, slice(*ends[k : k + 2]))) for k in range(len(motions))]
+    parts = [slice(*own) for own in pairwise(ends)]
+    return [(_at(found, k), _at(moved, own), _at(memory, k)) for k, own in enumerate(parts)]
 
 
 def _at(tree: Any, index: int | slice) -> Any:

@@ -16,7 +16,7 @@ from jax import lax
 from jax.typing import ArrayLike, DTypeLike
 from jaxtyping import Array, PyTree
 
-from hfc_design.core.numbers import Floats, Gains, Integers, Parameters, State
+from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters, State
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation.closed_loop import (
@@ -108,31 +108,36 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
 
 def one_motion(
     loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
-) -> tuple[Judged, Any]:
-    """Scan over the samples; what the judge says, and the motions of the first individuals."""
+) -> tuple[Judged, Any, Memory]:
+    """Scan over the samples; what the judge says, and of the first individuals the motions.
+
+    Last what their controllers remember in the end.
+    """
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
     samples = inputs.samples
     carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
-    return judged(loop, carry), outputs
+    return judged(loop, carry), outputs, _remembered(carry, recorded)
 
 
 def recorded_motions(
     loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
-) -> tuple[Judged, Motions]:
+) -> tuple[Judged, Motions, Memory]:
     """As ``one_motion`` of every motion in turn, in one program for all of their lengths.
 
-    Leaves of what the judge says have the motions in front; those of the motions are
-    (steps of all motions, ``recorded``).
+    Leaves of what the judge says have the motions in front, as those of what the controllers
+    remember in the end, (motions, ``recorded``); those of the motions are (steps of all motions,
+    ``recorded``).
     """
     if inputs.bounds is None:
-        found, outputs = one_motion(loop, own_machine, inputs, recorded)
-        return jax.tree.map(lambda leaf: leaf[None], found), outputs
+        found, outputs, memory = one_motion(loop, own_machine, inputs, recorded)
+        found, memory = jax.tree.map(lambda leaf: leaf[None], (found, memory))
+        return found, outputs, memory
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
 
     def row(k: ArrayLike) -> Any:
         return jax.tree.map(lambda leaf: leaf[k], rows)
 
-    def one(kept: Motions, motion: Any) -> tuple[Motions, Judged]:
+    def one(kept: Motions, motion: Any) -> tuple[Motions, tuple[Judged, Memory]]:
         bounds, *starts = motion
 
         def at(k: Array, now: tuple[Carry, Motions]) -> tuple[Carry, Motions]:
@@ -141,15 +146,21 @@ def recorded_motions(
             return carry, jax.tree.map(put, now[1], outputs)
 
         carry, kept = lax.fori_loop(bounds[0], bounds[1], at, (started(*starts), kept))
-        return kept, judged(loop, carry)
+        return kept, (judged(loop, carry), _remembered(carry, recorded))
 
     samples = inputs.samples
     first = started(*jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside)))
     _, outputs = jax.eval_shape(body, first, row(0))
     steps = len(samples.settled)
     kept = jax.tree.map(lambda one: jnp.zeros((steps, *one.shape), one.dtype), outputs)
-    kept, found = lax.scan(one, kept, (inputs.bounds, samples.start, samples.beside))
-    return found, kept
+    kept, ends = lax.scan(one, kept, (inputs.bounds, samples.start, samples.beside))
+    found, memory = ends
+    return found, kept, memory
+
+
+def _remembered(carry: Carry, recorded: int) -> Memory:
+    """What the controllers of the first individuals remember."""
+    return jax.tree.map(lambda leaf: leaf[..., :recorded], carry[0].memory)
 
 
 def judged(loop: Loop, carry: Carry) -> Judged:

@@ -18,9 +18,10 @@ from c_program import built, commands
 from structured_text import FunctionBlock
 from wiring import not_adapting
 
+from hfc_design.core.numbers import finite
 from hfc_design.files.design import Design
 from hfc_design.formats import FORMATS, code
-from hfc_design.runtime import Controller, finite, use
+from hfc_design.runtime import Controller, use
 
 OWN = Path(__file__).parents[1] / "own_parts"
 ODD = (nan, inf, -inf)

@@ -196,7 +196,7 @@ def test_files_that_are_none(tmp_path):
     for path, message in (
         (tmp_path / "no.fll", "cannot be read: No such file"),
         (tmp_path / "latin.fis", "is not a text in UTF-8"),
-        (tmp_path / "mine.fcl", "is neither .fll, .fis nor a folder of .csv tables"),
+        (tmp_path / "mine.fcl", "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"),
         (tmp_path / "terms.csv", "has to be named rules.csv"),
         (tmp_path, "has no rules.csv"),
         (tmp_path / "x y.fll", "--name 'x y'"),

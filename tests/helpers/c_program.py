@@ -24,6 +24,45 @@ int main(void)
 }}
 """
 
+#: Goes on from the numbers in the file that the first argument names, and leaves its own in the
+#: second; "-" is no file. Exit code 3: it refuses the numbers, and leaves what it has then.
+KEEPING = """
+#include <stdio.h>
+#include <string.h>
+#include "{name}.h"
+static {name}_real numbers[4096];
+int main(int count, char **files)
+{{
+    {name}_state state;
+    {name}_inputs inputs;
+    {name}_real command;
+    FILE *file;
+    int refused = 0;
+    {name}_init(&state);
+    if (count != 3) {{
+        return 2;
+    }}
+    if (strcmp(files[1], "-") != 0) {{
+        file = fopen(files[1], "rb");
+        const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
+        fclose(file);
+        refused = !{name}_load(&state, numbers, size);
+    }}
+    while (fread(&inputs, sizeof inputs, 1, stdin) == 1) {{
+        command = {name}_step(&state, &inputs);
+        fwrite(&command, sizeof command, 1, stdout);
+    }}
+    REST
+    {name}_save(&state, numbers);
+    if (strcmp(files[2], "-") != 0) {{
+        file = fopen(files[2], "wb");
+        fwrite(numbers, sizeof numbers[0], {name}_NUMBERS, file);
+        fclose(file);
+    }}
+    return refused ? 3 : 0;
+}}
+"""
+
 
 def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     """The program of a design, compiled in a new ``folder``."""
@@ -39,9 +78,10 @@ def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     return folder / "program"
 
 
-def commands(program, samples, real=np.float64):
+def commands(program, samples, real=np.float64, arguments=()):
     """What the program answers to ``samples`` (n, signals)."""
     data = np.ascontiguousarray(samples, real).tobytes()
-    found = subprocess.run([program], input=data, capture_output=True, check=True)
+    command = [program, *map(str, arguments)]
+    found = subprocess.run(command, input=data, capture_output=True, check=True)
     assert not found.stderr
     return np.frombuffer(found.stdout, real)

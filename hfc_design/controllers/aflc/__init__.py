@@ -11,6 +11,7 @@ import numpy as np
 from hfc_design.controllers.aflc import law
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE, blamed_aflc
 from hfc_design.controllers.aflc.record import AdaptiveDesign, AflcDesign, AflcSettings
+from hfc_design.controllers.aflc.saved import SAVED
 from hfc_design.controllers.flc import KIND as FLC
 from hfc_design.controllers.flc.export import EXPLAIN, HERE, apart, c_values
 from hfc_design.controllers.flc.law import FlcGains
@@ -91,6 +92,7 @@ KIND = replace(
     explain=EXPLAIN._replace(held=AflcDesign.held),
     adapted=AflcDesign.adapted,
     c=c_template(blamed_aflc),
+    saved=SAVED,
     table_gains=AflcDesign.table_gains,
     sections=later("hfc_design.controllers.aflc.section", "sections"),
 )

@@ -8,6 +8,7 @@ from hfc_design.controllers.hierarchical.record import (
     layout_of,
 )
 from hfc_design.controllers.hierarchical.rules import EXPLAIN, RULES, reads
+from hfc_design.controllers.hierarchical.saved import SAVED
 from hfc_design.controllers.hierarchical.units import units_that_matter
 from hfc_design.controllers.kind import Kind, later
 
@@ -23,7 +24,9 @@ KIND = Kind(
     reads=reads,
     rules=RULES,
     explain=EXPLAIN,
+    adapted=HierarchicalDesign.adapted,
     c=C,
+    saved=SAVED,
     st=ST,
     lookup=tabulated,
     open_loop=later("hfc_design.controllers.hierarchical.loop", "open_loop"),

@@ -42,12 +42,15 @@ def _c(record: HierarchicalDesign) -> Json:
         "previous": list(map(identifier, layout_of(record).remembered)),
         "terms": record.terms,
         "units": [
-            unit._asdict() | {"sources": sources}
-            for unit, sources in zip(units(record), record.sources(), strict=True)
+            unit._asdict() | {"sources": sources, "table": own.consequents}
+            for unit, own, sources in zip(
+                units(record), record.units, record.sources(), strict=True
+            )
         ],
         "output_scale": record.output_scale,
         "adaptation": adaptation
-        and {"error_scale": scales.get("error")} | adaptation.model_dump(exclude_none=True),
+        and {"error_scale": scales.get("error"), "moves": None}
+        | adaptation.model_dump(exclude_none=True),
         "fired": FIRED,
         "alike": ALIKE,
         "performance": PERFORMANCE,

@@ -170,7 +170,8 @@ def hierarchical(layout: Layout, sample_time: float, limit: float | None = None)
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     """Memory before the first sample."""
     layout: Layout = law.structure
-    root = root_unit.initial_memory(zero) if layout.adaptation else None
+    own = layout.adaptation
+    root = root_unit.initial_memory(zero, own.moves) if own else None
     linear = None if layout.fed_back is None else LinearMemory(zero, zero)
     return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, linear)
 

@@ -3,7 +3,7 @@
 Never imports JAX.
 """
 
-from operator import not_
+from operator import add, not_
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
@@ -14,6 +14,7 @@ from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_TERMS,
     PREVIOUS,
     HierarchicalGains,
+    HierarchicalMemory,
     Layout,
     Term,
 )
@@ -26,6 +27,7 @@ from hfc_design.controllers.linear.record import (
     LqiSettings,
     with_own_signals,
 )
+from hfc_design.core.numbers import each
 from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive, Record, Table
 
 
@@ -143,6 +145,21 @@ class HierarchicalDesign(ControllerRecord):
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 
+    def adapted(self, memory: HierarchicalMemory) -> "HierarchicalDesign | None":
+        """With what the consequents of its root have moved by; None: they stay where they are."""
+        if self.adaptation is None or memory.root is None:
+            return None
+        moves = tuple(map(tuple, memory.root.moves))
+        adaptation = self.adaptation.model_copy(update={"moves": moves})
+        return self.model_copy(update={"adaptation": adaptation})
+
+    def tables(self) -> list[Table]:
+        """The consequents of each unit; those of the root as they have become."""
+        found = [unit.consequents for unit in self.units]
+        if self.adaptation and (moves := self.adaptation.moves):
+            found[-1] = tuple(map(tuple, each(add, found[-1], moves)))
+        return found
+
     def sources(self) -> list[tuple[int, int]]:
         """Column and row source of each unit, as ``tree.Unit`` numbers them."""
         names = [item.name for item in self.inputs] + [f"unit-{unit.id}" for unit in self.units]
@@ -207,6 +224,8 @@ class HierarchicalSettings(ControllerSettings):
         """An input that is no signal of every axis, or one that stands there twice."""
         if self.schedules and not self.linear:
             return "controller.schedules: needs [controller.linear], from which to go to another"
+        if self.adaptation and self.adaptation.moves:
+            return "controller.adaptation.moves: belong to a design, a search begins without any"
         if self.linear and (found := self.linear.fault(target)):
             return found.replace("controller.", "controller.linear.", 1)
         names = [item.name for item in self.inputs]

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc, highest_term, performance_indices
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Truth, Xp, clipped, each, total
-from hfc_design.core.records import ZR, NotNegative, Positive, Record
+from hfc_design.core.records import ZR, NotNegative, Positive, Record, Table
 
 #: A rule fired if it carries more than this share of all the firing, that of 49 equal rules.
 FIRED = 1.0 / 49.0
@@ -28,6 +28,8 @@ class Adaptation(Record):
     largest_move: Positive  # of a consequent from where it started
     #: [1/unit of error]; None: that of the input ``error``.
     error_scale: Positive | None = Field(None, exclude_if=not_)
+    #: What the consequents of a design have moved by before; None: nothing.
+    moves: Table | None = Field(None, exclude_if=not_)
 
 
 class RootMemory(NamedTuple):
@@ -39,9 +41,10 @@ class RootMemory(NamedTuple):
     moves: RuleTable  # (7, 7) of the consequents from where they started
 
 
-def initial_memory(zero: Scalar) -> RootMemory:
-    """Memory before the first sample: no error, nothing has moved."""
-    return RootMemory(zero, (zero,) * 7, (zero,) * 7, ((zero,) * 7,) * 7)
+def initial_memory(zero: Scalar, moves: RuleTable | None = None) -> RootMemory:
+    """Memory before the first sample: no error; what has moved before, or nothing."""
+    start = tuple(tuple(zero + move for move in row) for row in moves or ((0.0,) * 7,) * 7)
+    return RootMemory(zero, (zero,) * 7, (zero,) * 7, start)
 
 
 def step(

@@ -29,12 +29,12 @@ from hfc_design.core.numbers import Json
 
 
 def units(record: HierarchicalDesign) -> list[RuleUnit]:
-    """Inputs are scaled and clamped to [-1, 1] before they enter."""
+    """Inputs are scaled and clamped to [-1, 1] before they enter; the root is as it has become."""
     terms = tuple(map(_flat, record.terms))
     found = []
-    for unit in record.units:
+    for unit, table in zip(record.units, record.tables(), strict=True):
         column, row = identifier(unit.column_input), identifier(unit.row_input)
-        found.append(RuleUnit(f"unit_{unit.id}", column, row, terms, terms, unit.consequents))
+        found.append(RuleUnit(f"unit_{unit.id}", column, row, terms, terms, table))
     return found
 
 
@@ -117,10 +117,10 @@ def tables(record: HierarchicalDesign) -> dict[str, Rows]:
     labels = [term.label for term in record.terms]
     manifest = [["unit", "column_input", "row_input", "file"]]
     found = {}
-    for unit in record.units:
+    for unit, table in zip(record.units, record.tables(), strict=True):
         name = f"unit-{unit.id}.csv"
         corner = f"row {unit.row_input} \\ column {unit.column_input}"
-        found[name] = rows_of(corner, labels, unit.consequents)
+        found[name] = rows_of(corner, labels, table)
         manifest.append([f"unit-{unit.id}", unit.column_input, unit.row_input, name])
     return found | {"manifest.csv": manifest}
 

@@ -149,9 +149,9 @@ def rule_tables(controller: HierarchicalDesign) -> list[Figure]:
     """One heat map a unit, in evaluation order."""
     labels = [term.label for term in controller.terms]
     found = []
-    for unit in controller.units:
+    for unit, consequents in zip(controller.units, controller.tables(), strict=True):
         row, column = f"row: {readable(unit.row_input)}", f"column: {readable(unit.column_input)}"
-        table = np.array(unit.consequents)
+        table = np.array(consequents)
         found.append(heat_map(table, labels, row, column, f"unit {unit.id}", "consequent [1]"))
     return found
 

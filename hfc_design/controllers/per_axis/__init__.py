@@ -18,12 +18,19 @@ from hfc_design.controllers.kind import (
     kinds,
     later,
 )
-from hfc_design.core.numbers import Gains, Plain
+from hfc_design.core.numbers import Gains, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
 OwnRecord = Annotated[SerializeAsAny[ControllerRecord], chosen(kinds, "record")]
 OwnSettings = Annotated[SerializeAsAny[ControllerSettings], chosen(kinds, "settings")]
+
+
+def sampled_alike(key: str, part: ControllerRecord, sample_time: float) -> None:
+    """ValueError: a controller inside another one runs at another sample time."""
+    if part.sample_time_s != sample_time:
+        told = f"{key}.sample_time_s = {part.sample_time_s}"
+        raise ValueError(f"{told}: has to be that of all, {sample_time}")
 
 
 class PerAxisDesign(ControllerRecord):
@@ -45,16 +52,29 @@ class PerAxisDesign(ControllerRecord):
     @model_validator(mode="after")
     def _steps_at_once(self) -> "PerAxisDesign":
         for axis, own in self.axes.items():
-            if own.sample_time_s != self.sample_time_s:
-                raise ValueError(
-                    f"axes.{axis}.sample_time_s = {own.sample_time_s}: has to be that of all, "
-                    f"{self.sample_time_s}"
-                )
+            sampled_alike(f"axes.{axis}", own, self.sample_time_s)
         return self
 
     def gains(self) -> tuple[Gains, ...]:
         """The gains of each axis."""
         return tuple(kinds().get(own.kind).gains(own) for own in self.axes.values())
+
+
+def learnt(
+    record: ControllerRecord, axes: tuple[str, ...], memory: Memory
+) -> ControllerRecord | None:
+    """A controller of a machine with ``axes`` as its ``memory`` has made it; None: it learns not.
+
+    Where axes that had the same have learnt other things, each has its own.
+    """
+    kind = kinds().get(record.kind)
+    if kind.learnt is not None:
+        return kind.learnt(record, axes, memory)
+    found = [kind.adapted(record, own) for own in memory] if kind.adapted else [None]
+    if found[0] is None or all(one == found[0] for one in found):
+        return found[0]
+    each = dict(zip(axes, found, strict=True))
+    return PerAxisDesign(sample_time_s=record.sample_time_s, axes=each)
 
 
 class PerAxisSettings(ControllerSettings):
@@ -82,6 +102,18 @@ def _controller(record: PerAxisDesign, limits: Limits) -> PerAxis:
     return PerAxis("per-axis", tuple(laws), own_gains=True)
 
 
+def _learnt(
+    record: PerAxisDesign, axes: tuple[str, ...], memory: tuple[Memory, ...]
+) -> PerAxisDesign | None:
+    """With what each axis has learnt that can."""
+    found = {}
+    for (axis, own), remembered in zip(record.axes.items(), memory, strict=True):
+        adapted = kinds().get(own.kind).adapted
+        if adapted and (after := adapted(own, remembered)):
+            found[axis] = after
+    return record.model_copy(update={"axes": record.axes | found}) if found else None
+
+
 def _sections(record: PerAxisDesign, shown: Shown) -> list[Any]:
     """Those of each axis, with its name before their titles."""
     found = []
@@ -100,5 +132,6 @@ KIND = Kind(
     controller=_controller,
     genome=later("hfc_design.controllers.per_axis.genome", "PerAxisGenome"),
     axes=lambda record: record.axes,
+    learnt=_learnt,
     sections=_sections,
 )

@@ -1,5 +1,7 @@
 """Readers of other programs' fuzzy controllers: a design that a search can start from.
 
+And of what a controller has learnt on a machine: see ``learned``.
+
 Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
 them, where programs differ, its outermost terms stay 1. Nothing is approximated: what a design
 cannot hold is refused.
@@ -13,8 +15,8 @@ from pathlib import Path
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design
-from hfc_design.formats.reading import csv_tables, fis, fll
-from hfc_design.formats.reading.design_of import Wish, design_of
+from hfc_design.formats.reading import csv_tables, fis, fll, learned
+from hfc_design.formats.reading.design_of import Wish, checked_name, design_of
 from hfc_design.formats.reading.system import System
 
 __all__ = ["READERS", "Wish", "imported"]
@@ -34,8 +36,13 @@ def imported(path: Path, wish: Wish) -> Design:
         UserError: the file cannot be read, or holds more or less than a design can.
     """
     ending = ".csv" if isdir(path) else path.suffix.lower()
+    if ending in learned.ENDINGS:
+        return _learned(path, ending, wish)
     if ending not in READERS:
-        raise UserError(f"{path}: is neither .fll, .fis nor a folder of .csv tables")
+        known = "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"
+        raise UserError(f"{path}: {known}")
+    if wish.axis is not None:
+        raise UserError(f"--axis {wish.axis}: is of what an axis has learnt, a .txt or .hal")
     with about(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
         texts, digests = [], {}
@@ -45,3 +52,22 @@ def imported(path: Path, wish: Wish) -> Design:
                 texts.append(decoded(found))
             digests[file.name] = hashlib.sha256(found).hexdigest()
         return design_of(READERS[ending](*texts), wish, path, digests)
+
+
+def _learned(path: Path, ending: str, wish: Wish) -> Design:
+    """The design that ``wish`` names with what its code on a machine has learnt."""
+    from hfc_design.files.pairing import load_design  # with JAX
+
+    if wish.like is None:
+        raise UserError(f"--like: has to name the design whose code has learnt {path}")
+    others = wish._replace(like=None, axis=None, name=None)
+    if odd := next((key for key, value in others._asdict().items() if value), None):
+        raise UserError(f"--{odd.rstrip('s').replace('_', '-')}: is that of {wish.like}")
+    design = load_design(wish.like)
+    with about(path):
+        found = content(path)
+        told = {"source": path.name, "sha256": hashlib.sha256(found).hexdigest()}
+        design = learned.design_that_learned(decoded(found), ending, design, wish.axis, told)
+    return (
+        design if wish.name is None else design.model_copy(update={"name": checked_name(wish.name)})
+    )

@@ -31,6 +31,7 @@ class Wish(NamedTuple):
     sample_time: float | None = None  # [s]
     like: str | None = None  # a design, for everything that the file does not hold
     signals: dict[str, str] = {}  # name of an input in the file -> the signal that it is
+    axis: str | None = None  # of whose state the file is, where it is one
 
 
 def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -> Design:
@@ -66,10 +67,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
         base["sample_time_s"] = wish.sample_time
     if base["sample_time_s"] is None:
         raise UserError(f"--sample-time: has to be given for the plant {plant_name}")
-    name = path.resolve().stem if wish.name is None else wish.name
-    if not re.fullmatch(NAME, name):
-        told = "a design's name is letters, digits, . _ and -, 64 at most"
-        raise UserError(f"--name {name[:70]!r}: {told}")
+    name = checked_name(path.resolve().stem if wish.name is None else wish.name)
     make, known = _fuzzy, ["error", "error_change"]
     if kind == HIERARCHY:
         from hfc_design.files.machine import PlantSettings  # with JAX, and only needed here
@@ -90,6 +88,14 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
         },
     }
     return checked(Design, data, path, path.parent)
+
+
+def checked_name(name: str) -> str:
+    """A name that a design may have; UserError: it is none."""
+    if not re.fullmatch(NAME, name):
+        told = "a design's name is letters, digits, . _ and -, 64 at most"
+        raise UserError(f"--name {name[:70]!r}: {told}")
+    return name
 
 
 def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:

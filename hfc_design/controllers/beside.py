@@ -1,0 +1,77 @@
+"""Genome of a controller that is made of others: those of its parts, side by side."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hfc_design.controllers.genome import Genome, Members, taken
+from hfc_design.controllers.kind import Target
+from hfc_design.core.numbers import Floats, Gains, Integers, Own
+from hfc_design.core.records import UserError
+
+#: Structures of all parts together, at most; each is an island of a search.
+MOST = 20_000
+
+
+class SideBySide(NamedTuple):
+    """n individuals; every array carries them in its leading axis."""
+
+    tree: Integers  # (n,) the structures of all parts as one number
+    parts: tuple[Members, ...]  # the population of each part
+
+
+class BesideGenome(Genome):
+    """What a search can do with ``SideBySide``; what it is a controller of, its kind says.
+
+    Raises:
+        UserError: the parts have too many structures together.
+    """
+
+    def __init__(self, settings: Own, target: Target, parts: Sequence[Any], key: str):
+        super().__init__(settings, target)
+        #: The genome of each part.
+        self.parts = parts
+        self.counts = [genome.structures for genome in parts]
+        self.structures = math.prod(self.counts)  # every combination
+        if self.structures > MOST:
+            raise UserError(
+                f"controller.{key}: have {self.structures} structures together; allowed are "
+                f"{MOST}: give fewer inputs"
+            )
+
+    def trees(self, tree: Integers) -> tuple[Integers, ...]:
+        """The structure of each part, (n,)."""
+        return np.unravel_index(tree, self.counts)
+
+    def each(self, what: str, *parts: Any, shared: tuple[Any, ...] = ()) -> tuple[Any, ...]:
+        """What the method ``what`` of every part's genome makes of its own and what all share."""
+        every = zip(self.parts, *parts, strict=True)
+        return tuple(getattr(genome, what)(*own, *shared) for genome, *own in every)
+
+    def empty(self) -> SideBySide:
+        """One individual of each combination."""
+        tree = np.arange(self.structures)
+        return SideBySide(tree, tuple(map(taken, self.each("empty"), self.trees(tree))))
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> SideBySide:
+        """First individuals with the given structures."""
+        return SideBySide(tree, self.each("fresh", self.trees(tree), shared=(rng,)))
+
+    def mutated(self, population: SideBySide, step: Floats, rng: np.random.Generator) -> SideBySide:
+        """The individuals changed by relative steps (n,)."""
+        found = self.each("mutated", population.parts, shared=(step, rng))
+        return population._replace(parts=found)
+
+    def blended(self, one: SideBySide, other: SideBySide, share: Floats) -> SideBySide:
+        """``one`` moved by ``share`` (n,) of the way to ``other``."""
+        return one._replace(parts=self.each("blended", one.parts, other.parts, shared=(share,)))
+
+    def nudged(self, population: SideBySide, rng: np.random.Generator) -> SideBySide:
+        """Every part with a number a millionth off."""
+        return population._replace(parts=self.each("nudged", population.parts, shared=(rng,)))
+
+    def gains(self, population: SideBySide) -> Gains:
+        """The gains of each part."""
+        return self.each("gains", population.parts)

@@ -1,0 +1,57 @@
+"""Genome of a cross-coupled controller: that of what is inside, and its own gains."""
+
+from collections import namedtuple
+
+import numpy as np
+
+from hfc_design.controllers.beside import BesideGenome, SideBySide
+from hfc_design.controllers.cross_coupled.law import CrossGains
+from hfc_design.controllers.cross_coupled.record import CrossCoupledSettings
+from hfc_design.controllers.gains.genome import GainsGenome
+from hfc_design.controllers.kind import Target, kinds
+from hfc_design.core.numbers import Json
+
+
+class _OwnGenome(GainsGenome):
+    """Of the gains on the contour error, and of one on the velocity of each axis."""
+
+    def __init__(self, settings: CrossCoupledSettings, target: Target):
+        super().__init__(settings, target)
+        found = settings.searched()._asdict()
+        velocity = found.pop("velocity")
+        found |= {f"velocity_{axis}": velocity for axis in target.machine.axes}
+        self.ranges = namedtuple("Ranges", found)(**found)
+
+
+class CrossCoupledGenome(BesideGenome):
+    """Its parts are what is inside, and its own gains.
+
+    Raises:
+        UserError: what is inside has too many structures.
+    """
+
+    def __init__(self, settings: CrossCoupledSettings, target: Target):
+        inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
+        super().__init__(settings, target, [inner, _OwnGenome(settings, target)], "inner")
+
+    def notation(self, structure: int) -> str:
+        """That of what is inside."""
+        return str(self.parts[0].notation(structure))
+
+    def gains(self, population: SideBySide) -> CrossGains:
+        """As the simulator wants them."""
+        inner, own = self.each("gains", population.parts)
+        k_p, k_i, k_d, *velocity = own
+        return CrossGains(inner, k_p, k_i, k_d, tuple(np.stack(velocity)))
+
+    def record(self, individual: SideBySide) -> Json:
+        """The record of what is inside, and the gains."""
+        inner, own = self.parts
+        found = own.gains(individual.parts[1])
+        k_p, k_i, k_d, *velocity = (float(gain[0]) for gain in found)
+        return {
+            "kind": self.settings.kind,
+            "inner": inner.record(individual.parts[0]),
+            "contour": {"k_p": k_p, "k_i": k_i, "k_d": k_d},
+            "feed_forward": dict(zip(self.target.machine.axes, velocity, strict=True)),
+        }

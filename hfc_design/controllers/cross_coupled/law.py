@@ -1,0 +1,96 @@
+"""Cross-coupled control: axis controllers, and what they lack, a controller of the contour error.
+
+The symmetric form of Koren (1980), with the variable gains on arcs of Koren & Lo (1991), who turn
+the normal of the path towards the place that the machine is nearest to. Written for one machine in
+scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hfc_design.controllers.controller import Controller, PathView, Stepped, View, limited
+from hfc_design.core.numbers import Gains, Memory, Scalar, Truth, Xp
+from hfc_design.core.records import UserError
+
+NO_PATH = "a cross-coupled controller needs the path of an X-Y machine, and there is none to follow"
+
+
+class CrossGains(NamedTuple):
+    """The numbers of one individual, or of a population in the trailing axis."""
+
+    inner: Gains  # of the axis controllers
+    k_p: Scalar  # on the contour error [command / unit of the position]
+    k_i: Scalar  # on its integral [command / (unit s)]
+    k_d: Scalar  # on its rate [command s / unit]
+    velocity: Sequence[Scalar] | None = None  # on the velocity of each reference [likewise]
+
+
+class CrossMemory(NamedTuple):
+    """What the controller remembers; the rest is zero before the first sample."""
+
+    inner: Memory
+    error: Scalar  # contour error of the sample before
+    integral: Scalar  # [command]
+
+
+class CrossCoupled(NamedTuple):
+    """The controller of an X-Y machine."""
+
+    kind: str
+    inner: Controller
+    sample_time: float  # [s]
+    limits: tuple[float | None, ...]  # largest command of each axis
+
+    def initial_memory(self, zero: Scalar) -> CrossMemory:
+        """Memory before the first sample: the machine stood on its path."""
+        return CrossMemory(self.inner.initial_memory(zero), zero, zero)
+
+    def step(self, xp: Xp, gains: CrossGains, memory: CrossMemory, view: View) -> Stepped:
+        """The commands of the axis controllers, fed forward, and corrected along the normal.
+
+        Raises:
+            UserError: there is no path.
+        """
+        if view.path is None:
+            raise UserError(NO_PATH)
+        inner, inner_memory = self.inner.step(xp, gains.inner, memory.inner, view)
+        shares, error = _normal(view.path, view), view.path.contour_error
+        own = gains.k_p * error + gains.k_d * ((error - memory.error) / self.sample_time)
+        step = gains.k_i * self.sample_time * error
+        before = memory.integral
+        ahead = _fed_forward(gains, view)
+
+        def commands(integral: Scalar) -> list[Scalar]:
+            each = zip(inner, ahead, shares, strict=True)
+            return [u + told - share * (own + integral) for u, told, share in each]
+
+        further = [-share * step for share in shares]  # what the step does to each command
+        wound = self._wound(commands(before + step), further)
+        integral = before + step if wound is None else xp.where(wound, before, before + step)
+        pairs = zip(self.limits, commands(integral), strict=True)
+        found = tuple(limited(xp, limit, command) for limit, command in pairs)
+        return found, CrossMemory(inner_memory, error, integral)
+
+    def _wound(self, commands: list[Scalar], further: list[Scalar]) -> Truth | None:
+        """Whether a command is beyond its limit and the integral's step would push it further."""
+        found = None
+        for limit, command, step in zip(self.limits, commands, further, strict=True):
+            if limit is not None:
+                beyond = (abs(command) > limit) & (step * command > 0.0)
+                found = beyond if found is None else found | beyond
+        return found
+
+
+def _normal(path: PathView, view: View) -> tuple[Scalar, Scalar]:
+    """The normal to the left of the path where the machine is (Koren & Lo 1991, C_x and C_y)."""
+    half = 0.5 * path.curvature
+    x, y = (signals["error"] for signals in view.axes)
+    return half * x - path.tangent_y, half * y + path.tangent_x
+
+
+def _fed_forward(gains: CrossGains, view: View) -> tuple[Scalar, ...]:
+    """What each axis is commanded for the velocity that it should have."""
+    if gains.velocity is None:
+        return tuple(0.0 * signals["error"] for signals in view.axes)
+    pairs = zip(gains.velocity, view.axes, strict=True)
+    return tuple(gain * signals["reference_rate"] for gain, signals in pairs)

@@ -1,0 +1,101 @@
+"""The cross-coupled controller in a design file and in a scenario. Never imports JAX."""
+
+from operator import not_
+from typing import Any, Literal, NamedTuple
+
+from pydantic import Field, model_validator
+
+from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
+from hfc_design.controllers.gains import GainsSettings
+from hfc_design.controllers.kind import ControllerRecord, Limits, Target, kinds
+from hfc_design.controllers.per_axis import OwnRecord, OwnSettings, sampled_alike
+from hfc_design.core.numbers import Plain
+from hfc_design.core.records import Finite, Label, Record, UserError
+
+
+class ContourRecord(Record):
+    """Gains on the contour error; see ``law.CrossGains``."""
+
+    k_p: Finite
+    k_i: Finite = 0.0
+    k_d: Finite = 0.0
+
+
+class CrossCoupledDesign(ControllerRecord):
+    """A controller of kind ``cross-coupled``.
+
+    ``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine.
+    """
+
+    kind: Literal["cross-coupled"] = "cross-coupled"
+    inner: OwnRecord
+    contour: ContourRecord
+    #: Gain of each axis on the velocity of its reference [command / (unit of the position/s)].
+    feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sampled_alike(cls, data: Plain) -> Plain:
+        """What is inside takes the sample time of the whole where it says none."""
+        if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
+            return data
+        every = {key: data[key] for key in ("sample_time_s",) if key in data}
+        return data | {"inner": every | data["inner"]}
+
+    @model_validator(mode="after")
+    def _steps_at_once(self) -> "CrossCoupledDesign":
+        sampled_alike("inner", self.inner, self.sample_time_s)
+        return self
+
+    def gains(self) -> CrossGains:
+        """The numbers of one individual."""
+        inner = kinds().get(self.inner.kind).gains(self.inner)
+        own = dict(self.contour)
+        return CrossGains(inner, **own, velocity=tuple(self.feed_forward.values()) or None)
+
+    def controller(self, limits: Limits) -> CrossCoupled:
+        """On axes with these limits.
+
+        Raises:
+            UserError: the machine has other axes.
+        """
+        axes = tuple(limits)
+        if len(axes) != 2:
+            told = f"is for the two axes of a path in X-Y, not for {len(axes)}"
+            raise UserError(f"controller.kind = {self.kind!r}: {told}")
+        if self.feed_forward and tuple(self.feed_forward) != axes:
+            named = ", ".join(self.feed_forward)
+            raise UserError(
+                f"controller.feed_forward: names {named}; the machine has {', '.join(axes)}"
+            )
+        inner = kinds().get(self.inner.kind).controller_of(self.inner, limits)
+        return CrossCoupled(self.kind, inner, self.sample_time_s, tuple(limits.values()))
+
+
+class CrossRanges(NamedTuple):
+    """What is searched, a range each."""
+
+    k_p: Any
+    k_i: Any
+    k_d: Any
+    velocity: Any  # of each axis
+
+
+class CrossCoupledSettings(GainsSettings):
+    """Ranges of the gains on the contour error and of the feed-forward; what is searched inside."""
+
+    own_ranges = CrossRanges((0.1, 20.0), (0.0, 50.0), (0.0, 1.0), (0.0, 0.1))  # on a feed drive
+    kind: Literal["cross-coupled"]
+    inner: OwnSettings
+
+    @property
+    def staged(self) -> bool:
+        """No: what is inside has stages of its own, or none."""
+        return False
+
+    def fault(self, target: Target) -> str | None:
+        """No path, or what is inside cannot be searched for."""
+        if not target.follows_path:
+            return f"controller.kind = {self.kind!r}: the machine has to follow a path in X-Y"
+        found = self.inner.fault(target)
+        return found and found.replace("controller.", "controller.inner.", 1)

@@ -1,0 +1,26 @@
+"""What the page shows of a cross-coupled controller."""
+
+from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
+from hfc_design.controllers.kind import Shown, kinds
+from hfc_design.pictures.figure import Listing, Section
+
+ABOUT = (
+    "The command of each axis is that of its own controller, what the velocity of its reference "
+    "asks for, and its share of what is commanded against the contour error, along the normal of "
+    "the path."
+)
+CAPTION = "Gains on the contour error, positive to the left of the motion, and fed forward."
+
+
+def sections(record: CrossCoupledDesign, shown: Shown) -> list[Section]:
+    """Its gains with units, then what is inside."""
+    position, command = shown.units["error"], shown.units["command"]
+    units = (f"{command}/{position}", f"{command}/({position} s)", f"{command} s/{position}")
+    names = ("contour error, k_p", "its integral, k_i", "its rate, k_d")
+    own = zip(names, dict(record.contour).values(), units, strict=True)
+    rows = [[name, f"{gain:.6g}", unit] for name, gain, unit in own]
+    for axis, gain in record.feed_forward.items():
+        rows.append([f"velocity of {axis}, fed forward", f"{gain:.6g}", units[-1]])
+    listing = Listing(CAPTION, ["gain on", "value", "unit"], rows)
+    inner = kinds().get(record.inner.kind).sections(record.inner, shown)
+    return [Section("Cross-coupling", ABOUT, listing, []), *inner]

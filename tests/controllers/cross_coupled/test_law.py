@@ -1,0 +1,128 @@
+"""Cross-coupled control against hand calculation, in plain numbers and in the simulator."""
+
+from math import cos, isnan, nan, radians, sin
+
+import numpy as np
+import pytest
+
+import hfc_design.api as hfc
+from hfc_design.controllers.controller import PathView
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.motion.contour import local_error
+from hfc_design.runtime import Machine
+
+EVERY = 0.01
+PID = {"kind": "pid", "pid": {"k_p": 4.0, "k_i": 0.0, "k_d": 0.0}}
+
+
+def design(limits=None, inner=PID, **controller):
+    data = hfc.load_design("jee-koren-2004-pid").model_dump(mode="json")
+    data["plant"] = {"name": "feed-drive", "parameters": {}, "axes": {"x": {}, "y": {}}}
+    own = {"kind": "cross-coupled", "sample_time_s": EVERY, "inner": inner}
+    own |= {"contour": {"k_p": 6.0}} | controller
+    return Design.model_validate(data | {"controller": own, "limits": limits or {}})
+
+
+def step(machine, path, errors, rate=(0.0, 0.0)):
+    """A sample at a place of ``path`` (tangent, curvature) with these tracking errors."""
+    tx, ty, curvature = path
+    dx, dy = (-error for error in errors)
+    view = PathView(tx, ty, curvature, local_error(dx, dy, tx, ty, curvature))
+    pairs = zip("xy", errors, rate, strict=True)
+    told = {axis: {"error": e, "reference_rate": r} for axis, e, r in pairs}
+    return view.contour_error, machine.step(told, view)
+
+
+def along_a_line(controller, angle, loads, samples=2000, gain=10.0):
+    """Where the errors of two integrators under constant loads end, along and across a line."""
+    tangent, speed = np.array([cos(radians(angle)), sin(radians(angle))]), 100.0
+    machine, place = Machine(controller), np.zeros(2)
+    for k in range(samples):
+        error = k * EVERY * speed * tangent - place
+        _, found = step(machine, (*tangent, 0.0), error, speed * tangent)
+        place = place + EVERY * gain * (np.array([found["x"], found["y"]]) - loads)
+    return tangent @ error, np.array([tangent[1], -tangent[0]]) @ error
+
+
+@pytest.mark.parametrize("angle", [0.0, 30.0, 200.0])
+def test_what_a_load_leaves_of_the_contour_error(angle):
+    """Across: load / (k_p inside + k_p outside); along: load / k_p inside."""
+    loads = np.array([7.0, -3.0])
+    tangent = np.array([cos(radians(angle)), sin(radians(angle))])
+    along, across = loads @ tangent, loads @ [tangent[1], -tangent[0]]
+    ahead = {"x": 1 / 10.0, "y": 1 / 10.0}
+    found = along_a_line(design(feed_forward=ahead), angle, loads)
+    assert found == pytest.approx((along / 4.0, across / (4.0 + 6.0)), rel=1e-9)
+    integral = design(contour={"k_p": 2.0, "k_i": 9.0, "k_d": 0.01}, feed_forward=ahead)
+    found = along_a_line(integral, angle, loads)
+    assert found == pytest.approx((along / 4.0, 0.0), abs=1e-6)
+    # Without the feed-forward a command of 100 / 10 is missing, along the path.
+    found = along_a_line(design(), angle, loads)
+    assert found == pytest.approx(((along + 100 / 10) / 4.0, across / 10.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("curvature", [1 / 40.0, -1 / 40.0, 0.0])
+def test_it_pushes_where_the_contour_error_falls_fastest(curvature):
+    """Commands are -k_p e times the gradient of e by the position, from differences of it."""
+    inner = {"kind": "pid", "pid": {"k_p": 0.0, "k_i": 0.0, "k_d": 0.0}}
+    path, errors = (0.6, 0.8, curvature), np.array([0.03, 0.02])
+    error, found = step(Machine(design(inner=inner)), path, errors)
+
+    def moved(dx, dy):
+        return local_error(dx - errors[0], dy - errors[1], *path)
+
+    h = 1e-6
+    gradient = np.array([moved(h, 0) - moved(-h, 0), moved(0, h) - moved(0, -h)]) / (2 * h)
+    wanted = -6.0 * error * gradient
+    # Koren & Lo turn the normal half as far as the machine is: |e| / (2 R) is left out.
+    off = np.hypot(*(np.array(list(found.values())) - wanted)) / np.hypot(*wanted)
+    assert off <= 1.01 * 0.5 * np.hypot(*errors) * abs(curvature) + 1e-8
+
+
+def test_its_integral_does_not_wind_up_beyond_a_limit():
+    machine = Machine(design({"command": 20.0}, contour={"k_p": 1.0, "k_i": 10.0}))
+    for _ in range(1000):  # 8 on the left of a path along x, y pushed down: 32 + 8 + integral
+        _, found = step(machine, (1.0, 0.0, 0.0), (0.0, -8.0))
+        assert found == {"x": 0.0, "y": -20.0}
+    assert machine._memory.integral == 0.0
+    for k in range(3):  # now on the right, within the limit: it counts from there on
+        _, found = step(machine, (1.0, 0.0, 0.0), (0.0, 1.0))
+        assert found["y"] == pytest.approx(4.0 + 1.0 + 0.1 * (k + 1), rel=1e-14)
+
+
+def test_a_fault_of_an_axis_or_of_the_path_is_one_of_both():
+    machine, other = Machine(design()), Machine(design())
+    line = (0.6, 0.8, 0.0)
+    for broken in ((line, (nan, 1.0)), ((0.6, nan, 0.0), (1.0, 1.0))):
+        assert all(map(isnan, step(machine, *broken)[1].values()))
+    assert step(machine, line, (1.0, 2.0)) == step(other, line, (1.0, 2.0))
+
+
+def test_without_a_path_it_says_so():
+    told = {axis: {"error": 1.0, "reference_rate": 0.0} for axis in "xy"}
+    with pytest.raises(UserError, match="needs the path of an X-Y machine"):
+        Machine(design()).step(told)
+    scenario = hfc.load_scenario(
+        "feed-drive-line",
+        {"reference": {"kind": "per-axis", "axes": {key: {"kind": "ramp"} for key in "xy"}}}
+        | {"fitness": {"kind": "lin-lee"}, "simulation.duration_s": 0.1},
+    )
+    with pytest.raises(UserError, match="needs the path of an X-Y machine"):
+        hfc.evaluate(design(), scenario)
+    changes = {"controller": {"kind": "cross-coupled", "inner": {"kind": "pid"}}}
+    with pytest.raises(UserError, match="has to follow a path in X-Y"):
+        hfc.load_scenario("c-axis-ramp", changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"feed_forward": {"y": 0.1, "x": 0.1}}, "feed_forward: names y, x; the machine has x, y"),
+        ({"inner": PID | {"sample_time_s": 0.02}}, "inner.sample_time_s = 0.02: has to be that"),
+        ({"inner": {"kind": "per-axis", "axes": {"x": PID}}}, "controller.axes: are x; the"),
+    ],
+)
+def test_what_does_not_fit_is_named(changes, told):
+    with pytest.raises((ValueError, UserError), match=told):  # as it is read, or on its machine
+        Machine(design(**changes))

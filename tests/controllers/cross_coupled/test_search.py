@@ -1,0 +1,57 @@
+"""The cross-coupled controller in the loop: simulated, searched, shown."""
+
+import pytest
+
+import hfc_design.api as hfc
+from hfc_design.controllers.controller import PathView
+from hfc_design.controllers.kind import Shown
+from hfc_design.motion.contour import local_error
+from hfc_design.runs.individuals import genome_of
+from hfc_design.runtime import Machine
+
+SHORT = {"simulation.duration_s": 4.0, "search.generations": 3, "search.population": 16}
+PID = {"kind": "pid", "ranges": {"k_p": [0.1, 4.0], "k_i": [0.0, 1.0]}}
+SETTINGS = {"kind": "cross-coupled", "inner": {"kind": "per-axis", "axes": {"x": PID, "y": PID}}}
+
+
+@pytest.fixture(scope="module")
+def found():
+    scenario = hfc.load_scenario("feed-drive-circle", {**SHORT, "controller": SETTINGS})
+    return scenario, hfc.design(scenario)
+
+
+def test_a_search_varies_what_is_inside_and_its_own(found):
+    scenario, result = found
+    own = result.design.controller
+    assert 0.1 <= own.inner.axes["x"].pid.k_p <= 4.0
+    assert own.inner.axes["x"] != own.inner.axes["y"]
+    assert 0.1 <= own.contour.k_p <= 20.0
+    assert list(own.feed_forward) == ["x", "y"]
+    assert 0.0 <= own.feed_forward["y"] <= 0.1
+    again = hfc.evaluate(result.design, scenario)
+    assert again.fitness == pytest.approx(result.evaluation.fitness, rel=1e-12)
+    assert genome_of(scenario).notation(0) == "x: pid, y: pid"
+
+
+def test_the_runtime_gives_the_commands_of_the_simulator(found):
+    scenario, result = found
+    evaluation = hfc.evaluate(result.design, scenario)
+    machine = Machine(result.design, ("x", "y"))
+    told = {axis.name: axis.told() for axis in evaluation.axes}
+    path = scenario.samples().path
+    for k in range(len(evaluation.time)):
+        now = {axis: {key: float(x[k]) for key, x in own.items()} for axis, own in told.items()}
+        tangent = [float(part[k]) for part in path]
+        off = local_error(-now["x"]["error"], -now["y"]["error"], *tangent)
+        commands = machine.step(now, PathView(*tangent, off))
+        for axis in evaluation.axes:
+            # The converter rounds to whole units, 8 bits of them.
+            held = min(max(round(commands[axis.name]), -128), 127)
+            assert held == axis.motion.command[k]
+
+
+def test_the_page_shows_its_gains(found):
+    scenario, result = found
+    shown = Shown(scenario.plant.machine, scenario.plant.values(), None)
+    titles = [part.title for part in result.design.kind.sections(result.design.controller, shown)]
+    assert titles == ["Cross-coupling", "x: The controller", "y: The controller"]
