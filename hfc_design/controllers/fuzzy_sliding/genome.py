@@ -100,7 +100,7 @@ class SlidingGenome(GainsGenome):
             record[key] = found[key]
         for part in ("sliding", "adaptation"):
             record[part] |= {key: found[key] for key in record[part] if key in found}
-        record["adaptation"]["moves"] = None
+        record["adaptation"].pop("moves", None)
         record["consequents"] = self.consequents(individual)[..., 0].tolist()
         del record["sample_time_s"]
         return record

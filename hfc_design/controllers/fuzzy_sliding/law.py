@@ -29,20 +29,21 @@ class SlidingGains(NamedTuple):
 
     error_terms: Scalar  # terms that an error of 1 is away from ZZ
     rate_terms: Scalar  # the same of its rate
-    consequents: RuleTable  # (7, 7) theta to begin with [term of e][term of its rate]
+    consequents: RuleTable  # (7, 7) theta before the first sample [term of e][term of its rate]
     slope: Scalar  # lambda [1/s]
     switching: Scalar  # k, largest command of the switching part
     boundary_layer: Scalar  # phi [error/s]
     adaptation: Scalar  # gamma [command/error]
     judge: Sequence[Scalar]  # (2,) P_2, of the error [1/s] and of its rate [1]
-    largest_move: Scalar  # of a consequent from where it began, either way
+    largest_move: Scalar  # of a consequent from where it was designed, either way
     pid: Pid | None = None
+    learnt: RuleTable | None = None  # (7, 7) what of the consequents was learnt already
 
 
 class SlidingMemory(NamedTuple):
-    """What the controller remembers."""
+    """What the controller remembers; all zero before the first sample."""
 
-    moves: RuleTable  # (7, 7) of the consequents from where they began
+    moves: RuleTable  # (7, 7) of the consequents since then
     sum: Scalar  # of k_i T e
 
 
@@ -60,17 +61,14 @@ class Parts(NamedTuple):
     pid: Scalar | None  # None: there is none
 
 
-def sliding(
-    sample_time: float, limit: float | None = None, learnt: RuleTable | None = None
-) -> AxisLaw:
-    """The law of kind ``fuzzy-sliding``; ``learnt`` are the moves (7, 7) that it begins with."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, learnt)
+def sliding(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``fuzzy-sliding``."""
+    return AxisLaw(sample, initial_memory, sample_time, limit)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
-    """Memory before the first sample: what was learnt before, no integral."""
-    learnt = law.structure or ((0.0,) * TERMS,) * TERMS
-    return SlidingMemory(tuple(tuple(zero + x for x in row) for row in learnt), zero)
+    """Memory before the first sample: nothing has moved yet."""
+    return SlidingMemory(((zero,) * TERMS,) * TERMS, zero)
 
 
 def sample(
@@ -93,7 +91,7 @@ def sample(
     step = gains.adaptation * law.sample_time * (of_error * error + of_rate * rate)
     # A command at its limit teaches nothing that would push it further: the table would wind up.
     step = xp.once(held(xp, law.limit, command, 0.0, step))
-    moves = _moved(xp, gains.largest_move, memory.moves, step, in_error, in_rate)
+    moves = _moved(xp, gains, memory.moves, step, in_error, in_rate)
     parts = Parts(error, rate, in_error, in_rate, consequents, s, fuzzy, switching, linear)
     return command, SlidingMemory(moves, whole), parts
 
@@ -109,22 +107,25 @@ def degrees(xp: Xp, place: Scalar) -> list[Scalar]:
 
 def _moved(
     xp: Xp,
-    largest: Scalar,
+    gains: SlidingGains,
     moves: RuleTable,
     step: Scalar,
     in_error: Degrees,
     in_rate: Degrees,
 ) -> RuleTable:
-    """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on the box of ``largest``.
+    """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
 
-    The nearest point of a convex set is no farther from any point in it: the projection makes no
-    consequent worse (Wang 1994, who has a ball for a box).
+    That of the largest move about what was designed. The nearest point of a convex set is no
+    farther from any point in it: the projection makes no consequent worse (Wang 1994, who has a
+    ball for a box).
     """
-    found = []
-    for share, row in zip(in_error, moves, strict=True):
+    found, largest = [], gains.largest_move
+    learnt = ((0.0,) * TERMS,) * TERMS if gains.learnt is None else gains.learnt
+    for share, row, before in zip(in_error, moves, learnt, strict=True):
         size = xp.once(step * share)
-        stepped = (move + size * degree for move, degree in zip(row, in_rate, strict=True))
-        found.append(tuple(clipped(xp, move, -largest, largest) for move in stepped))
+        each = zip(row, in_rate, before, strict=True)
+        stepped = ((move + size * degree, had) for move, degree, had in each)
+        found.append(tuple(clipped(xp, u, -largest - had, largest - had) for u, had in stepped))
     return tuple(found)
 
 

@@ -1,10 +1,10 @@
 """Adaptive fuzzy sliding control in a design file. Never imports JAX."""
 
-from operator import add
+from operator import add, not_
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains, SlidingMemory
 from hfc_design.controllers.kind import ControllerRecord
@@ -54,8 +54,8 @@ class AdaptationRecord(Record):
     rate: NotNegative  # gamma [command/error]
     largest_move: NotNegative  # of a consequent from where it began, either way [command]
     #: None: both poles at -lambda, and the Q for which ``E' P_2`` is s.
-    error_dynamics: ErrorDynamicsRecord | None = None
-    moves: Table | None = None  # that have been learnt so far [command]
+    error_dynamics: ErrorDynamicsRecord | None = Field(None, exclude_if=not_)
+    moves: Table | None = Field(None, exclude_if=not_)  # that have been learnt so far [command]
 
 
 class PidRecord(Record):
@@ -75,7 +75,7 @@ class SlidingDesign(ControllerRecord):
     consequents: Table  # [command] rows: error, columns: its rate, both LN to LP
     sliding: SurfaceRecord
     adaptation: AdaptationRecord
-    pid: PidRecord | None = None
+    pid: PidRecord | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
     def _moved_within(self) -> Self:
@@ -98,7 +98,7 @@ class SlidingDesign(ControllerRecord):
         return SlidingGains(
             ZR / self.largest_error,
             ZR / self.largest_error_rate,
-            self.consequents,
+            self.table(),
             surface.slope,
             surface.gain,
             surface.boundary_layer,
@@ -106,6 +106,7 @@ class SlidingDesign(ControllerRecord):
             self.judge(),
             learning.largest_move,
             Pid(**dict(self.pid)) if self.pid else None,
+            learning.moves,
         )
 
     def table(self) -> Table:
@@ -115,7 +116,9 @@ class SlidingDesign(ControllerRecord):
 
     def adapted(self, memory: SlidingMemory) -> Self:
         """The controller with what ``memory`` has learnt."""
-        moves = tuple(tuple(map(float, row)) for row in memory.moves)
+        moves, before = memory.moves, self.adaptation.moves
+        rows = each(add, before, moves) if before else moves
+        moves = tuple(tuple(map(float, row)) for row in rows)
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 

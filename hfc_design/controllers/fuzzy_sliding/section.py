@@ -38,7 +38,7 @@ class Learning(NamedTuple):
 
     error: Floats  # (steps,)
     rate: Floats  # (steps,)
-    moves: Floats  # (steps, 7, 7) of the consequents
+    moves: Floats  # (steps, 7, 7) of the consequents from where they were designed
 
 
 def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
@@ -54,11 +54,11 @@ def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
 
 def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
     """What the rules learn of what an axis with this limit measured."""
-    law, gains = sliding(record.sample_time_s, limit, record.adaptation.moves), record.gains()
+    law, gains = sliding(record.sample_time_s, limit), record.gains()
     memory, moves = law.initial_memory(0.0), []
     pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)
     for error, rate in pairs:
-        moves.append(memory.moves)
+        moves.append(record.adapted(memory).adaptation.moves)
         _, memory = law.step(SCALARS, gains, memory, {"error": error, "error_rate": rate})
     return Learning(signals["error"], signals["error_rate"], np.array(moves))
 
