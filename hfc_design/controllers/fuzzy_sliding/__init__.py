@@ -1,6 +1,6 @@
 """Adaptive fuzzy sliding control of an axis (Lin & Gai 2009)."""
 
-from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES, ST, C
+from hfc_design.controllers.fuzzy_sliding.export import EXPLAIN, RULES, SAVED, ST, C
 from hfc_design.controllers.fuzzy_sliding.law import sliding
 from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
 from hfc_design.controllers.fuzzy_sliding.settings import SlidingSettings
@@ -19,5 +19,6 @@ KIND = Kind(
     explain=EXPLAIN,
     c=C,
     st=ST,
+    saved=SAVED,
     sections=later("hfc_design.controllers.fuzzy_sliding.section", "sections"),
 )

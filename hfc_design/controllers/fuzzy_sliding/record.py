@@ -114,11 +114,20 @@ class SlidingDesign(ControllerRecord):
         moves = self.adaptation.moves
         return tuple(map(tuple, each(add, self.consequents, moves))) if moves else self.consequents
 
-    def adapted(self, memory: SlidingMemory) -> Self:
-        """The controller with what ``memory`` has learnt."""
-        moves, before = memory.moves, self.adaptation.moves
-        rows = each(add, before, moves) if before else moves
-        moves = tuple(tuple(map(float, row)) for row in rows)
+    @property
+    def learns(self) -> bool:
+        """Whether a consequent can move."""
+        return self.adaptation.rate > 0.0 and self.adaptation.largest_move > 0.0
+
+    def adapted(self, memory: SlidingMemory) -> Self | None:
+        """The controller with what ``memory`` has learnt; None where it learns nothing."""
+        before = self.adaptation.moves
+        moves = each(add, before, memory.moves) if before else memory.moves
+        rows = tuple(tuple(map(float, row)) for row in moves)
+        return self.with_moves(rows) if self.learns else None
+
+    def with_moves(self, moves: Table) -> Self:
+        """The same that has learnt so much."""
         learning = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": learning})
 

@@ -32,6 +32,12 @@ def test_it_beats_the_pid_as_published(name):
             assert value <= pid.metrics[key] + COUNTS[unit]
     assert whole.metrics["limit_share"] == 0.0
     assert whole.metrics["peak_voltage_V"] < 8.0
+    learnt = api.learned_in("lin-gai-2009-fuzzy-sliding-compensated", scenario, whole)
+    moves = [own.adaptation.moves for own in learnt.controller.inner.axes.values()]
+    assert 0.001 < np.abs(moves).max() <= 0.01  # [V] what friction holds, or it would overshoot
+    again = api.evaluate(learnt, scenario)
+    assert again.metrics["z_max_error_mm"] < whole.metrics["z_max_error_mm"]
+    assert again.metrics["a_overshoot_deg"] <= COUNTS["deg"]
     for axis, own in zip(whole.axes, scenario.samples().axes, strict=True):
         fastest = np.abs(own.reference_rate).max()
         assert np.abs(axis.motion.state.velocity).max() <= 1.001 * fastest
