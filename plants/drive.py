@@ -79,6 +79,8 @@ class Drive:
     feedback: tuple[str, str] | None = None
     #: Length of a unit of the position [mm]; None: not a length, so no path can be followed.
     millimetres: Callable[[Parameters], float] | None = None
+    #: Angle of a unit of the position [deg]; None: no angle. A program of G-code moves either.
+    degrees: Callable[[Parameters], float] | None = None
     #: Speed [of the position, per s] that the largest command holds; a faster path is refused.
     top_speed: Callable[[Parameters], float] = lambda parameters: inf
     #: K and tau of K/(s (tau s + 1)), where that is the drive without its friction.

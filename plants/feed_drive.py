@@ -4,12 +4,14 @@ A DC servo-motor behind an amplifier with an 8-bit converter moves a table; the 
 converter units, the position basic length-units (BLU). Friction is counted in command units.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.sliding import Slide, slid
 
 
 class FeedDriveParameters(NamedTuple):
@@ -99,53 +101,11 @@ def step(
 ) -> FeedDriveState:
     """The state ``dt`` [s] later under a constant ``command`` and ``loads``, all in units.
 
-    Solves tau dv/dt = K (u - load - friction) - v, dp/dt = v. A first leg goes on until the
-    axis stops, a second one uses what is left of the step: it rests, or breaks away from there.
-    Each is the exact solution of the linear part under the mean of the friction at its ends:
-    second-order, without error where friction is constant, stable for every ``dt``, and a stop
-    is met at its time, which a fixed Runge-Kutta step would run past.
+    Solves tau dv/dt = K (u - load - friction) - v, dp/dt = v: see ``slid``.
     """
     start, middle, end = loads
-    drive = command - (start + 4.0 * middle + end) / 6.0
-    stopped, left = _leg(c, x, drive, dt)
-    return _leg(c, stopped, drive, left)[0]
-
-
-def _leg(
-    c: FeedDriveCoefficients, x: FeedDriveState, drive: Scalar, time: Scalar
-) -> tuple[FeedDriveState, Scalar]:
-    """Motion in one direction for ``time`` [s], or until it stops; and the time [s] left then."""
-    rests = x.velocity == 0
-    sticks = (
-        rests
-        & (drive <= friction(c, 1.0, 0.0) + c.stiction_rise)
-        & (-drive <= friction(c, -1.0, 0.0) + c.stiction_rise)
-    )
-    direction = jnp.sign(jnp.where(rests, drive, x.velocity))
-    settled = -jnp.expm1(-time / c.time_constant)
-
-    before = friction(c, direction, jnp.abs(x.velocity))
-    target = c.gain * (drive - direction * before)  # velocity that the drive tends to
-    foreseen = direction * (x.velocity + (target - x.velocity) * settled)
-    after = friction(c, direction, jnp.maximum(foreseen, 0.0))
-    target = c.gain * (drive - direction * 0.5 * (before + after))
-    change = (target - x.velocity) * settled
-    velocity = x.velocity + change
-
-    stops = velocity * direction < 0.0
-    duration = jnp.where(
-        stops, c.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
-    )
-    change = jnp.where(stops, -x.velocity, change)
-    moved = FeedDriveState(
-        # from the integral of the drive's equation: tau (v - v_0) = target t - (p - p_0)
-        position=x.position + target * duration - c.time_constant * change,
-        velocity=jnp.where(stops, 0.0, velocity),
-    )
-    return (
-        FeedDriveState(*(jnp.where(sticks, a, b) for a, b in zip(x, moved, strict=True))),
-        jnp.where(stops, time - duration, 0.0),
-    )
+    slide = Slide(c.gain, c.time_constant, partial(friction, c), c.stiction_rise)
+    return slid(slide, x, command - (start + 4.0 * middle + end) / 6.0, dt)
 
 
 def accepted(c: FeedDriveCoefficients, command: Scalar) -> Scalar:

@@ -9,6 +9,7 @@ from plants import Drive, machine_of
 
 def show_plants() -> None:
     """Every plant, and of each of its drives once what it tells and its nominal machine."""
+    shown: set[Drive] = set()
     for k, name in enumerate(ALL_PLANTS.names()):
         if k:
             print()
@@ -20,8 +21,13 @@ def show_plants() -> None:
                 a for a, other in zip(machine.axes, machine.drives, strict=True) if other is drive
             ]
             if several:
-                print(f"{'axis' if len(own) == 1 else 'axes'} {', '.join(own)}: {drive.name}")
-            _show(drive)
+                again = ", as above" if drive in shown else ""
+                print(
+                    f"{'axis' if len(own) == 1 else 'axes'} {', '.join(own)}: {drive.name}{again}"
+                )
+            if drive not in shown:
+                _show(drive)
+            shown.add(drive)
 
 
 def _show(drive: Drive) -> None:

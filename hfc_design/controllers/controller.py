@@ -22,12 +22,22 @@ def units_of(units: Mapping[str, str]) -> dict[str, str]:
 
 
 class PathView(NamedTuple):
-    """The path of an X-Y machine, as the control knows it."""
+    """The path of a machine, as the control knows it, where the machine should be.
 
-    tangent_x: Scalar  # unit vector along the path, where the machine should be
-    tangent_y: Scalar
-    curvature: Scalar  # positive to the left [1 / unit of the position]
-    contour_error: Scalar  # of the measured position, positive to the left
+    Its way counts in the unit of the linear axes, or where only rotary ones move, of these.
+    """
+
+    tangent: tuple[
+        Scalar, ...
+    ]  # change of every axis along it; a unit vector of those it counts in
+    curvature: Scalar  # of a path in X-Y, positive to the left [1/unit]; of another 0
+    contour_error: Scalar  # of the measured position; in X-Y positive to the left, else a distance
+    orientation_error: Scalar = 0.0  # of the rotary axes, a distance
+    speed: Scalar = 0.0  # commanded along the path [unit/s]
+    feed: Scalar = 0.0  # programmed there [unit/s]
+    #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
+    #: None of a rotary one.
+    bend: tuple[Scalar | None, ...] = ()
 
 
 class View(NamedTuple):

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic import ValidationInfo
-
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
-from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters, Plain
+from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Positive, Record, UserError
 
@@ -113,23 +111,6 @@ class Shown(NamedTuple):
     def units(self) -> dict[str, str]:
         """Unit of each signal of the first axis."""
         return self.machine.drives[0].units
-
-
-def controller_named(start: Plain, info: ValidationInfo) -> Plain:
-    """The controller of the design that settings name to begin with; a record stays one.
-
-    Raises:
-        ValueError: there is no such design, or it is of another kind than the settings.
-    """
-    if not isinstance(start, str):
-        return start
-    try:
-        design = (info.context or {})["named_design"](start)
-    except UserError as error:
-        raise ValueError(str(error)) from None
-    if (kind := design.controller.kind) != info.data.get("kind"):
-        raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
-    return design.controller.model_dump()
 
 
 def numbers(record: ControllerRecord, shown: Shown) -> list[Any]:

@@ -1,12 +1,15 @@
 """Whether a machine can follow what a scenario asks: on which axes, how far, how fast."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hfc_design.files.machine import Axis, PlantSettings, check_axes
 from hfc_design.files.motions import AnyReference
+from hfc_design.motion.program import Program, top_speed_fault
 from hfc_design.motion.references import EachAxis, Reference
 from hfc_design.motion.samples import Simulation
-from hfc_design.motion.trajectories import Trajectory, speed_fault
+from hfc_design.motion.trajectories import PathReference, Trajectory, speed_fault
 
 TOO_FAR = "leaves what numbers can hold; nothing real is so large, so small or so fast"
 
@@ -19,7 +22,7 @@ def check_following(plant: PlantSettings, reference: AnyReference, simulation: S
     """
     axes = plant.machine.axes
     if isinstance(reference, Trajectory):
-        _check_path(reference, plant.each())
+        _check_path(reference, plant.each(), simulation.sample_time_s)
         return
     if isinstance(reference, EachAxis):
         check_axes("reference.axes", reference.axes, axes)
@@ -28,7 +31,7 @@ def check_following(plant: PlantSettings, reference: AnyReference, simulation: S
     elif len(axes) > 1:
         raise ValueError(
             f"reference.kind = {reference.kind!r}: a machine of {len(axes)} axes follows "
-            f"{'a path in X-Y, or ' if len(axes) == 2 else ''}kind 'per-axis'"
+            f"{'a path in X-Y' if len(axes) == 2 else 'a program'}, or kind 'per-axis'"
         )
     for axis in plant.each():
         _check_speed(axis, reference_of(reference, axis.name), simulation)
@@ -40,8 +43,34 @@ def reference_of(reference: AnyReference, axis: str) -> Reference:
     return reference.axes[axis] if isinstance(reference, EachAxis) else reference
 
 
-def _check_path(path: Trajectory, axes: list[Axis]) -> None:
-    key = f"reference.kind = {path.kind!r}"
+def motion_of(
+    reference: AnyReference, axes: Sequence[Axis], cycle: float
+) -> Trajectory | Program | None:
+    """The motion along the path that a machine follows, interpolated every ``cycle`` [s].
+
+    None where it follows none.
+
+    Raises:
+        ValueError, UserError: it cannot be followed by these axes.
+    """
+    if not isinstance(reference, Trajectory):
+        return None
+    try:
+        return reference.on(tuple(axis.moved for axis in axes), cycle)
+    except ValueError as error:
+        raise ValueError(f"reference.{error}") from None
+
+
+def _check_path(reference: PathReference, axes: list[Axis], cycle: float) -> None:
+    key = f"reference.kind = {reference.kind!r}"
+    path = motion_of(reference, axes, cycle)
+    if isinstance(path, Program):
+        if not path.motion.finite:
+            raise ValueError(f"{key}: {TOO_FAR}")
+        if fault := top_speed_fault(path):
+            raise ValueError(f"reference: {fault}")
+        return
+    assert path is not None  # it is a trajectory in X-Y
     if len(axes) != 2:
         one = "a reference for one axis, or kind 'per-axis'"
         raise ValueError(f"{key}: a machine of {len(axes)} axes follows {one}")

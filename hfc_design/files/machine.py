@@ -11,6 +11,7 @@ from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.files.design import PerAxisRecord
+from hfc_design.motion.limits import MovedAxis
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
 
 devices.configure()  # before anybody computes with a drive
@@ -32,6 +33,15 @@ class Axis(NamedTuple):
     def length(self) -> float | None:
         """Length of a unit of its position [mm]; None where it is none."""
         return self.drive.millimetres and self.drive.millimetres(self.parameters)
+
+    @property
+    def moved(self) -> MovedAxis:
+        """What a program has to know of it."""
+        own, rotary = self.length, self.drive.millimetres is None and self.drive.degrees is not None
+        if self.drive.degrees is not None and rotary:
+            own = self.drive.degrees(self.parameters)
+        unit = own or 0.0
+        return MovedAxis(self.name, unit, rotary, self.drive.top_speed(self.parameters) * unit)
 
 
 class PlantSettings(Record):

@@ -11,7 +11,7 @@ from hfc_design.core.records import Finite, NotNegative, Positive, Record
 from hfc_design.files.machine import Axis
 from hfc_design.motion.references import EachAxis, Load, Reference
 from hfc_design.motion.trajectories import PathReference
-from plants import Machine
+from plants import Drive, Machine
 
 AnyReference = Annotated[Reference | PathReference | EachAxis, Field(discriminator="kind")]
 #: A copy of a loop starts off it by this share of the way that its axis goes, in a second at most,
@@ -52,8 +52,12 @@ class Motion(Record):
         return data
 
 
-def started(machine: Machine, start: Mapping[str, Any]) -> tuple[State, ...]:
+def started(
+    machine: Machine, start: Mapping[str, Any], places: Mapping[str, float] | None = None
+) -> tuple[State, ...]:
     """The state of each axis before the first sample, numbers.
+
+    ``places`` are where axes stand, of which ``start`` says something else.
 
     Raises:
         ValueError: the machine has no such axis or state.
@@ -63,7 +67,9 @@ def started(machine: Machine, start: Mapping[str, Any]) -> tuple[State, ...]:
         if axis not in machine.axes:
             raise ValueError(f"start.{axis}: no axis; there is {', '.join(machine.axes)}")
     states = []
-    for axis, state in zip(machine.axes, machine.initial_state(0.0), strict=True):
+    each = zip(machine.axes, machine.drives, machine.initial_state(0.0), strict=True)
+    for axis, drive, zero in each:
+        state = _put(drive, zero, (places or {}).get(axis, 0.0))
         for name, value in own.get(axis, {}).items():
             if name not in state._fields or isinstance(value, dict):
                 known = ", ".join(state._fields)
@@ -72,8 +78,15 @@ def started(machine: Machine, start: Mapping[str, Any]) -> tuple[State, ...]:
     return tuple(states)
 
 
+def _put(drive: Drive, state: State, off: float) -> State:
+    """The state with the whole of an axis moved by so much."""
+    places = {drive.position, drive.seen[0], *drive.encoders}
+    own = {name: getattr(state, name) + off for name in places if name in state._fields}
+    return state._replace(**own)
+
+
 def way(target: Floats, rate: Floats) -> float:
-    """How far an axis goes, in its fastest second at most; of (steps,) places and speeds."""
+    """How far an axis goes, in its fastest second at most; of (steps,) ways and speeds."""
     speed, whole = float(np.abs(rate).max()), float(np.abs(target).max())
     return min(whole, speed) if speed else whole
 
@@ -90,7 +103,5 @@ def beside(
         still = STILL_MM / axis.length if axis.length else STILL_RAD
         counts = float(axis.drive.commanded(np.array(0.25))) != 0.25  # whole units, and no less
         off = max(DISTURBANCE * way, LEAST_STEPS * max(step, float(counts))) or still
-        places = {axis.drive.position, axis.drive.seen[0], *axis.drive.encoders}
-        own = {name: getattr(state, name) + off for name in places if name in state._fields}
-        found.append(state._replace(**own))
+        found.append(_put(axis.drive, state, off))
     return tuple(found)

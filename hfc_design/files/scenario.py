@@ -14,10 +14,11 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError
 from hfc_design.files.design import Limits
-from hfc_design.files.following import check_following, reference_of
+from hfc_design.files.following import check_following, motion_of, reference_of
 from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes, reading_fault
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
 from hfc_design.files.robust import RobustSettings
+from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory
@@ -148,7 +149,7 @@ class Scenario(Record):
         self._has_windows()
         self._speaks_of_its_axes()
         check_following(self.plant, self.reference, self.simulation)
-        started(self.plant.machine, self.start)
+        started(self.plant.machine, self.start, self.places)
 
     @property
     def target(self) -> Target:
@@ -179,8 +180,20 @@ class Scenario(Record):
 
     @property
     def follows_path(self) -> bool:
-        """Whether it is an X-Y machine on a path."""
+        """Whether its machine follows a path."""
         return isinstance(self.reference, Trajectory)
+
+    @property
+    def path(self) -> Trajectory | Program | None:
+        """The motion along the path that its machine follows; None: it follows none."""
+        return motion_of(self.reference, self.plant.each(), self.simulation.sample_time_s)
+
+    @property
+    def places(self) -> dict[str, float]:
+        """Where each axis stands before the first sample, if its program says so; else 0."""
+        if isinstance(path := self.path, Program):
+            return path.start
+        return dict.fromkeys(self.plant.machine.axes, 0.0)
 
     @property
     def units(self) -> Units:
@@ -224,20 +237,22 @@ class Scenario(Record):
 
     def samples(self) -> Samples:
         """What happens to the loop in its only motion, sampled, in float64."""
-        time, path = self.simulation.time, self.reference
+        time, path = self.simulation.time, self.path
         settled = settled_samples(time, self.fitness.settled_after_s).astype(float)
         generator = np.random.default_rng(self.sensors.seed)
         each, frame = self.plant.each(), None
-        if isinstance(path, Trajectory):
-            told, frame = path.axis_samples(time, each[0].length)
+        if path is None:
+            told = [reference_of(self.reference, axis.name).samples(time) for axis in each]
+        elif isinstance(path, Program):
+            told, frame = path.axis_samples(time)
         else:
-            told = [reference_of(path, axis.name).samples(time) for axis in each]
+            told, frame = path.axis_samples(time, each[0].length)
         noises = [
             self.sensors.of(axis.name).noise
             * generator.standard_normal((len(axis.drive.encoders), len(time)))
             for axis in each
         ]
-        axes = []
+        axes, places = [], self.places
         for motion, axis, noise in zip(told, each, noises, strict=True):
             read = self.sensors.of(axis.name).readings.values()
             others = [one.noise * generator.standard_normal(len(time)) for one in read]
@@ -245,10 +260,13 @@ class Scenario(Record):
             loads = np.stack([load.at(moment) for moment in self.simulation.moments])
             own = {"loads": loads, "noise": np.vstack([noise, *others])}
             own |= {"sliding": settled * slides(motion.reference_rate)}
-            own |= {"end": np.full_like(time, motion.target[-1])}
+            end = float(motion.target[-1])
+            own |= {"end": np.full_like(time, end)}
+            own |= {"heading": np.full_like(time, np.sign(end - places[axis.name]))}
             axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
-        clock, start = self.simulation.sample_time_s, started(self.plant.machine, self.start)
-        rest = (settled, clock, time, late_samples(time), start)
-        ways = [way(happens.target, happens.reference_rate) for happens in axes]
+        start = started(self.plant.machine, self.start, places)
+        rest = (settled, self.simulation.sample_time_s, time, late_samples(time), start)
+        begun = zip(axes, places.values(), strict=True)
+        ways = [way(own.target - place, own.reference_rate) for own, place in begun]
         finest = [self.sensors.of(axis.name).encoder_resolution for axis in each]
         return Samples(tuple(axes), frame, *rest, beside(each, start, ways, finest))

@@ -67,6 +67,9 @@ def _exponent(term: FlatGaussian, u: float) -> float:
 def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
     """Signals that the command takes with their units, and what is remembered."""
     if "inputs" not in about:
+        if "form" not in about:
+            kind = design.controller.kind
+            raise UserError(f"--to fis: has no controller.m for kind {kind}; fll holds its rules")
         low = {"velocity": "BLU/s"} if about["low_velocity"] else {}
         return {"error": "BLU"} | low, ["error", "action", "integral"]
     units = signal_units(design)

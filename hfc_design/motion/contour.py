@@ -5,13 +5,16 @@ distance from the centre less the radius: positive outside (JK04 section 5). All
 the unit of the positions [mm].
 """
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Indices, Scalar
 from hfc_design.motion.paths import Path
-from hfc_design.motion.trajectories import Circle, Line, PathSamples, Trajectory
+from hfc_design.motion.program import Program
+from hfc_design.motion.samples import PathFrame, PathSamples
+from hfc_design.motion.trajectories import Circle, Line, Trajectory
 from plants import Drive
 
 #: The nearest point is looked for this many tracking errors before and after the commanded place:
@@ -34,6 +37,40 @@ def local_error(dx: Scalar, dy: Scalar, tx: Scalar, ty: Scalar, curvature: Scala
     f = (tx * dy - ty * dx) - 0.5 * curvature * (dx * dx + dy * dy)
     # The root is the distance from the centre over the radius; at the centre it may round below 0.
     return 2.0 * f / (1.0 + abs(1.0 - 2.0 * curvature * f) ** 0.5)
+
+
+class Off(NamedTuple):
+    """How far a machine is off its path, as it is known where the machine should be."""
+
+    contour: Scalar  # in X-Y positive to the left, else a distance
+    orientation: Scalar | None  # of its rotary axes, a distance; None: it has none
+    along: Scalar  # the path, positive ahead
+
+
+def off_path(path: PathFrame, off: Sequence[Scalar]) -> Off:
+    """Errors of a machine that is ``off`` the commanded place of each axis by so much.
+
+    The contour error in X-Y is ``local_error``; of other axes the distance in X-Y-Z to the parabola
+    that touches the path there. The orientation is compared with that where the machine is along
+    the path. Lengths and angles are in the units of the axes.
+    """
+    rows = [*zip(off, path.tangent, path.bend or (0.0,) * len(off), strict=True)]
+    linear = [row for row in rows if row[2] is not None]
+    rotary = [(a, t) for a, t, bend in rows if bend is None]
+    along = sum(a * t for a, t, _ in linear)
+    if len(off) == 2 and not rotary:
+        (x, tx, _), (y, ty, _) = linear
+        return Off(local_error(x, y, tx, ty, path.curvature), None, along)
+    if rotary:  # where only these move the tangent of the others is 0, else 1 long
+        share = 1.0 - sum(t * t for _, t, _ in linear)
+        along = along + share * sum(a * t for a, t in rotary)
+    away = [a - along * t - 0.5 * along * along * bend for a, t, bend in linear]
+    turned = _length([a - along * t for a, t in rotary]) if rotary else None
+    return Off(_length(away), turned, along)
+
+
+def _length(vector: Sequence[Scalar]) -> Scalar:
+    return sum(x * x for x in vector) ** 0.5
 
 
 class Nearest(NamedTuple):
@@ -122,7 +159,7 @@ class Glitch(NamedTuple):
     """What follows when an axis reverses."""
 
     time_s: float  # of the first sample with the new direction
-    axis: str  # that reverses, X or Y
+    axis: str  # that reverses
     error: float  # the contour error that is largest in magnitude soon after
     worst_s: float  # when that is
 
@@ -132,13 +169,18 @@ def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
 
     Args:
         time: (steps,) [s].
-        samples: the trajectory at these times.
+        samples: the trajectory in X-Y at these times.
         error: (steps,) contour error.
     """
-    found = []
-    for axis, velocity in zip("XY", samples.velocity, strict=True):
+    return after_reversals(time, dict(zip("XY", samples.velocity, strict=True)), error)
+
+
+def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Floats) -> list[Glitch]:
+    """The same of axes with (steps,) ``velocities`` by their names."""
+    found, largest = [], max(np.abs(velocity).max() for velocity in velocities.values())
+    for axis, velocity in velocities.items():
         # The component that a tangent keeps by rounding is no motion.
-        moving = np.flatnonzero(np.abs(velocity) > 1e-9 * np.abs(samples.velocity).max())
+        moving = np.flatnonzero(np.abs(velocity) > 1e-9 * largest)
         reversed_ = np.diff(np.sign(velocity[moving])) != 0
         for index in moving[1:][reversed_]:
             window = error[index : np.searchsorted(time, time[index] + GLITCH_TIME)]
@@ -166,15 +208,28 @@ def contour_meanings(drive: Drive) -> dict[str, str]:
 
 
 class Contour(NamedTuple):
-    """The path of an X-Y machine and how far off it was."""
+    """The path of a machine and how far off it was."""
 
-    trajectory: Trajectory
+    trajectory: Trajectory | Program
     samples: PathSamples
-    actual: Floats  # (2, steps) [mm]
+    actual: Floats  # (axes, steps) [mm, deg]
     error: Floats  # (steps,) [unit]
     glitches: list[Glitch]  # errors in the unit
     unit: str  # of the positions
     millimetres: float  # of the unit
+    turned: Floats | None = None  # (steps,) error of the orientation [deg], of rotary axes
+    turned_glitches: list[Glitch] = []  # after one of these reverses [deg]
+
+    @property
+    def any_axes(self) -> bool:
+        """Whether it is of a program of any axes, and not of X-Y alone."""
+        return isinstance(self.trajectory, Program)
+
+    @property
+    def planar(self) -> Trajectory:
+        """The path of an X-Y machine, which can be drawn."""
+        assert isinstance(self.trajectory, Trajectory)
+        return self.trajectory
 
 
 def contour(
@@ -191,8 +246,16 @@ def contour(
 def during(found: Contour, time: Floats, part: slice) -> Contour:
     """Its errors and glitches in a part of ``time`` (steps,) [s]."""
     own = time[part]
-    glitched = [glitch for glitch in found.glitches if own[0] <= glitch.time_s <= own[-1]]
-    return found._replace(error=found.error[part], glitches=glitched)
+
+    def inside(all_of_them: list[Glitch]) -> list[Glitch]:
+        return [glitch for glitch in all_of_them if own[0] <= glitch.time_s <= own[-1]]
+
+    return found._replace(
+        error=found.error[part],
+        glitches=inside(found.glitches),
+        turned=None if found.turned is None else found.turned[part],
+        turned_glitches=inside(found.turned_glitches),
+    )
 
 
 def contour_metrics(

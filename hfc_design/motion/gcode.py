@@ -1,39 +1,36 @@
-"""Reads the X-Y motion out of a G-code program.
+"""Reads the motion of any axes out of a G-code program.
 
-The language is the part of RS274/NGC that moves two axes in a plane: G0 to G3, arcs by their
-centre (I, J) or their radius (R), G90/G91 positions, F, in millimetres. The machine starts at
-X0 Y0. What moves neither axis is passed over: N, O, S and T words, the M codes of ``IDLE_M``,
-the G codes of ``IDLE_G``, and Z in a block of its own. Everything else is refused: a program
-that is understood in part would be simulated wrongly.
+The language is the part of RS274/NGC that moves X, Y, Z [mm], A, B, C [deg]: G0 to G3, arcs in X-Y
+by their centre (I, J) or their radius (R) with any motion of the others beside it, G90/G91
+positions, G93/G94 F. What moves no axis is passed over: N, O, S and T words, the M codes of
+``IDLE_M``, the G codes of ``IDLE_G``. Everything else is refused: a program that is understood in
+part would be simulated wrongly.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import atan2, dist, hypot, pi, sqrt
 from pathlib import Path
-
-from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedInput
+from typing import Any, NamedTuple
 
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
+from hfc_design.motion.words import words_of
 
-GRAMMAR = r"""
-block: word*
-word: LETTER NUMBER?
-LETTER: /[A-Za-z]/
-NUMBER: /[+-]?(\d+\.?\d*|\.\d+)/
-COMMENT: /\([^()\n]*\)|;[^\n]*|%/
-%ignore COMMENT
-%ignore /[ \t\f]+/
-"""
-PARSER = Lark(GRAMMAR, parser="lalr", start="block", propagate_positions=True)
-#: Units, plane and modes that are so anyway; no offsets, no cutter compensation, no cycle.
-IDLE_G = frozenset({17, 21, 40, 49, 54, 80, 94})
+AXES = "XYZABC"
+#: Units, plane and modes that are so anyway: exact path, look-ahead; no offsets, no compensation.
+IDLE_G = frozenset({5.1, 17, 21, 40, 49, 54, 61, 80, 90, 91, 93, 94})
 IDLE_M = frozenset({0, 1, 3, 4, 5, 6, 7, 8, 9})  # stops, spindle, tool, coolant
+#: Codes that are refused, and why.
+OTHER_G = {
+    20: "inches are not read, only millimetres (G21)",
+    61.1: "a stop after every block is not simulated, only the exact path (G61)",
+    64: "corners are not rounded here, the path is exact (G61)",
+}
 ENDS = frozenset({2, 30})
 IDLE_LETTERS = frozenset("NOST")
-LETTERS = "FGIJMRXYZ"
+LETTERS = "ABCFGIJMRXYZ"
 #: By how much the radii at both ends of an arc may differ [mm].
 ROUNDING = 0.01
 #: Numbers that no machine has a use for; larger ones would overflow when squared.
@@ -42,16 +39,38 @@ LARGEST = 1e6
 MOST_LINES = 50_000
 
 Words = dict[str, float]
+Places = tuple[float, ...]  # of X Y Z A B C
+ORIGIN: Places = (0.0,) * len(AXES)
 
 
-def read(file: Path, rapid: float) -> tuple[Segment, ...]:
-    """The segments that the G-code program in ``file`` moves along; G0 at ``rapid`` [mm/min].
+class Block(NamedTuple):
+    """A straight line in all axes, or an arc in X-Y with a straight line in all others."""
 
-    Raises:
-        UserError: the file cannot be read or used; the line says file, line number and why.
-    """
-    with about(file):
-        return segments(text_of(file), rapid)
+    line: int  # of the program
+    start: Places
+    end: Places
+    #: [mm/min] along X-Y-Z, or [deg/min] along A-B-C where only these move; None: G0.
+    feed: float | None
+    centre: Point | None = None  # of an arc
+    sweep: float = 0.0  # [rad], ccw if positive
+
+    @property
+    def linear(self) -> bool:
+        """Whether X, Y or Z move, along which the feed is meant then."""
+        return self.centre is not None or _apart(self.start[:3], self.end[:3])
+
+    @property
+    def length(self) -> float:
+        """Of the way along which the feed is meant [mm or deg]."""
+        if self.centre is not None:
+            around = dist(self.start[:2], self.centre) * abs(self.sweep)
+            return hypot(around, self.end[2] - self.start[2])
+        some = slice(3) if self.linear else slice(3, None)
+        return dist(self.start[some], self.end[some])
+
+
+def _apart(one: Sequence[float], other: Sequence[float]) -> bool:
+    return any(abs(a - b) >= SAME_PLACE for a, b in zip(one, other, strict=True))
 
 
 def text_of(file: Path) -> str:
@@ -64,41 +83,73 @@ def text_of(file: Path) -> str:
 
 
 @lru_cache(maxsize=8)
-def segments(text: str, rapid: float) -> tuple[Segment, ...]:
-    """The segments that the program ``text`` moves along; G0 at ``rapid`` [mm/min].
+def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
+    """What the program ``text`` moves, one after the other, from ``start`` on.
 
     Raises:
         ValueError: it cannot be used; the message starts with the line number.
     """
-    machine, ended, lines = _Machine(rapid), False, text.split("\n")
+    machine, lines = _Machine(start, start[:2]), text.split("\n")
     if len(lines) > MOST_LINES:
         raise ValueError(f"has {len(lines)} lines; allowed are {MOST_LINES}: simulate a part of it")
     for number, code in enumerate(lines, 1):
         try:
-            block = PARSER.parse(code)
-            ended = ended or machine.ended_by(*_sorted(block))
-        except UnexpectedInput as error:
-            there = error.get_context(code, span=20).splitlines()[0].strip()
-            told = f"cannot be understood at column {error.column}: {there!r}"
-            raise ValueError(f"line {number}: {told}") from None
+            if machine.ended_by(number, *_sorted(words_of(code))):
+                break
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
-    if not machine.done:
-        raise ValueError("has no motion in X or Y")
     return tuple(machine.done)
 
 
-def _sorted(block: Tree[Token]) -> tuple[list[float], list[float], Words]:
+def read(file: Path, rapid: float) -> tuple[Segment, ...]:
+    """``segments`` of the program in ``file``.
+
+    Raises:
+        UserError: the file cannot be read or used; the line says file, line number and why.
+    """
+    with about(file):
+        return segments(text_of(file), rapid)
+
+
+@lru_cache(maxsize=8)
+def segments(text: str, rapid: float) -> tuple[Segment, ...]:
+    """The segments that the program ``text`` moves an X-Y machine along; G0 at ``rapid`` [mm/min].
+
+    The machine starts at X0 Y0; Z in a block of its own is passed over.
+
+    Raises:
+        ValueError: it cannot be used, or moves something else.
+    """
+    found = []
+    for block in blocks(text):
+        planar = block.centre is not None or dist(block.start[:2], block.end[:2]) >= SAME_PLACE
+        for axis, a, b in zip(AXES[2:], block.start[2:], block.end[2:], strict=True):
+            if a == b or (axis == "Z" and (block.feed is None or not planar)):
+                continue
+            told = f"{axis} moves together with X or Y" if planar else f"{axis} moves"
+            raise ValueError(f"line {block.line}: {told}; only motion in X-Y is read")
+        feed = rapid if block.feed is None else block.feed
+        start, end = (block.start[0], block.start[1]), (block.end[0], block.end[1])
+        if block.centre is not None:
+            found.append(arc(start, block.centre, block.sweep, feed))
+        elif planar:
+            found.append(line(start, end, feed))
+    if not found:
+        raise ValueError("has no motion in X or Y")
+    return tuple(found)
+
+
+def _sorted(found: list[tuple[str, float]]) -> tuple[list[float], list[float], Words]:
     """The G codes, the M codes and the other words of a block."""
     codes: dict[str, list[float]] = {"G": [], "M": []}
     words: Words = {}
-    for word in block.children:
-        assert isinstance(word, Tree)
-        letter = str(word.children[0]).upper()
-        if len(word.children) < 2:
-            raise ValueError(f"{letter} has no number")
-        value = float(str(word.children[1]))
+    look_ahead = ("G", 5.1) in found
+    for letter, value in found:
         if letter in IDLE_LETTERS:
+            continue
+        if look_ahead and letter == "Q":
+            if value != 1.0:
+                raise ValueError(f"G5.1 Q{value:g}: look-ahead is always on here (Q1)")
             continue
         if letter not in LETTERS:
             raise ValueError(f"{letter}{value:g}: unknown word; there is {', '.join(LETTERS)}")
@@ -117,27 +168,29 @@ def _sorted(block: Tree[Token]) -> tuple[list[float], list[float], Words]:
 class _Machine:
     """What a block finds and leaves behind."""
 
-    rapid: float  # [mm/min]
-    place: Point = (0.0, 0.0)  # as programmed [mm]
-    reached: Point = (0.0, 0.0)  # off it by the rounding of an arc's radii [mm]
-    height: float = 0.0
+    place: Places  # as programmed [mm, deg]
+    reached: Places  # X and Y, off it by the rounding of an arc's radii [mm]
     absolute: bool = True
+    inverse: bool = False  # G93: F is blocks a minute
     mode: int | None = None  # of motion: G0 to G3
-    feed: float | None = None  # [mm/min]
-    done: list[Segment] = field(default_factory=list)
+    feed: float | None = None  # [mm/min, deg/min]
+    done: list[Block] = field(default_factory=list)
 
-    def ended_by(self, g_codes: list[float], m_codes: list[float], words: Words) -> bool:
-        """Carry out a block; whether it ends the program."""
+    def ended_by(
+        self, number: int, g_codes: list[float], m_codes: list[float], words: Words
+    ) -> bool:
+        """Carry out a block in line ``number``; whether it ends the program."""
         self._set_modes(g_codes)
         for code in m_codes:
             if code not in IDLE_M | ENDS:
                 raise ValueError(f"M{code:g}: unknown code")
         if "F" in words:
             if words["F"] <= 0:
-                raise ValueError(f"F{words['F']:g}: a feed has to be more than 0 mm/min")
+                unit = "per minute" if self.inverse else "mm/min"
+                raise ValueError(f"F{words['F']:g}: a feed has to be more than 0 {unit}")
             self.feed = words["F"]
-        if words.keys() & set("XYZIJR"):
-            self._move(words)
+        if words.keys() & {*AXES, *"IJR"}:
+            self._move(number, words)
         return any(code in ENDS for code in m_codes)
 
     def _set_modes(self, codes: list[float]) -> None:
@@ -148,42 +201,56 @@ class _Machine:
         for code in codes:
             if code in (90, 91):
                 self.absolute = code == 90
-            elif code == 20:
-                raise ValueError("G20: inches are not read, only millimetres (G21)")
+            elif code in (93, 94) and self.inverse != (code == 93):
+                self.inverse, self.feed = code == 93, None  # a feed in the other sense is none
+            elif code in OTHER_G:
+                raise ValueError(f"G{code:g}: {OTHER_G[code]}")
             elif code not in IDLE_G and code not in (0, 1, 2, 3):
                 raise ValueError(f"G{code:g}: unknown code")
 
-    def _move(self, words: Words) -> None:
+    def _move(self, number: int, words: Words) -> None:
+        if self.mode is None and self.feed is not None:
+            self.mode = 1  # as controls are that wake up so
         if self.mode is None:
             raise ValueError("moves before any of G0, G1, G2, G3")
-        here = zip("XYZ", (*self.place, self.height), strict=True)
-        x, y, height = (
+        end = tuple(
             (0.0 if self.absolute else at) + words[axis] if axis in words else at
-            for axis, at in here
+            for axis, at in zip(AXES, self.place, strict=True)
         )
-        start, end = self.place, (x, y)
-        in_plane = dist(start, end) >= SAME_PLACE or words.keys() & set("IJ")
-        if in_plane and self.mode > 0 and height != self.height:
-            raise ValueError("Z moves together with X or Y; only motion in X-Y is read")
-        feed = self.feed if self.mode > 0 else self.rapid
-        if feed is None:
+        if self.mode > 0 and self.inverse and "F" not in words:
+            raise ValueError(f"G{self.mode} without an F of its own, which G93 asks for")
+        if self.mode > 0 and self.feed is None:
             raise ValueError(f"G{self.mode} before any F")
-        if self.mode < 2:
+        if self.mode < 2 or words.keys() <= set("ZF"):
             if words.keys() & set("IJR"):
                 raise ValueError(f"I, J or R with G{self.mode}; they belong to G2 and G3")
-            if dist(self.reached, end) >= SAME_PLACE:
-                self.done.append(line(self.reached, end, feed))
-                self.reached = end
-        elif words.keys() & set("XYIJR"):
-            centre = _centre(start, end, words, self.mode == 3)
-            if dist(self.reached, centre) < SAME_PLACE:
-                raise ValueError("an arc smaller than the rounding of the one before")
-            sweep = _sweep(start, end, centre, self.mode == 3)
-            self.done.append(arc(self.reached, centre, sweep, feed))
-            share = dist(self.reached, centre) / dist(end, centre)
-            x, y = (about + share * (to - about) for about, to in zip(centre, end, strict=True))
-            self.reached = (x, y)
-        self.place, self.height = end, height
+            if dist(self.reached, end[:2]) >= SAME_PLACE:
+                self._add(number, end, end[:2])
+            elif _apart(self.place[2:], end[2:]):
+                self._add(number, end, self.reached)
+        else:
+            self._turn(number, end, words)
+        self.place = end
+
+    def _turn(self, number: int, to: Places, words: Words) -> None:
+        """An arc to there, and straight on in Z, A, B, C."""
+        start, end, ccw = (self.place[0], self.place[1]), (to[0], to[1]), self.mode == 3
+        centre = _centre(start, end, words, ccw)
+        if dist(self.reached, centre) < SAME_PLACE:
+            raise ValueError("an arc smaller than the rounding of the one before")
+        sweep = _sweep(start, end, centre, ccw)
+        share = dist(self.reached, centre) / dist(end, centre)
+        x, y = (about + share * (to - about) for about, to in zip(centre, end, strict=True))
+        self._add(number, to, (x, y), centre, sweep)
+
+    def _add(self, number: int, end: Places, reached: Places, *turning: Any) -> None:
+        """Note a motion that ends in X-Y at ``reached``; of an arc with its centre and sweep."""
+        ends = (*self.reached, *self.place[2:]), (*reached, *end[2:])
+        block = Block(number, *ends, self.feed if self.mode else None, *turning)
+        if self.inverse and block.feed is not None:
+            block = block._replace(feed=block.feed * block.length)
+        self.done.append(block)
+        self.reached = reached
 
 
 def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:

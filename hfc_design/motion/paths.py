@@ -77,20 +77,24 @@ class Path(NamedTuple):
 
     def at(self, distance: Floats) -> Places:
         """Where the path is after ``distance`` (points,) [mm]; beyond its ends it holds."""
-        last = len(self.length) - 1
-        k = np.clip(np.searchsorted(self.knots, distance, side="right") - 1, 0, last)
+        k = self.segment(distance)
         return self.on(k, np.clip(distance - self.knots[k], 0.0, self.length[k]))
+
+    def segment(self, distance: Floats) -> Indices:
+        """(points,) the segment that a ``distance`` (points,) [mm] along the path is on."""
+        last = len(self.length) - 1
+        return np.clip(np.searchsorted(self.knots, distance, side="right") - 1, 0, last)
 
     def on(self, k: Indices, s: Floats) -> Places:
         """Where segment ``k`` (points,) is after the length ``s`` (points,) [mm] of its own."""
         curvature, tangent = self.curvature[k], self.tangent[:, k]
         half = 0.5 * curvature * s
-        chord = s * np.sinc(half / pi) * _turned(tangent, half)
-        return Places(self.start[:, k] + chord, _turned(tangent, 2 * half), curvature)
+        chord = s * np.sinc(half / pi) * turned(tangent, half)
+        return Places(self.start[:, k] + chord, turned(tangent, 2 * half), curvature)
 
     def corners(self) -> Mask:
         """(segments - 1,) whether the direction jumps between a segment and the next."""
-        before = _turned(self.tangent, self.curvature * self.length)[:, :-1]
+        before = turned(self.tangent, self.curvature * self.length)[:, :-1]
         after = self.tangent[:, 1:]
         cross = before[0] * after[1] - before[1] * after[0]
         jump = np.arctan2(cross, (before * after).sum(axis=0))
@@ -106,7 +110,8 @@ class Path(NamedTuple):
         return np.where(passed, 1.0, largest)
 
 
-def _turned(vector: Floats, angle: Floats) -> Floats:
+def turned(vector: Floats, angle: Floats) -> Floats:
+    """Vectors (2, points) turned to the left by an ``angle`` (points,) [rad]."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
 
@@ -165,17 +170,37 @@ def motion(path: Path, acceleration: float | None) -> Motion:
         entry, leave = speed[:-1], speed[1:]
         peak = np.minimum(feed, np.sqrt(rate * path.length + 0.5 * (entry**2 + leave**2)))
         up, down = (peak - entry) / rate, (peak - leave) / rate
+    rates = np.full_like(feed, rate)
+    return phased(path.knots, path.length, Speeds(entry, leave, peak, up, down), rates)
+
+
+class Speeds(NamedTuple):
+    """How each segment of a path is passed, (segments,) [mm/s] and [s]."""
+
+    entry: Floats
+    leave: Floats
+    peak: Floats
+    up: Floats  # time of acceleration
+    down: Floats  # and of braking
+
+
+def phased(knots: Floats, length: Floats, speeds: Speeds, rate: Floats) -> Motion:
+    """The motion through segments of this ``length`` between ``knots`` (segments + 1,) [mm].
+
+    Each accelerates and brakes by its ``rate`` [mm/s2].
+    """
+    entry, leave, peak, up, down = speeds
     rise = 0.5 * (entry + peak) * up
     fall = 0.5 * (leave + peak) * down
-    even = np.maximum(path.length - rise - fall, 0.0) / peak
+    even = np.maximum(length - rise - fall, 0.0) / peak
     end = np.cumsum(np.stack([up, even, down], axis=1))
-    before = path.knots[:-1]
-    ways = np.stack([before, before + rise, path.knots[1:] - fall], axis=1)
+    before = knots[:-1]
+    ways = np.stack([before, before + rise, knots[1:] - fall], axis=1)
     return Motion(
         np.concatenate([[0.0], end]),
-        np.append(ways, path.knots[-1]),
+        np.append(ways, knots[-1]),
         np.append(np.stack([entry, peak, peak], axis=1), 0.0),
-        np.append(np.tile([rate, 0.0, -rate], len(feed)), 0.0),
+        np.append(np.stack([rate, np.zeros_like(rate), -rate], axis=1), 0.0),
         peak,
     )
 
@@ -183,10 +208,17 @@ def motion(path: Path, acceleration: float | None) -> Motion:
 def _speeds_between(path: Path, feed: Floats, rate: float) -> Floats:
     """(segments + 1,) speed [mm/s] at the start of each segment and at the end of the path."""
     passing = np.where(path.corners(), 0.0, np.minimum(feed[:-1], feed[1:]))
-    squares = [0.0, *(passing**2).tolist(), 0.0]
-    gains = (2.0 * rate * path.length).tolist()
-    for k, gain in enumerate(gains):  # no faster than it can get there
-        squares[k + 1] = min(squares[k + 1], squares[k] + gain)
+    return reachable(np.concatenate([[0.0], passing, [0.0]]), 2.0 * rate * path.length)
+
+
+def reachable(most: Floats, gain: Floats) -> Floats:
+    """(segments + 1,) speeds [mm/s] between segments, ``most`` where there is enough way.
+
+    The square of the speed changes by ``gain`` (segments,) at most on each segment.
+    """
+    squares, gains = (most**2).tolist(), gain.tolist()
+    for k, more in enumerate(gains):  # no faster than it can get there
+        squares[k + 1] = min(squares[k + 1], squares[k] + more)
     for k in range(len(gains) - 1, -1, -1):  # no faster than it can brake
         squares[k] = min(squares[k], squares[k + 1] + gains[k])
     return np.sqrt(squares)

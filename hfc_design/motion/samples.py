@@ -26,21 +26,41 @@ class AxisSamples(NamedTuple):
     reference_acceleration: Series | None = None  # (steps,)
     sliding: Series = None  # (steps,) 1 where it is to move at half its top speed at least
     end: Series = None  # (steps,) where the motion is to end, the same in every column
+    heading: Series = None  # (steps,) 1 or -1, to which side that is from its start
 
 
 class PathFrame(NamedTuple):
-    """The path of an X-Y machine where it should be, one column a control sample."""
+    """The path of a machine where it should be, one column a control sample.
 
-    tangent_x: Series  # (steps,) unit vector along the path
-    tangent_y: Series
-    curvature: Series  # (steps,) positive to the left [1 / unit of the position]
+    Its way counts in the unit of the linear axes, or where only rotary ones move, of these.
+    """
+
+    #: (steps,) each: change of every axis along the path; a unit vector of those it counts in.
+    tangent: tuple[Series, ...]
+    curvature: Series  # (steps,) of a path in X-Y, positive to the left [1/unit]; of another 0
+    speed: Series  # (steps,) commanded along the path [unit/s]
+    feed: Series  # (steps,) programmed there [unit/s]
+    #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
+    #: None of a rotary one.
+    bend: tuple[Series | None, ...] = ()
+
+
+class PathSamples(NamedTuple):
+    """Where a machine should be at each control sample; a row for each axis, in mm or deg."""
+
+    position: Floats  # (axes, steps)
+    velocity: Floats  # (axes, steps) [1/s]
+    tangent: Floats  # (axes, steps) change along the path
+    curvature: Floats  # (steps,) of a path in X-Y [1/mm], positive to the left; of another 0
+    distance: Floats  # (steps,) length of the path so far [mm; deg where only rotary axes move]
+    acceleration: Floats  # (axes, steps); the jump at a start without a limit is left out
 
 
 class Samples(NamedTuple):
     """Everything that happens to the loop, one column a control sample."""
 
     axes: tuple[AxisSamples, ...]
-    path: PathFrame | None  # None for a machine of one axis
+    path: PathFrame | None  # None for a machine that follows none
     settled: Series  # (steps,) 1 once the loop should have settled, before that 0
     sample_time: Series  # scalar [s]
     time: Series  # (steps,) [s]

@@ -1,35 +1,36 @@
-"""References in the X-Y plane, as a user writes them, and their samples.
+"""References of several axes, as a user writes them, and their samples in the X-Y plane.
 
 The machine starts at rest where the path starts: a circle at (R, 0) about the origin, a line at
-the origin, a polyline at its first point, a G-code program at X0 Y0.
+the origin, a polyline at its first point, a G-code program at X0 Y0. With limits of each axis a
+program is one of any axes, see ``program``, and starts where it says.
 """
 
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from math import cos, dist, pi, radians, sin
+from operator import not_
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import Finite, Positive, Record, readable_by
+from hfc_design.core.records import Finite, Label, Positive, Record, readable_by
+from hfc_design.core.texts import about
 from hfc_design.motion import gcode
+from hfc_design.motion.limits import AxisLimits, Limits, MovedAxis
 from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
-from hfc_design.motion.samples import AxisSamples, PathFrame
-
-
-class PathSamples(NamedTuple):
-    """A trajectory at each control sample."""
-
-    position: Floats  # (2, steps) [mm]
-    velocity: Floats  # (2, steps) [mm/s]
-    tangent: Floats  # (2, steps) unit vector in the direction of motion
-    curvature: Floats  # (steps,) [1/mm], positive to the left
-    distance: Floats  # (steps,) length of the path so far [mm]
-    acceleration: Floats  # (2, steps) [mm/s2]; the jump at a start without a limit is left out
+from hfc_design.motion.program import Program, program
+from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
 class Trajectory(Record):
@@ -43,6 +44,10 @@ class Trajectory(Record):
     @abstractmethod
     def _segments(self) -> Iterable[Segment]:
         """Where it goes, at least one of them."""
+
+    def on(self, axes: tuple[MovedAxis, ...], cycle: float) -> "Trajectory | Program":
+        """The motion of a machine of these axes, which is interpolated every ``cycle`` [s]."""
+        return self
 
     @property
     def path(self) -> Path:
@@ -78,7 +83,10 @@ class Trajectory(Record):
         target = (way.position - way.position[:, :1]) / unit
         each = zip(target, way.velocity / unit, way.acceleration / unit, strict=True)
         axes = [AxisSamples(place, rate, None, None, place, change) for place, rate, change in each]
-        return axes, PathFrame(way.tangent[0], way.tangent[1], way.curvature * unit)
+        path, along = self.path, self.motion
+        speed = along.at(time)[1] / unit
+        feed = path.feed[path.segment(way.distance)] / 60.0 / unit
+        return axes, PathFrame(tuple(way.tangent), way.curvature * unit, speed, feed)
 
 
 class Circle(Trajectory):
@@ -132,19 +140,79 @@ class Polyline(Trajectory):
         return (line(a, b, self.feed_mm_min) for a, b in pairwise(self.points_mm))
 
 
-PROGRAM = readable_by(lambda file: gcode.segments(gcode.text_of(file), rapid=1500.0))
+PROGRAM = readable_by(lambda file: gcode.blocks(gcode.text_of(file)))
+#: Keys of a program in X-Y alone.
+PLANAR = ("rapid_mm_min", "acceleration_mm_s2")
 
 
 class GCode(Trajectory):
-    """The X-Y motion of a G-code program (``gcode``)."""
+    """The motion of a G-code program (``gcode``): in X-Y, or with ``limits`` in any axes."""
 
     kind: Literal["gcode"] = "gcode"
     file: Annotated[FilePath, PROGRAM]
     rapid_mm_min: Positive = 1500.0  # of G0
     acceleration_mm_s2: Positive = 100.0
+    start: dict[Label, Finite] = Field({}, exclude_if=not_)  # of each axis [mm or deg]; else 0
+    limits: Limits = {}
+
+    @model_validator(mode="after")
+    def _planar_or_not(self) -> Self:
+        if self.limits:
+            for key in sorted(self.model_fields_set & {*PLANAR}):
+                raise ValueError(f"{key}: has no meaning beside limits, which each axis has there")
+        elif self.start:
+            raise ValueError("start: needs limits; without, a program starts at X0 Y0")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _own_keys(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
+        data: dict[str, object] = whole(self)
+        return {key: x for key, x in data.items() if not (self.limits and key in PLANAR)}
 
     def _segments(self) -> Iterable[Segment]:
         return gcode.read(self.file, self.rapid_mm_min)
+
+    def on(self, axes: tuple[MovedAxis, ...], cycle: float) -> Trajectory | Program:
+        """Itself in X-Y; UserError: the program cannot be run on these axes, in a line."""
+        planar = len(axes) == 2 and not any(axis.rotary for axis in axes)
+        if planar and not self.limits:
+            return self
+        if fault := self._fault(axes):
+            raise ValueError(fault)
+        start = tuple(self.start.get(letter.lower(), 0.0) for letter in gcode.AXES)
+        with about(self.file):
+            return _planned(
+                gcode.text_of(self.file), start, axes, tuple(self.limits.items()), cycle
+            )
+
+    def _fault(self, axes: tuple[MovedAxis, ...]) -> str | None:
+        """What keeps it from being run on these axes, whatever the program."""
+        names, letters = [axis.name for axis in axes], [*gcode.AXES.lower()]
+        for key, named in (("limits", self.limits), ("start", self.start)):
+            if unknown := next((name for name in named if name not in names), None):
+                return f"{key}.{unknown}: the machine has no such axis; it has {', '.join(names)}"
+        for name, unit, rotary, _ in axes:
+            if name not in letters:
+                return f"kind = 'gcode': moves axes {', '.join(letters)}, and none called {name!r}"
+            if not unit or rotary != (name in letters[3:]):
+                kind = "lengths" if name in letters[:3] else "angles"
+                return f"kind = 'gcode': the drive of axis {name} does not count {kind}"
+            if name not in self.limits:
+                return f"limits.{name}: is missing; a program of any axes needs those of each"
+        if len({unit for _, unit, rotary, _ in axes if not rotary}) > 1:
+            return "kind = 'gcode': the axes of a path have to count in the same length"
+        return None
+
+
+@lru_cache(maxsize=8)
+def _planned(
+    text: str,
+    start: gcode.Places,
+    axes: tuple[MovedAxis, ...],
+    limits: tuple[tuple[str, AxisLimits], ...],
+    cycle: float,
+) -> Program:
+    return program(gcode.blocks(text, start), axes, dict(limits), cycle)
 
 
 PathReference = Annotated[Circle | Line | Polyline | GCode, Field(discriminator="kind")]

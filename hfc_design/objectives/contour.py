@@ -1,14 +1,16 @@
-"""The contour error of an X-Y machine as a fitness."""
+"""The contour error of a machine on a path as a fitness."""
 
 from functools import cache
-from typing import Literal
+from typing import Literal, Self
 
 import jax.numpy as jnp
+from pydantic import PrivateAttr
 
 from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
-from hfc_design.motion.contour import local_error
+from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.measures import Units
 from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
 
 
@@ -18,22 +20,29 @@ class ContourSettings(ObjectiveSettings):
     kind: Literal["contour"] = "contour"
     worst: NotNegative = 0.3  # of the largest contour error
     lag: NotNegative = 0.01
+    _unit: str = PrivateAttr("BLU")  # of the machine's positions
+
+    def on(self, units: Units) -> Self:
+        """The same of a machine that counts in these."""
+        found = self.model_copy()
+        found._unit = units.signals["error"]
+        return found
 
 
 @cache
-def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
-    """``1 / (rms + worst * largest + lag * rms lag)`` of an X-Y machine [1/BLU].
+def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objective:
+    """``1 / (rms + worst * largest + lag * rms lag)`` [1/unit of the positions].
 
-    The first two are of the contour error. The lag is how far the machine is behind along the
+    The first two are of the contour error, where there are rotary axes with that of the orientation
+    at a right angle to it, a degree for a unit. The lag is how far the machine is behind along the
     path: one that never leaves the path because it never moves is no good.
     """
 
     def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
         assert path is not None  # see ``_fault``
         squares, largest, lags, count = sums
-        x, y = (moment.deviation for moment in moments)
-        error = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
-        behind = x * path.tangent_x + y * path.tangent_y
+        error, turned, behind = off_path(path, [moment.deviation for moment in moments])
+        error = error if turned is None else jnp.hypot(error, turned)
         largest = jnp.maximum(largest, jnp.abs(error))
         return squares + error * error, largest, lags + behind * behind, count + 1.0
 
@@ -49,11 +58,12 @@ def contour(worst: float = 0.3, lag: float = 0.01) -> Objective:
         best=best,
         name="contour",
         title="fitness",
-        unit="1/BLU",
-        meaning=f"1 / (rms + {worst:g} × largest + {lag:g} × rms lag) of the contour error [1/BLU]",
+        unit=f"1/{unit}",
+        meaning=f"1 / (rms + {worst:g} × largest + {lag:g} × rms lag) of the contour error "
+        f"[1/{unit}]",
         positive=True,
         settings=ContourSettings,
-        make=lambda own: contour(own.worst, own.lag),
+        make=lambda own: contour(own.worst, own.lag, own._unit),
         fault=_fault,
     )
 

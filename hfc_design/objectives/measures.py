@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.quantities import number
-from hfc_design.motion.contour import local_error
+from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Sums
 from hfc_design.objectives.stick_share import is_stuck
@@ -107,8 +107,7 @@ def _contour(one: Measure) -> Measure:
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         assert path is not None  # it is measured on paths only
-        x, y = (moment.deviation for moment in moments)
-        off = local_error(x, y, path.tangent_x, path.tangent_y, path.curvature)
+        off = off_path(path, [moment.deviation for moment in moments]).contour
         return one.update(sums, (moments[0]._replace(error=off),), None)
 
     return one._replace(update=update, path=True)

@@ -53,6 +53,7 @@ class Baseline(NamedTuple):
 
 #: Plant -> built-in designs shown beside every result.
 BASELINES = {
+    "five-axis": {"lin-gai-2009-pid": Baseline("LG PID", "the PID of Lin & Gai (2009)")},
     "c-axis": {
         "lin-lee-1999-table-1": Baseline("LL Table I", "Table I of Lin & Lee (1999)"),
         "lin-lee-1999-table-2": Baseline("LL Table II", "Table II"),
@@ -99,7 +100,7 @@ def write_page(
         names=list(evaluations),
         scores=[[told.get(key, key), *row] for key, *row in scores],
         measure=_measure(scenario.judge()),
-        contour=own.contour is not None,
+        contour=own.contour is not None and not own.contour.any_axes,
         attained=_attained(folder),
         used=_used(scenario, result, folder),
         several=_motions(own, scenario),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.motion.contour import Contour, glitches, nearest
-from hfc_design.motion.trajectories import PathSamples
+from hfc_design.motion.samples import PathSamples
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
@@ -27,6 +27,7 @@ from hfc_design.pictures.figure import (
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 
 Places = NDArray[np.intp]  # of samples
+Curve = tuple[str, Floats, Floats | None]  # label, values, the reference of a position
 RIVALS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "lw": 1.2, "ls": style}
     for color, style in (
@@ -44,17 +45,21 @@ POINTS = 2000
 SLICES = 500
 #: What a small picture leaves out.
 SKIPPED = "deflection", "load"
+#: How small panels are spaced.
+SMALL: dict[str, Any] = {"hspace": 0.6, "wspace": 0.4}
 #: A diverged motion is not drawn once its error is this many times the largest reference.
 RUNAWAY = 10.0
 
 
 def motion(evaluation: Evaluation, title: str) -> Figure:
-    """What a design did: ``contour`` of an X-Y machine, else ``response``."""
+    """What a design did: ``contour`` in X-Y, ``program`` in any axes, else ``response``."""
     path = evaluation.contour
     if path is None:
         return response(evaluation, title)
     if evaluation.diverged:
         title += " (diverged)"
+    if path.any_axes:
+        return program(evaluation, title)
     return contour(path, evaluation.time, title)
 
 
@@ -86,16 +91,14 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     return figure
 
 
-def _curves(
-    evaluation: Evaluation, axis: AxisMotion, drawn: slice
-) -> list[tuple[str, Floats, Floats | None]]:
+def _curves(evaluation: Evaluation, axis: AxisMotion, drawn: slice) -> list[Curve]:
     """Label, values and, of the position, the reference of each panel of an axis."""
     units, drive = axis.drive.units, axis.drive
     name = f"{axis.name} " if len(evaluation.axes) > 1 else ""
     factor, unit = _error_unit(evaluation, axis)
     error = axis.motion.error[drawn]
     called = "angle" if units["error"] == "rad" else "position"
-    found: list[tuple[str, Floats, Floats | None]] = [
+    found: list[Curve] = [
         (f"{name}{called} [{units['error']}]", axis.reference[drawn] - error, axis.reference),
         (f"{name}error [{unit}]", factor * error, None),
     ]
@@ -112,24 +115,52 @@ def motions(evaluation: Evaluation, title: str) -> Figure:
     """Of each motion of one axis in a row: position, tracking error and command, small."""
     each = evaluation.motions
     figure = framed(1.3 * len(each) + 0.9, top=0.5)
-    shape = {"hspace": 0.6, "wspace": 0.4}
-    grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=shape)
+    grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=SMALL)
     for row, (name, one) in zip(grid, each.items(), strict=True):
         drawn, last = slice(drawn_samples(one)), name == [*each][-1]
-        curves = [c for c in _curves(one, one.axes[0], drawn) if not c[0].startswith(SKIPPED)]
-        for axes, (label, values, reference) in zip(row, curves, strict=True):
-            axes.plot(*thinned(one.time[drawn], values), color=OWN, lw=1)
-            if reference is not None:
-                axes.plot(*thinned(one.time, reference), color="black", lw=0.8, ls="--")
-            finish(axes, "", "time [s]" if last else "")
-            axes.set_title(label, fontsize=8, loc="right")
-            axes.tick_params(labelsize=7)
-            axes.margins(x=0)
+        curves = [c for c in _curves(one, one.axes[0], drawn) if not _skipped(c[0])]
+        for axes, curve in zip(row, curves, strict=True):
+            _draw_small(axes, one.time, curve, last)
         lost = "\n(diverged)" if one.diverged else ""
         row[0].set_ylabel(plain(name, 14) + lost, fontsize=9, parse_math=False)
         row[0].yaxis.set_label_coords(-0.5, 0.5)  # beside the numbers
     figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
     return figure
+
+
+def _skipped(label: str) -> bool:
+    """Whether there is no room for a curve."""
+    return any(word in SKIPPED for word in label.split())
+
+
+def program(evaluation: Evaluation, title: str) -> Figure:
+    """How far a machine is off the path; then of every axis position, error and command, small."""
+    errors, each = _path_errors(evaluation), evaluation.axes
+    drawn = slice(drawn_samples(evaluation))
+    figure = framed(1.3 * (len(errors) + len(each)) + 0.9, top=0.5)
+    grid = figure.add_gridspec(len(errors) + len(each), 3, **SMALL)
+    for k, (name, factor, unit, error) in enumerate(errors):
+        curve: Curve = (f"{name} error [{unit}]", factor * error[drawn], None)
+        _draw_small(figure.add_subplot(grid[k, :]), evaluation.time, curve, False)
+    for k, axis in enumerate(each):
+        curves = [c for c in _curves(evaluation, axis, drawn) if not _skipped(c[0])]
+        for column, own in enumerate(curves):
+            axes = figure.add_subplot(grid[len(errors) + k, column])
+            _draw_small(axes, evaluation.time, own, axis is each[-1])
+    figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
+    return figure
+
+
+def _draw_small(axes: Axes, time: Floats, curve: Curve, last: bool) -> None:
+    """One of many panels; the ``last`` ones have the time below."""
+    label, values, reference = curve
+    axes.plot(*thinned(time[: len(values)], values), color=OWN, lw=1)
+    if reference is not None:
+        axes.plot(*thinned(time, reference), color="black", lw=0.8, ls="--")
+    finish(axes, "", "time [s]" if last else "")
+    axes.set_title(label, fontsize=8, loc="right")
+    axes.tick_params(labelsize=7)
+    axes.margins(x=0)
 
 
 def contour(found: Contour, time: Floats, title: str) -> Figure:
@@ -143,7 +174,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
         time: (steps,) [s].
         title: stands above.
     """
-    trajectory, actual = found.trajectory, found.actual
+    trajectory, actual = found.planar, found.actual
     drawn = int(np.isfinite(actual).all(axis=0).cumprod().sum())
     time, actual = time[:drawn], drawable(actual[:, :drawn])
     samples = trajectory.samples(time)
@@ -163,7 +194,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
 
 
 def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Places) -> None:
-    trajectory, length = found.trajectory, found.millimetres
+    trajectory, length = found.planar, found.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
     division = round_above(max(np.hypot(*away).max() / 2, SMALLEST * length))
@@ -193,8 +224,7 @@ def beside(samples: PathSamples, left: float) -> Floats:
 def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """As ``errors``, a small panel for each axis in each motion, two in a row."""
     first = next(iter(evaluations.values()))
-    axes = [""] if first.contour or len(first.axes) == 1 else [axis.name for axis in first.axes]
-    pairs = [(name, k) for name in first.motions for k in range(len(axes))]
+    pairs = [(name, k) for name, own in first.motions.items() for k in range(len(_errors(own)))]
     rows = -(-len(pairs) // 2)
     top = 0.45 + 0.2 * -(-len(evaluations) // 2)  # the legend
     figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
@@ -202,9 +232,9 @@ def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
     for place, (panel, (name, k)) in enumerate(zip(panels, pairs, strict=False)):
         each = {label: one.motions[name] for label, one in evaluations.items()}
-        unit = _draw_errors(panel, each, k)
+        what, unit = _draw_errors(panel, each, k)
         gridded(panel, "time [s]" if place + 2 >= len(pairs) else "")
-        panel.set_title(plain(f"{name} {axes[k]}".strip(), 16), fontsize=9, loc="left")
+        panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
         panel.set_title(f"error [{unit}]", fontsize=8, loc="right")
         panel.tick_params(labelsize=7)
         logarithmic(panel)
@@ -218,38 +248,59 @@ def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
 def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
     """Largest error in each hundredth of the time, logarithmic; the first stands out.
 
-    The contour error of an X-Y machine, else the tracking error, a panel for each axis.
+    The contour error of an X-Y machine, else the tracking error, a panel for each axis; of a
+    program of any axes both.
 
     Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
     """
     first = next(iter(evaluations.values()))
-    count = 1 if first.contour else len(first.axes)
+    count = len(_errors(first))
     top = max(0.65, 0.25 + 0.2 * -(-len(evaluations) // 2))  # the legend
     figure = framed(2.65 * count + 0.5 + top, top=top)
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for k, axes in enumerate(panels):
-        unit = _draw_errors(axes, evaluations, k)
-        named = f"{first.axes[k].name} " if count > 1 else ""
-        finish(axes, f"largest {named}error [{unit}]", "time [s]" if k + 1 == count else "")
+        what, unit = _draw_errors(axes, evaluations, k)
+        label = f"largest {what} error".replace("  ", " ")
+        finish(axes, f"{label} [{unit}]", "time [s]" if k + 1 == count else "")
         logarithmic(axes)
         axes.margins(x=0)
     above(figure, panels[0])
     return figure
 
 
-def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> str:
-    """A curve for each design of the errors of axis ``k``, or of the contour; their unit."""
-    first = next(iter(evaluations.values()))
-    factor, unit = _error_unit(first, first.axes[k])
+def _errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """Of each error that a motion is judged by: of what, factor, unit then, values."""
+    path = evaluation.contour
+    if path is not None and not path.any_axes:
+        return [("", 1.0, path.unit, path.error)]
+    found = _path_errors(evaluation)
+    for axis in evaluation.axes:
+        name = axis.name if len(evaluation.axes) > 1 else ""
+        found.append((name, *_error_unit(evaluation, axis), axis.motion.error))
+    return found
+
+
+def _path_errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """The same of the path of a program of any axes."""
+    path = evaluation.contour
+    if path is None or not path.any_axes:
+        return []
+    found = [("contour", 1.0, path.unit, path.error)]
+    return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
+
+
+def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> tuple[str, str]:
+    """A curve for each design of error ``k`` of ``_errors``; of what it is, and its unit."""
+    what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
     styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         drawn = drawn_samples(evaluation)
         starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
-        error = (evaluation.contour or evaluation.axes[k].motion).error[:drawn]
+        error = _errors(evaluation)[k][3][:drawn]
         largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
         label = f"{name} (diverged)" if evaluation.diverged else name
         axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
-    return unit
+    return what, unit
 
 
 def _error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:

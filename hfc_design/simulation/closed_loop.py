@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from hfc_design.controllers.controller import Controller, PathView, View
 from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, State, Xp
 from hfc_design.files.scenario import Scenario
-from hfc_design.motion.contour import local_error
+from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
@@ -251,7 +251,7 @@ def _moment(
         command_change=command - previous,
         limited=(command <= low) | (command >= high),
         sliding=happens.sliding,
-        beyond=jnp.maximum((position - happens.end) * jnp.sign(happens.end), 0.0),
+        beyond=jnp.maximum((position - happens.end) * happens.heading, 0.0),
         late=row.late,
         time=row.time,
         sample_time=row.sample_time,
@@ -291,5 +291,7 @@ def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | 
     if path is None:
         return None
     each = zip(loop.machine.drives, seen, row.axes, strict=True)
-    x, y = (getattr(state, drive.seen[0]) - axis.reference for drive, state, axis in each)
-    return PathView(*path, local_error(x, y, *path))
+    off = [getattr(state, drive.seen[0]) - axis.reference for drive, state, axis in each]
+    contour, orientation, _ = off_path(path, off)
+    turned = 0.0 if orientation is None else orientation
+    return PathView(contour_error=contour, orientation_error=turned, **path._asdict())

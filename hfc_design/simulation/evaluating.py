@@ -13,12 +13,19 @@ from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import controller_of, load_design, machine, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.contour import Contour, contour, contour_meanings, contour_metrics, during
+from hfc_design.motion.program import Program
 from hfc_design.motion.samples import Samples
-from hfc_design.motion.trajectories import Trajectory
+from hfc_design.motion.tool_path import program_errors
 from hfc_design.objectives import metrics
 from hfc_design.objectives.judge import Judged
+from hfc_design.objectives.program_metrics import (
+    AxisAlong,
+    length_unit,
+    program_meanings,
+    program_metrics,
+)
 from hfc_design.simulation import memory, population
-from hfc_design.simulation.closed_loop import Loop, closed_loop
+from hfc_design.simulation.closed_loop import Loop, Recorded, closed_loop
 from hfc_design.simulation.divergence import divergence_of, finer
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 from hfc_design.simulation.population import Machines
@@ -159,6 +166,10 @@ def _metrics(
     """Every metric of a part of the motion, in the order of ``meanings``."""
     time = scenario.simulation.time
     motions = [jax.tree.map(lambda leaf: leaf[part], axis.motion) for axis in axes]
+    if path is not None and isinstance(path.trajectory, Program):
+        pairs = zip(axes, motions, strict=True)
+        along = [_along(scenario, axis, motion, part) for axis, motion in pairs]
+        return [*program_metrics(path.trajectory, during(path, time, part), along).values()]
     if path is not None:
         errors = np.stack([motion.error for motion in motions])
         commands = np.stack([motion.command for motion in motions])
@@ -172,6 +183,15 @@ def _metrics(
     return found
 
 
+def _along(scenario: Scenario, axis: AxisMotion, motion: Recorded, part: slice) -> AxisAlong:
+    """What there is to read off one axis in a part of a program."""
+    reference = axis.reference[part]
+    limit = scenario.limits.of(axis.name).command
+    limits = axis.drive.largest_commands(axis.parameters, limit)
+    seen = (reference - motion.error, axis.velocity[part], motion.command)
+    return AxisAlong(axis.name, axis.drive, reference, *seen, limits)
+
+
 def meanings(scenario: Scenario) -> dict[str, str]:
     """Meaning and unit of every metric that an evaluation on a scenario has."""
     if scenario.motions:
@@ -182,7 +202,9 @@ def meanings(scenario: Scenario) -> dict[str, str]:
             for key, text in meanings(alone).items()
         }
     machine = scenario.plant.machine
-    if scenario.follows_path:
+    if isinstance(scenario.path, Program):
+        own = program_meanings(machine)
+    elif scenario.follows_path:
         own = contour_meanings(machine.drives[0])
     else:
         axes = machine.axes if len(machine.axes) > 1 else ("",)
@@ -203,11 +225,13 @@ def _headed(name: str, found: dict[str, str]) -> dict[str, str]:
 
 
 def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None:
-    """How far an X-Y machine was off its path; None where it follows none."""
-    if not isinstance(scenario.reference, Trajectory):
+    """How far a machine was off its path; None where it follows none."""
+    path, time = scenario.path, scenario.simulation.time
+    if path is None:
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
+    if isinstance(path, Program):
+        return program_errors(path, time, positions, length_unit(scenario.plant.machine))
     length = scenario.plant.each()[0].length
     assert length is not None  # the scenario has been checked
-    unit = axes[0].drive.units["error"]
-    return contour(scenario.reference, scenario.simulation.time, positions, unit, length)
+    return contour(path, time, positions, axes[0].drive.units["error"], length)

@@ -64,8 +64,8 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
 
 
 def _largest_reference(motion: Scenario) -> float:
-    samples = motion.samples()
-    return max(float(np.abs(axis.reference).max()) for axis in samples.axes) or np.inf
+    each = zip(motion.samples().axes, motion.places.values(), strict=True)
+    return max(float(np.abs(axis.reference - place).max()) for axis, place in each) or np.inf
 
 
 def _tolerance(motion: Scenario, largest: float) -> float:

@@ -73,7 +73,7 @@ def _moments(samples: Samples, traces: Traces) -> Moment:
         command_change=traces.command_change,
         limited=every < 0.0,
         sliding=axis.sliding,
-        beyond=jnp.maximum((position - axis.end) * jnp.sign(axis.end), 0.0),
+        beyond=jnp.maximum((position - axis.end) * axis.heading, 0.0),
         late=samples.late,
         time=samples.time,
         sample_time=samples.sample_time * every,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from c_program import KEEPING, built
 from c_program import commands as of_the_program
+from sliding import EVERY
 
 from hfc_design.files.learning import with_learned
 from hfc_design.files.pairing import load_design
@@ -18,6 +19,11 @@ DESIGNS = {
     "aflc": load_design("jee-koren-2004-aflc"),
     "aflc with an integral": made_up.limited(made_up.fuzzy("aflc", 1), 40.0),
     "soflc": load_design("jee-koren-1995-soflc"),
+    **{
+        f"fuzzy-sliding {name}": EVERY[name]
+        for name in EVERY
+        if "within" in name or "with " in name
+    },
     "hierarchy": made_up.hierarchy(3, 5, adaptation=ADAPTING),
     "network": made_up.network(2),
     "network within a limit": made_up.limited(made_up.network(3), 8.0),

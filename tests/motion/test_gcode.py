@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfc_design.core.records import Record, UserError, checked
-from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.named_scenario import BUILTIN, load_scenario
 from hfc_design.motion import gcode
 from hfc_design.motion.paths import Path
 from hfc_design.motion.trajectories import GCode, PathReference
@@ -103,6 +103,55 @@ def test_feed_is_modal_and_moves_to_the_same_place_are_none(path_of):
     assert path.feed.tolist() == [60.0, 60.0, 90.0]
 
 
+#: Lin & Gai 2009, fig. 4, as the scan of it reads.
+PRINTED = """G61G05.1Q1F10000
+X-1.513 Y215.223 Z-164.657 A86.462 C-91.007
+X-1.426 Y216.091 Z-165.266 A86.556 C-91.002
+X-1.339 Y216.975 Z-165.907 A86.659 C-91.992
+X-1.253 Y217.874 Z-166.575 A86.77 C-90.976
+X-1.166 Y218.784 Z-167.264 A86.887 C-90.956
+X-1.08 Y219.706 Z-167.976 A87.011 C-90.929
+X- .992 Y220.635 Z-168.701 A87.139 C-90.898
+X- .905 Y221.572 Z-169.443 A87.272 C-90.86
+X- 82 Y222.512 Z-170.194 A87.408 C-90.815
+X- .733 Y223.458 Z-170.958 A87.548 C-90.765
+X- .648 Y224.408 Z-171.732 A87.691 C-90.707
+M2
+"""
+
+
+def test_blanks_in_numbers_mean_nothing():
+    """As in RS274/NGC, 3.3: so X- 82, which was to be -.82, is -82."""
+    found = gcode.blocks(PRINTED, (-1.0, 215.0, -150.0, 86.0, 0.0, -91.0))
+    x = [-1.513, -1.426, -1.339, -1.253, -1.166, -1.08, -0.992, -0.905, -82.0, -0.733, -0.648]
+    assert [block.end[0] for block in found] == x
+    assert [block.end[5] for block in found][2] == -91.992
+    assert {block.feed for block in found} == {10000.0}
+    assert found[0].length == pytest.approx(np.hypot(np.hypot(0.513, 0.223), 14.657))
+    (block,) = gcode.blocks("g1 x +0. 12 34 y 7 f6 0")
+    assert (*block.end[:2], block.feed) == (0.1234, 7.0, 60.0)
+
+
+@pytest.mark.parametrize("name", ["printed", "corrected"])
+def test_programs_of_the_paper_are_what_they_say(name):
+    """Only what their comments tell of differs from the scan."""
+    text = (BUILTIN / f"five-axis-program-{name}.ngc").read_text()
+    scan = PRINTED.replace("X- 82", "X- .82")
+    if name == "corrected":
+        scan = scan.replace("C-91.992", "C-90.992")
+    start = (-1.0, 215.0, -150.0, 86.0, 0.0, -91.0)
+    first = text.split("\n").index(next(x for x in text.split("\n") if x.startswith("G61")))
+    found = [block._replace(line=block.line - first) for block in gcode.blocks(text, start)]
+    assert found == [*gcode.blocks(scan, start)]
+
+
+def test_a_mode_is_straight_until_a_program_says_another():
+    """As the program above wants it; without any feed nobody knows what is meant."""
+    assert gcode.blocks("F60\nA5")[0].end[3] == 5.0
+    with pytest.raises(ValueError, match="line 1: moves before any of G0, G1, G2, G3"):
+        gcode.blocks("A5")
+
+
 def test_windows_files_are_read(program):
     file = program("")
     file.write_bytes(b"\xef\xbb\xbfG1 F60 X1\r\n(caf\xe9)\r\nX2\r\n")
@@ -131,7 +180,7 @@ def test_any_points_come_back(tmp_path_factory, points):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("G1 F60 X1\nG1 X2 Q3\n", "line 2: Q3: unknown word; there is F, G, I"),
+        ("G1 F60 X1\nG1 X2 Q3\n", "line 2: Q3: unknown word; there is A, B, C, F"),
         ("G1 F60 X1\n\nX\n", "line 3: X has no number"),
         ("G1 F60 X Y2\n", "line 1: X has no number"),
         ("G1 F60 X1 E5\n", "line 1: E5: unknown word"),
@@ -145,7 +194,15 @@ def test_any_points_come_back(tmp_path_factory, points):
         ("G1 F60 X1\n#1=5\n", "line 2: cannot be understood at column 1"),
         ("(never closed\nG1 F60 X1\n", "line 1: cannot be understood at column 1"),
         ("/G1 F60 X1\n", "line 1: cannot be understood at column 1"),
-        ("G1 F60 X1 1\n", "line 1: cannot be understood at column 11"),
+        ("G1 F60 X1. .5\n", "line 1: cannot be understood at column 12"),
+        ("G1 F60 X1 Q1\n", "line 1: Q1: unknown word"),
+        ("G5.1 Q0\nG1 F60 X1\n", "line 1: G5.1 Q0: look-ahead is always on here (Q1)"),
+        ("G64\nG1 F60 X1\n", "line 1: G64: corners are not rounded here"),
+        ("G61.1\nG1 F60 X1\n", "line 1: G61.1: a stop after every block is not simulated"),
+        ("G93 F2\nG1 X1\n", "line 2: G1 without an F of its own, which G93 asks for"),
+        ("F60\nG93 G1 X1 F2\nG94\nX2\n", "line 4: G1 before any F"),
+        ("G93 G1 X1 F0\n", "line 1: F0: a feed has to be more than 0 per minute"),
+        ("G1 F60 X1\nA5\n", "line 2: A moves; only motion in X-Y is read"),
         ("G20\nG1 F60 X1\n", "line 1: G20: inches are not read, only millimetres (G21)"),
         ("G18\nG1 F60 X1\n", "line 1: G18: unknown code"),
         ("G91.1\nG1 F60 X1\n", "line 1: G91.1: unknown code"),

@@ -92,10 +92,10 @@ def test_a_controller_of_the_whole_machine_is_faulty_as_a_whole(own_plugins, mon
         return tuple(found.values())
 
     assert step(1.0, 2.0) == (1.5, 3.0)
-    faulty = [step(nan, 1.0), step(1.0, -inf), step(1.0, 1.0, PathView(1.0, 0.0, 0.0, nan))]
+    faulty = [step(nan, 1.0), step(1.0, -inf), step(1.0, 1.0, PathView((1.0, 0.0), 0.0, nan))]
     faulty += [step(1.0, 1.0, gap=0.0), step(1.7e308, 1.7e308)]  # a division by zero, an overflow
     assert np.isnan(faulty).all()
-    assert step(1.0, 0.0, PathView(1.0, 0.0, 0.0, 0.5)) == (1.5, 3.5)
+    assert step(1.0, 0.0, PathView((1.0, 0.0), 0.0, 0.5)) == (1.5, 3.5)
 
 
 def test_what_an_own_law_reads_is_not_known(own_plugins):

@@ -85,7 +85,7 @@ def _normal(path: PathView, view: View) -> tuple[Scalar, Scalar]:
     """The normal to the left of the path where the machine is (Koren & Lo 1991, C_x and C_y)."""
     half = 0.5 * path.curvature
     x, y = (signals["error"] for signals in view.axes)
-    return half * x - path.tangent_y, half * y + path.tangent_x
+    return half * x - path.tangent[1], half * y + path.tangent[0]
 
 
 def _fed_forward(gains: CrossGains, view: View) -> tuple[Scalar, ...]:

@@ -3,13 +3,13 @@
 from operator import not_
 from typing import Any, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
 from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.kind import ControllerRecord, Limits, Target, kinds
-from hfc_design.controllers.per_axis import OwnRecord, OwnSettings, sampled_alike
-from hfc_design.core.numbers import Plain
+from hfc_design.controllers.inner import OuterDesign
+from hfc_design.controllers.kind import Limits, Target, kinds
+from hfc_design.controllers.per_axis import OwnSettings
 from hfc_design.core.records import Finite, Label, Record, UserError
 
 
@@ -21,31 +21,13 @@ class ContourRecord(Record):
     k_d: Finite = 0.0
 
 
-class CrossCoupledDesign(ControllerRecord):
-    """A controller of kind ``cross-coupled``.
-
-    ``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine.
-    """
+class CrossCoupledDesign(OuterDesign):
+    """A controller of kind ``cross-coupled``."""
 
     kind: Literal["cross-coupled"] = "cross-coupled"
-    inner: OwnRecord
     contour: ContourRecord
     #: Gain of each axis on the velocity of its reference [command / (unit of the position/s)].
     feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _sampled_alike(cls, data: Plain) -> Plain:
-        """What is inside takes the sample time of the whole where it says none."""
-        if not isinstance(data, dict) or not isinstance(data.get("inner"), dict):
-            return data
-        every = {key: data[key] for key in ("sample_time_s",) if key in data}
-        return data | {"inner": every | data["inner"]}
-
-    @model_validator(mode="after")
-    def _steps_at_once(self) -> "CrossCoupledDesign":
-        sampled_alike("inner", self.inner, self.sample_time_s)
-        return self
 
     def gains(self) -> CrossGains:
         """The numbers of one individual."""

@@ -16,12 +16,8 @@ from pydantic import (
 )
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
-from hfc_design.controllers.kind import (
-    ControllerRecord,
-    ControllerSettings,
-    Target,
-    controller_named,
-)
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.start import controller_named
 from hfc_design.core.numbers import Floats, Json, Parameters, Plain, RuleTable, Triangles
 from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table
 from hfc_design.stability.sectors import sectors_at_centres, true_sectors

@@ -4,13 +4,13 @@ from operator import not_
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.kind import ControllerRecord, Target, controller_named
+from hfc_design.controllers.kind import ControllerRecord, Target
 from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory
 from hfc_design.controllers.neural.network import Weights
-from hfc_design.core.numbers import Plain
+from hfc_design.controllers.start import controller_named
 from hfc_design.core.records import Finite, NotNegative, Positive, Record
 
 INPUTS = 2  # error and its change
@@ -95,11 +95,7 @@ class NeuralSettings(GainsSettings):
     hidden: int = Field(25, ge=1, le=MOST)
     seed: int = Field(0, ge=0)
 
-    @field_validator("start", mode="before")
-    @classmethod
-    def _controller_of(cls, start: Plain, info: ValidationInfo) -> Plain:
-        """The controller of the design that ``start`` names; a record stays one."""
-        return controller_named(start, info)
+    _controller_of = field_validator("start", mode="before")(controller_named)
 
     def fault(self, target: Target) -> str | None:
         """A start that runs at another sample time."""

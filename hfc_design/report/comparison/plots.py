@@ -203,14 +203,16 @@ def _style(k: int) -> dict[str, Any]:
 
 
 def contours(bout: Bout) -> tuple[Figure, str] | None:
-    """Every design's deviations from the path, enlarged alike, and by how much; None: no path.
+    """Every design's deviations from a path in X-Y, enlarged alike, and by how much; None: no such.
 
     They are drawn normal to the path; around a circle as a ball bar shows them, by angle. What has
     diverged is left out.
     """
     each = enumerate((name, one.motion.contour) for name, one in bout.found.items())
     known = {
-        (k, name): found for k, (name, found) in each if found and np.isfinite(found.error).all()
+        (k, name): found
+        for k, (name, found) in each
+        if found and not found.any_axes and np.isfinite(found.error).all()
     }
     if not known:
         return None
@@ -253,7 +255,7 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
 def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     """The path with the deviations across it."""
     first = next(iter(known.values()))
-    trajectory, length = first.trajectory, first.millimetres
+    trajectory, length = first.planar, first.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     enlarged = SHARE * float(np.ptp(outline.position, axis=1).max()) / (division * length)
     axes = figure.subplots()

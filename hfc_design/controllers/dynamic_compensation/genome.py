@@ -1,0 +1,47 @@
+"""Genome of dynamic compensation: that of what is inside, its own gain and its dead zone."""
+
+import numpy as np
+
+from hfc_design.controllers.beside import BesideGenome, SideBySide
+from hfc_design.controllers.dynamic_compensation.law import CompensationGains
+from hfc_design.controllers.dynamic_compensation.record import CompensationSettings
+from hfc_design.controllers.gains.genome import GainsGenome
+from hfc_design.controllers.kind import Target, kinds
+from hfc_design.core.numbers import Json
+
+
+class CompensationGenome(BesideGenome):
+    """Its parts are what is inside, and its own numbers in shares of the settings.
+
+    Raises:
+        UserError: what is inside has too many structures.
+    """
+
+    def __init__(self, settings: CompensationSettings, target: Target):
+        inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
+        super().__init__(settings, target, [inner, GainsGenome(settings, target)], "inner")
+
+    def notation(self, structure: int) -> str:
+        """That of what is inside."""
+        return str(self.parts[0].notation(structure))
+
+    def gains(self, population: SideBySide) -> CompensationGains:
+        """As the simulator wants them."""
+        inner, shares = self.each("gains", population.parts)
+        told = self.settings
+        k_p = tuple(np.stack([gain * shares.k_p for gain in told.k_p.values()]))
+        speed = np.full(len(population.tree), told.programmed_speed)
+        return CompensationGains(inner, k_p, told.dead_zone * shares.dead_zone, speed)
+
+    def record(self, individual: SideBySide) -> Json:
+        """The record of what is inside, and its own."""
+        found, told = self.gains(individual), self.settings
+        pairs = zip(told.k_p, found.k_p, strict=True)
+        return {
+            "kind": told.kind,
+            "inner": self.parts[0].record(individual.parts[0]),
+            "k_p": {axis: float(gain[0]) for axis, gain in pairs},
+            "dead_zone": float(found.dead_zone[0]),
+            "programmed_speed": told.programmed_speed,
+            "path_axes": list(told.path_axes),
+        }

@@ -1,0 +1,59 @@
+"""Dynamic compensation of the tracking error of a whole machine (Lin & Gai 2009, cited as LG09).
+
+Beside the command of any controller each axis has, with e the errors of all axes and le their
+Euclidean length (LG09 eq. 3 to 6)::
+
+    u_c = k_p (v_i / v) (e_i / le) (le - e_max)    where le > e_max, else 0
+
+Eq. 3 is printed without fractions and brackets: this is the reading that keeps all five of the
+principles above it. v_i is the commanded speed of the path, v the programmed one. Written for one
+machine in scalars; ``xp`` as in ``core.numbers``. Never imports JAX.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hfc_design.controllers.controller import Controller, Stepped, View, limited
+from hfc_design.core.numbers import Gains, Memory, Scalar, Xp, total
+
+
+class CompensationGains(NamedTuple):
+    """The numbers of one individual, or of a population in the trailing axis."""
+
+    inner: Gains
+    k_p: Sequence[Scalar]  # of each axis [command / unit of its error]
+    dead_zone: Scalar  # e_max, in the units of the errors: mm and deg count alike
+    speed: Scalar  # v, that the program asks for [unit/s]
+
+
+class DynamicCompensation(NamedTuple):
+    """The controller of a machine."""
+
+    kind: str
+    inner: Controller
+    along: tuple[int, ...]  # axes whose speeds make that of the path
+    limits: tuple[float | None, ...]  # largest command of each axis
+
+    def initial_memory(self, zero: Scalar) -> Memory:
+        """That of what is inside: the compensation remembers nothing."""
+        return self.inner.initial_memory(zero)
+
+    def step(self, xp: Xp, gains: CompensationGains, memory: Memory, view: View) -> Stepped:
+        """The commands of what is inside, compensated."""
+        inner, memory = self.inner.step(xp, gains.inner, memory, view)
+        share = speed_share(xp, gains.speed, [view.axes[k]["reference_rate"] for k in self.along])
+        errors = [signals["error"] for signals in view.axes]
+        factor = xp.once(share * beyond(xp, gains.dead_zone, errors))
+        each = zip(self.limits, inner, gains.k_p, errors, strict=True)
+        return tuple(limited(xp, limit, u + k * (factor * e)) for limit, u, k, e in each), memory
+
+
+def beyond(xp: Xp, dead_zone: Scalar, errors: Sequence[Scalar]) -> Scalar:
+    """``(le - e_max) / le``, 0 in the dead zone: it is 0 at its edge, where it has no jump."""
+    square = xp.maximum(total(error * error for error in errors), dead_zone * dead_zone)
+    return 1.0 - dead_zone / square**0.5
+
+
+def speed_share(xp: Xp, speed: Scalar, rates: Sequence[Scalar]) -> Scalar:
+    """``v_i / v``; 1 is its peak, where the path is as fast as programmed or faster."""
+    return xp.minimum(total(rate * rate for rate in rates) / (speed * speed), 1.0) ** 0.5

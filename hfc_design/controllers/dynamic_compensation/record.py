@@ -1,0 +1,90 @@
+"""Dynamic compensation in a design file and in a scenario. Never imports JAX."""
+
+from operator import not_
+from typing import Any, Literal, NamedTuple
+
+from pydantic import Field
+
+from hfc_design.controllers.dynamic_compensation.law import CompensationGains, DynamicCompensation
+from hfc_design.controllers.gains import GainsSettings
+from hfc_design.controllers.inner import OuterDesign
+from hfc_design.controllers.kind import Limits, Target, kinds
+from hfc_design.controllers.per_axis import OwnSettings
+from hfc_design.core.records import Finite, Label, Positive, UserError
+
+#: Of each axis by its name [command / unit of its error].
+Gain = dict[Label, Finite]
+
+
+class CompensationDesign(OuterDesign):
+    """A controller of kind ``dynamic-compensation``; see ``law``."""
+
+    kind: Literal["dynamic-compensation"] = "dynamic-compensation"
+    k_p: Gain
+    dead_zone: Positive  # e_max, in the units of the errors
+    programmed_speed: Positive  # v [unit/s]
+    #: Axes whose speeds make that of the path; left out: all.
+    path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
+
+    def gains(self) -> CompensationGains:
+        """The numbers of one individual."""
+        inner = kinds().get(self.inner.kind).gains(self.inner)
+        k_p = tuple(self.k_p.values())
+        return CompensationGains(inner, k_p, self.dead_zone, self.programmed_speed)
+
+    def controller(self, limits: Limits) -> DynamicCompensation:
+        """On axes with these limits.
+
+        Raises:
+            UserError: the machine has other axes.
+        """
+        axes = tuple(limits)
+        if fault := axes_fault(axes, self.k_p, self.path_axes):
+            raise UserError(f"controller.{fault}")
+        along = tuple(axes.index(axis) for axis in self.path_axes or axes)
+        inner = kinds().get(self.inner.kind).controller_of(self.inner, limits)
+        return DynamicCompensation(self.kind, inner, along, tuple(limits.values()))
+
+
+def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str | None:
+    """Why a controller is none of a machine with these axes, in a line."""
+    has = f"the machine has {', '.join(axes)}"
+    if tuple(k_p) != axes:
+        return f"k_p: names {', '.join(k_p)}; {has}"
+    for axis in along:
+        if axis not in axes:
+            return f"path_axes: has no axis {axis!r}; {has}"
+    if len(set(along)) < len(along):
+        return f"path_axes: names an axis twice; {has}"
+    return None
+
+
+class CompensationRanges(NamedTuple):
+    """What is searched, in shares of the settings; a range each."""
+
+    k_p: Any  # of every axis
+    dead_zone: Any
+
+
+class CompensationSettings(GainsSettings):
+    """What a search begins with, its ranges, and what is searched inside."""
+
+    own_ranges = CompensationRanges((0.05, 5.0), (0.05, 5.0))
+    kind: Literal["dynamic-compensation"]
+    inner: OwnSettings
+    k_p: Gain
+    dead_zone: Positive
+    programmed_speed: Positive
+    path_axes: tuple[Label, ...] = ()
+
+    @property
+    def staged(self) -> bool:
+        """No: what is inside has stages of its own, or none."""
+        return False
+
+    def fault(self, target: Target) -> str | None:
+        """Other axes than the machine's, or what is inside cannot be searched for."""
+        if fault := axes_fault(target.machine.axes, self.k_p, self.path_axes):
+            return f"controller.{fault}"
+        found = self.inner.fault(target)
+        return found and found.replace("controller.", "controller.inner.", 1)

@@ -1,0 +1,25 @@
+"""What the page shows of dynamic compensation."""
+
+from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
+from hfc_design.controllers.kind import Shown, kinds
+from hfc_design.pictures.figure import Listing, Section
+
+ABOUT = (
+    "Beside the command of its own controller each axis is commanded in proportion to its error, "
+    "as far as the length of all errors together is beyond a dead zone and as fast as the path is "
+    "moving (Lin & Gai 2009, eq. 3 to 6). The length counts mm and deg alike."
+)
+
+
+def sections(record: CompensationDesign, shown: Shown) -> list[Section]:
+    """Its numbers with units, then what is inside."""
+    rows = [["dead zone, e_max", f"{record.dead_zone:.6g}", "units of the errors"]]
+    along = ", ".join(axis.upper() for axis in record.path_axes) or "all axes"
+    speed = f"programmed speed, v, of {along}"
+    rows.append([speed, f"{record.programmed_speed:.6g}", "units of the errors/s"])
+    for (axis, gain), drive in zip(record.k_p.items(), shown.machine.drives, strict=True):
+        unit = f"{drive.units['command']}/{drive.units['error']}"
+        rows.append([f"gain of {axis.upper()}, k_p", f"{gain:.6g}", unit])
+    listing = Listing("Compensation of the tracking error.", ["number", "value", "unit"], rows)
+    inner = kinds().get(record.inner.kind).sections(record.inner, shown)
+    return [Section("Dynamic compensation", ABOUT, listing, []), *inner]

@@ -1,0 +1,147 @@
+"""Adaptive fuzzy sliding control for other programs: its rule table, C, Structured Text, in words.
+
+Rules are those by now, learnt moves included, wherever they do not adapt.
+"""
+
+from pathlib import Path
+
+from hfc_design.controllers.fuzzy_sliding.law import Parts
+from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
+from hfc_design.controllers.kind import Explain, Member, Saved, Template
+from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
+from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.records import TERMS, ZR
+
+HERE = (Path(__file__).parent / "templates",)
+
+
+def _terms(largest: float) -> tuple[Triangle, ...]:
+    """Evenly spaced triangles whose outermost centres are ``largest`` away from 0."""
+    gap = largest / ZR
+    centres = [gap * (k - ZR) for k in range(TERMS)]
+    edges = [-float("inf"), *centres, float("inf")]
+    return tuple(
+        Triangle(label, edges[k], centres[k], edges[k + 2]) for k, label in enumerate(LABELS)
+    )
+
+
+def units(record: SlidingDesign) -> list[RuleUnit]:
+    """The one table."""
+    rate, error = _terms(record.largest_error_rate), _terms(record.largest_error)
+    return [RuleUnit("rules", "error_rate", "error", rate, error, record.table())]
+
+
+def about(record: SlidingDesign, signal_units: dict[str, str]) -> Json:
+    """What stands beside the rules, and the steps of a sample in words."""
+    pid = record.pid
+    steps = [
+        "the unit rules reads error and error_rate; they are neither scaled nor limited",
+        "s = error_rate + slope * error",
+        "switching = gain * s / boundary_layer, within -gain and gain",
+        "command = rules + switching" + (" + pid" if pid else ""),
+        "the adaptation is not here: the rules are those to start from",
+    ]
+    if pid:
+        integral = "sum of k_i * sample_time_s * error up to this sample"
+        steps.insert(3, f"pid = k_p * error + k_d * error_rate + {integral}")
+    return {
+        "steps": steps,
+        "output": "rules",
+        "sliding": record.sliding.model_dump(mode="json"),
+        "pid": pid.model_dump(mode="json") if pid else None,
+    }
+
+
+def notes(record: SlidingDesign) -> list[str]:
+    """What a rule table does not hold."""
+    return [
+        "error and error_rate in the units of the drive, output in those of its command",
+        "the switching part is not here, nor the adaptation, which starts from these rules",
+    ]
+
+
+def tables(record: SlidingDesign) -> dict[str, Rows]:
+    """``rules.csv`` (rows: error, columns: its rate), the terms' centres and ``manifest.csv``."""
+    corner = "row error \\ column error_rate"
+    centres = [["input", *LABELS]]
+    for name in ("error", "error_rate"):
+        terms = _terms(getattr(record, f"largest_{name}"))
+        centres.append([name, *(repr(term.centre) for term in terms)])
+    manifest = [["unit", "column_input", "row_input", "file"]]
+    manifest.append([record.kind, "error_rate", "error", "rules.csv"])
+    rules = rows_of(corner, LABELS, record.table())
+    return {"rules.csv": rules, "centres.csv": centres, "manifest.csv": manifest}
+
+
+def shown(record: SlidingDesign, parts: Parts) -> Json:
+    """What a sample's command is made of."""
+    column = side("error_rate", parts.rate, LABELS, parts.in_rate)
+    row = side("error", parts.error, LABELS, parts.in_error)
+    unit = fired("rules", column, row, parts.consequents, parts.fuzzy)
+    shares = {"fuzzy": float(parts.fuzzy), "switching": float(parts.switching)}
+    if parts.pid is not None:
+        shares["pid"] = float(parts.pid)
+    return {"units": [unit], "parts": shares}
+
+
+def _c(record: SlidingDesign) -> Json:
+    gains, every = record.gains(), record.sample_time_s
+    return {
+        "start": record.consequents,
+        "learnt": record.adaptation.moves,
+        "gains": gains,
+        "pid": gains.pid,
+        "integral": gains.pid.k_i * every if gains.pid else 0.0,
+        "step": gains.adaptation * every,
+        "integrates": True,
+        "in_place": True,
+    }
+
+
+def _st(record: SlidingDesign) -> Json:
+    gains = record.gains()
+    constants: Json = {
+        "error_terms": gains.error_terms,
+        "rate_terms": gains.rate_terms,
+        "slope": gains.slope,
+        "gain": gains.switching,
+        "boundary_layer": gains.boundary_layer,
+    }
+    if gains.pid:
+        integral = gains.pid.k_i * record.sample_time_s
+        constants |= {"kp": gains.pid.k_p, "kd": gains.pid.k_d, "ki_sample": integral}
+    return {
+        "constants": constants,
+        "remembered": ["error_sum"] if gains.pid else [],
+        "within": ["place", "nonlinear", *(["new_sum"] if gains.pid else [])],
+        "units": units(record),
+        "pid": gains.pid,
+        "leaves_out": True,
+    }
+
+
+def _learnt(record: SlidingDesign) -> list[Member]:
+    if not record.learns:
+        return []
+    told = "of the consequents, [term of the error][term of its rate]"
+    return [Member("moves", (TERMS, TERMS), told)]
+
+
+def _past(record: SlidingDesign) -> list[Member]:
+    return [Member("sum", what="the integral")] if record.pid else []
+
+
+def _taken(record: SlidingDesign, found: dict[str, Floats]) -> SlidingDesign:
+    return record.with_moves(tuple(map(tuple, found["moves"].tolist())))
+
+
+RULES = RuleBase(units, lambda record: ["error_rate", "error"], about, notes, tables)
+EXPLAIN = Explain(
+    lambda record: (["error", "error_rate"], []),
+    lambda memory, readings: memory,
+    shown,
+    SlidingDesign.held,
+)
+C = Template(HERE, _c)
+ST = Template(HERE, _st)
+SAVED = Saved(_learnt, _past, _taken)

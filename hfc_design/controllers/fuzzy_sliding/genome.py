@@ -1,0 +1,112 @@
+"""Genome of adaptive fuzzy sliding control: its numbers, and its consequents if they may vary."""
+
+from typing import Any
+
+import numpy as np
+
+from hfc_design.controllers.fuzzy_sliding.law import Pid, SlidingGains
+from hfc_design.controllers.fuzzy_sliding.settings import SEARCHED, SlidingSettings, started
+from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.controllers.genome import Genome
+from hfc_design.controllers.kind import Target
+from hfc_design.controllers.linear.searched import Searched
+from hfc_design.core.numbers import Floats, Integers, Json
+from hfc_design.core.records import TERMS, ZR
+
+#: Of first individuals, how far the consequents go from the start, in shares of their range.
+SPREAD = 0.1
+#: The upper half of a table: what is searched where the lower one mirrors it.
+HALF = TERMS * TERMS // 2
+
+
+class SlidingGenome(GainsGenome):
+    """What a search can do with ``GainVectors``: places of ``searched``, then of consequents."""
+
+    def __init__(self, settings: SlidingSettings, target: Target):
+        Genome.__init__(self, settings, target)
+        self.start = settings.start or started(target)
+        height = float(np.abs(self.start.table()).max()) or 1.0
+        about = {"largest_consequent": height, **dict(self.start)}
+        about |= {**dict(self.start.sliding), **dict(self.start.adaptation)}
+        self.searched = {
+            name: _range(about[name], factor, settings.ranges.get(name))
+            for name, factor in SEARCHED.items()
+        }
+        #: (7, 7) of the start, in shares of the largest.
+        self.shape: Floats = np.array(self.start.table()) / height
+        count = 0 if not settings.consequents else HALF if settings.symmetric else TERMS * TERMS
+        self.ranges = (*self.searched, *range(count))  # as many as there are places
+
+    def empty(self) -> GainVectors:
+        """The start."""
+        places = [float(one.place(one.start)) for one in self.searched.values()]
+        table = 0.5 * (1.0 + self.shape.ravel()[: len(self.ranges) - len(places)])
+        return GainVectors(np.zeros(1, int), np.array([[*places, *table]]))
+
+    def fresh(self, tree: Integers, rng: np.random.Generator) -> GainVectors:
+        """The start, and individuals between it and any other."""
+        count, few = len(tree), len(self.searched)
+        places = np.tile(self.empty().places, (count, 1))
+        near = rng.random((count, 1))  # 0: as the start
+        near[:1] = 0.0
+        off = rng.random((count, few)) - places[:, :few]
+        noise = SPREAD * rng.standard_normal(places[:, few:].shape)
+        places += near * np.concatenate([off, noise], axis=1)
+        return GainVectors(tree, np.clip(places, 0.0, 1.0))
+
+    def numbers(self, population: GainVectors) -> dict[str, Floats]:
+        """What is searched beside the consequents, each (n,)."""
+        pairs = zip(self.searched.items(), population.places.T, strict=False)
+        return {name: one.value(place) for (name, one), place in pairs}
+
+    def consequents(self, population: GainVectors) -> Floats:
+        """(7, 7, n) those to begin with [command]."""
+        height = self.numbers(population)["largest_consequent"]
+        shares = 2.0 * population.places[:, len(self.searched) :].T - 1.0
+        if len(shares) == HALF:
+            shares = np.concatenate([shares, np.zeros((1, len(height))), -shares[::-1]])
+        if len(shares) == 0:
+            shares = np.repeat(self.shape.reshape(-1, 1), len(height), axis=1)
+        return height * shares.reshape(TERMS, TERMS, -1)
+
+    def gains(self, population: GainVectors) -> SlidingGains:
+        """The population as the simulator wants it."""
+        own, one = self.numbers(population), np.ones(len(population.tree))
+        of_error: Any
+        of_error, of_rate = self.start.judge()
+        if self.start.adaptation.error_dynamics is None:
+            of_error = own["slope"]
+        consequents: Any = self.consequents(population)
+        judge: Any = np.stack([of_error * one, of_rate * one])
+        pid = self.start.pid
+        return SlidingGains(
+            ZR / own["largest_error"],
+            ZR / own["largest_error_rate"],
+            consequents,
+            own["slope"],
+            own["gain"],
+            own["boundary_layer"],
+            own["rate"],
+            judge,
+            own["largest_move"],
+            Pid(*(one * gain for gain in dict(pid).values())) if pid else None,
+        )
+
+    def record(self, individual: GainVectors) -> Json:
+        """The start with what was searched; nothing is learnt yet."""
+        found = {name: float(value[0]) for name, value in self.numbers(individual).items()}
+        record: Json = self.start.model_dump()
+        for key in ("largest_error", "largest_error_rate"):
+            record[key] = found[key]
+        for part in ("sliding", "adaptation"):
+            record[part] |= {key: found[key] for key in record[part] if key in found}
+        record["adaptation"].pop("moves", None)
+        record["consequents"] = self.consequents(individual)[..., 0].tolist()
+        del record["sample_time_s"]
+        return record
+
+
+def _range(start: float, factor: float, told: tuple[float, float] | None) -> Searched:
+    """About the start by logarithms; what is zero there stays so, where no range is told."""
+    low, high = told or (start / factor, start * factor)
+    return Searched(low, high, float(np.clip(start, low, high)))

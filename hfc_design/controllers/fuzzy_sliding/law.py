@@ -1,0 +1,147 @@
+"""Adaptive fuzzy sliding control of an axis (Lin & Gai 2009, cited as LG09).
+
+``u = theta' xi(e, de/dt) + k sat(s / phi)`` with ``s = de/dt + lambda e`` (LG09 eq. 9 to 13). The
+consequents theta follow ``dtheta/dt = gamma (E' P_2) xi`` (eq. 14), E = (e, de/dt): the direct
+adaptive fuzzy control of Wang (1994), who has ``e = reference - position`` as this package has; the
+e of eq. 9 has the other sign. Written for one axis in scalars; ``xp`` as in ``core.numbers``. Never
+imports JAX.
+"""
+
+from collections.abc import Sequence
+from operator import add
+from typing import NamedTuple
+
+from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Xp, clipped, dot, each, total
+from hfc_design.core.records import TERMS, ZR
+
+
+class Pid(NamedTuple):
+    """Linear gains beside the rules."""
+
+    k_p: Scalar  # [command/error]
+    k_i: Scalar  # [command/(error s)]
+    k_d: Scalar  # [command s/error]
+
+
+class SlidingGains(NamedTuple):
+    """The controller as numbers: one individual, or a population in the trailing axis."""
+
+    error_terms: Scalar  # terms that an error of 1 is away from ZZ
+    rate_terms: Scalar  # the same of its rate
+    consequents: RuleTable  # (7, 7) theta before the first sample [term of e][term of its rate]
+    slope: Scalar  # lambda [1/s]
+    switching: Scalar  # k, largest command of the switching part
+    boundary_layer: Scalar  # phi [error/s]
+    adaptation: Scalar  # gamma [command/error]
+    judge: Sequence[Scalar]  # (2,) P_2, of the error [1/s] and of its rate [1]
+    largest_move: Scalar  # of a consequent from where it was designed, either way
+    pid: Pid | None = None
+    learnt: RuleTable | None = None  # (7, 7) what of the consequents was learnt already
+
+
+class SlidingMemory(NamedTuple):
+    """What the controller remembers; all zero before the first sample."""
+
+    moves: RuleTable  # (7, 7) of the consequents since then
+    sum: Scalar  # of k_i T e
+
+
+class Parts(NamedTuple):
+    """What a command is made of."""
+
+    error: Scalar
+    rate: Scalar
+    in_error: Degrees  # (7,)
+    in_rate: Degrees  # (7,)
+    consequents: RuleTable  # (7, 7) at this sample
+    sliding: Scalar  # s [error/s]
+    fuzzy: Scalar
+    switching: Scalar
+    pid: Scalar | None  # None: there is none
+
+
+def sliding(sample_time: float, limit: float | None = None) -> AxisLaw:
+    """The law of kind ``fuzzy-sliding``."""
+    return AxisLaw(sample, initial_memory, sample_time, limit)
+
+
+def initial_memory(law: AxisLaw, zero: Scalar) -> SlidingMemory:
+    """Memory before the first sample: nothing has moved yet."""
+    return SlidingMemory(((zero,) * TERMS,) * TERMS, zero)
+
+
+def sample(
+    xp: Xp, law: AxisLaw, gains: SlidingGains, memory: SlidingMemory, signals: Signals
+) -> tuple[Scalar, SlidingMemory, Parts]:
+    """The command of one sample, what to remember, and what it is made of.
+
+    The consequents that give the command are those of the sample before; they move afterwards.
+    """
+    error, rate = signals["error"], signals["error_rate"]
+    in_error = degrees(xp, gains.error_terms * error)
+    in_rate = degrees(xp, gains.rate_terms * rate)
+    consequents = each(add, gains.consequents, memory.moves)
+    rows = zip(in_error, consequents, strict=True)
+    fuzzy = xp.once(total(degree * dot(in_rate, row) for degree, row in rows))
+    s = rate + gains.slope * error
+    switching = gains.switching * clipped(xp, s / gains.boundary_layer, -1.0, 1.0)
+    command, linear, whole = _linear(xp, law, gains.pid, memory, error, rate, fuzzy + switching)
+    of_error, of_rate = gains.judge
+    step = gains.adaptation * law.sample_time * (of_error * error + of_rate * rate)
+    # A command at its limit teaches nothing that would push it further: the table would wind up.
+    step = xp.once(held(xp, law.limit, command, 0.0, step))
+    moves = _moved(xp, gains, memory.moves, step, in_error, in_rate)
+    parts = Parts(error, rate, in_error, in_rate, consequents, s, fuzzy, switching, linear)
+    return command, SlidingMemory(moves, whole), parts
+
+
+def degrees(xp: Xp, place: Scalar) -> list[Scalar]:
+    """Degrees (7,) of a value ``place`` terms away from ZZ: triangles, the outermost saturate.
+
+    They are evenly spaced and reach to their neighbours' centres, so that they sum to 1.
+    """
+    place = clipped(xp, place, -float(ZR), float(ZR))
+    return [xp.maximum(1.0 - abs(place - (k - ZR)), 0.0) for k in range(TERMS)]
+
+
+def _moved(
+    xp: Xp,
+    gains: SlidingGains,
+    moves: RuleTable,
+    step: Scalar,
+    in_error: Degrees,
+    in_rate: Degrees,
+) -> RuleTable:
+    """The ``moves`` (7, 7) after a ``step`` of LG09 eq. 14, projected on a box.
+
+    That of the largest move about what was designed. The nearest point of a convex set is no
+    farther from any point in it: the projection makes no consequent worse (Wang 1994, who has a
+    ball for a box).
+    """
+    found, largest = [], gains.largest_move
+    learnt = ((0.0,) * TERMS,) * TERMS if gains.learnt is None else gains.learnt
+    for share, row, before in zip(in_error, moves, learnt, strict=True):
+        size = xp.once(step * share)
+        each = zip(row, in_rate, before, strict=True)
+        stepped = ((move + size * degree, had) for move, degree, had in each)
+        found.append(tuple(clipped(xp, u, -largest - had, largest - had) for u, had in stepped))
+    return tuple(found)
+
+
+def _linear(
+    xp: Xp,
+    law: AxisLaw,
+    pid: Pid | None,
+    memory: SlidingMemory,
+    error: Scalar,
+    rate: Scalar,
+    rules: Scalar,
+) -> tuple[Scalar, Scalar | None, Scalar]:
+    """The command with the linear gains beside the ``rules``, their share, their integral."""
+    if pid is None:
+        return rules, None, memory.sum
+    pd = pid.k_p * error + pid.k_d * rate
+    whole = memory.sum + pid.k_i * law.sample_time * error
+    whole = held(xp, law.limit, rules + pd + whole, memory.sum, whole)
+    return rules + (pd + whole), pd + whole, whole

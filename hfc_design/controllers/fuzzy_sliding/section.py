@@ -1,0 +1,168 @@
+"""What the page shows of adaptive fuzzy sliding control: surface, rules, what they learn."""
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hfc_design.controllers.fuzzy_sliding.law import sliding
+from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
+from hfc_design.controllers.kind import Shown
+from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    Drawing,
+    Listing,
+    Section,
+    colour_strip,
+    drawable,
+    finish,
+    framed,
+    gridded,
+    heat_map,
+)
+
+ABOUT = (
+    "The command is what the rules conclude from the error and its rate, and a part that pushes "
+    "towards the surface s = de/dt + λe, in proportion to s within the boundary layer (Lin & Gai "
+    "2009, eq. 9 to 13). Each rule that fires moves by its share of the judgement, the last column "
+    "of P with the error (eq. 14), and stays within its largest move."
+)
+#: Samples of a picture over time, at most: as many columns as can be seen.
+COLUMNS = 400
+
+
+class Learning(NamedTuple):
+    """An axis during the motion."""
+
+    error: Floats  # (steps,)
+    rate: Floats  # (steps,)
+    moves: Floats  # (steps, 7, 7) of the consequents from where they were designed
+
+
+def sections(record: SlidingDesign, shown: Shown) -> list[Section]:
+    """The controller; of each axis where it was in the phase plane and what its rules learnt."""
+    found = [_controller(record, shown)]
+    drives = zip(shown.machine.drives, shown.parameters, strict=True)
+    limits = [min(map(abs, drive.largest_commands(own))) for drive, own in drives]
+    for limit, (axis, signals) in zip(limits, (shown.signals or {}).items(), strict=False):
+        name = axis.upper() if len(shown.machine.axes) > 1 else "the axis"
+        found.append(_learnt(record, shown, name, learning(record, signals, limit)))
+    return found
+
+
+def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) -> Learning:
+    """What the rules learn of what an axis with this limit measured."""
+    law, gains = sliding(record.sample_time_s, limit), record.gains()
+    memory, moves, before = law.initial_memory(0.0), [], record.adaptation.moves
+    pairs = zip(signals["error"].tolist(), signals["error_rate"].tolist(), strict=True)
+    for error, rate in pairs:
+        moves.append(memory.moves)
+        _, memory = law.step(SCALARS, gains, memory, {"error": error, "error_rate": rate})
+    whole: Floats = np.array(moves) + (0.0 if before is None else np.array(before))
+    return Learning(signals["error"], signals["error_rate"], whole)
+
+
+def _controller(record: SlidingDesign, shown: Shown) -> Section:
+    units, surface, own = shown.units, record.sliding, record.adaptation
+    error, rate, command = units["error"], units["error_rate"], units["command"]
+    of_error, of_rate = record.judge()
+    rows = [
+        ("error of LP", record.largest_error, error),
+        ("rate of LP", record.largest_error_rate, rate),
+        ("slope of the surface, λ", surface.slope, "1/s"),
+        ("switching part, k", surface.gain, command),
+        ("boundary layer, φ", surface.boundary_layer, rate),
+        ("adaptation, γ", own.rate, f"{command}/{error}"),
+        ("judgement of the error, P₂", of_error, "1/s"),
+        ("judgement of its rate, P₂", of_rate, "1"),
+        ("largest move of a rule", own.largest_move, command),
+    ]
+    for name, value in dict(record.pid or {}).items():
+        per = {"k_p": error, "k_i": f"({error} s)", "k_d": f"({rate})"}[name]
+        rows.append((f"beside the rules, {name}", value, f"{command}/{per}"))
+    cells = [[name, f"{value:.5g}", unit] for name, value, unit in rows]
+    table = np.array(record.table())
+    drawing = Drawing(
+        _rules(table, "rules to begin with", f"command [{command}]"),
+        "Heat map of the rule table",
+        "Rule table: the command for each pair of terms, from large negative (LN) to large "
+        "positive (LP).",
+    )
+    listing = Listing("Scales, gains and limits.", ["parameter", "value", "unit"], cells)
+    return Section("The controller", ABOUT, listing, [drawing])
+
+
+def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Section:
+    command = shown.units["command"]
+    after = np.array(record.consequents) + motion.moves[-1]
+    every = record.sample_time_s
+    drawings = [
+        Drawing(
+            phase_plane(record, shown, name, motion),
+            f"Error and its rate of {name} against the sliding surface",
+            f"{name} in the phase plane: s = 0 is the line, the boundary layer grey. What lies "
+            "beyond the layer is pushed with all of k.",
+        ),
+        Drawing(
+            over_time(motion.moves, every, f"[{command}]", f"rules of {name} over time"),
+            f"Moves of the rules of {name} over time",
+            "What each rule has moved by: a block for each term of the error, in it a row for each "
+            "term of its rate, LN on top.",
+        ),
+        Drawing(
+            _rules(after, f"rules of {name} at the end", f"moved by [{command}]", motion.moves[-1]),
+            f"Heat map of the learnt rule table of {name}",
+            f"Rule table of {name} at the end of the motion: the numbers are the commands "
+            f"[{command}] by then, the colours what they have moved by.",
+        ),
+    ]
+    return Section(f"What {name} learns", "", None, drawings)
+
+
+def _rules(values: Floats, title: str, meaning: str, moved: Floats | None = None) -> Figure:
+    names = "row: error", "column: rate of the error"
+    return heat_map(values, LABELS, *names, title, meaning, moved)
+
+
+def phase_plane(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Figure:
+    """Where the axis was, the surface and its boundary layer."""
+    figure = framed(4.0, top=0.35)
+    axes, surface = figure.subplots(), record.sliding
+    error, rate = (drawable(values) for values in (motion.error, motion.rate))
+    reach = 1.05 * max(float(np.abs(error).max()), 1e-12 * record.largest_error)
+    ends = np.array([-reach, reach])
+    line, layer = -surface.slope * ends, surface.boundary_layer
+    axes.fill_between(ends, line - layer, line + layer, color="0.88")
+    axes.plot(ends, line, color=OTHER, lw=1.0, label="s = 0")
+    axes.plot(error, rate, color=OWN, lw=0.7)
+    most = 1.1 * max(float(np.abs(rate).max()), layer)
+    axes.set(xlim=(-reach, reach), ylim=(-most, most))
+    axes.set_title(f"phase plane of {name}", fontsize=11)
+    x = f"error e [{shown.units['error']}]"
+    finish(axes, f"rate de/dt [{shown.units['error_rate']}]", x)
+    return figure
+
+
+def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
+    """The moves (steps, 7, 7) as a picture: a column a moment, a row a rule."""
+    figure = framed(4.6, top=0.35, right=0.95)
+    axes, count = figure.subplots(), len(LABELS)
+    steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
+    values = drawable(moves[steps]).reshape(len(steps), -1).T
+    limit = float(np.abs(values).max()) or 1.0
+    times = every * np.append(steps, len(moves))
+    edges = np.arange(count * count + 1)
+    mesh = axes.pcolormesh(times, edges, values, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    mesh.set_rasterized(True)
+    for k in range(1, count):
+        axes.axhline(count * k, color="0.6", lw=0.5)
+    axes.set_yticks(count * (np.arange(count) + 0.5), LABELS)
+    axes.tick_params(axis="y", length=0)
+    axes.invert_yaxis()
+    gridded(axes, "time [s]", "term of the error")
+    axes.grid(visible=False)
+    axes.set_title(title, fontsize=11)
+    colour_strip(figure, axes, mesh, f"moved by {unit}").outline.set_visible(False)
+    return figure

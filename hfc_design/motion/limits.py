@@ -1,0 +1,61 @@
+"""What the axes of a machine may do on a program, as a user writes it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from hfc_design.core.records import Finite, Label, Positive, Record, ordered
+from hfc_design.motion.look_ahead import Bounds
+
+
+class MovedAxis(NamedTuple):
+    """What a program has to know of an axis of the machine."""
+
+    name: str
+    unit: float  # of its position [mm or deg]; 0: neither a length nor an angle
+    rotary: bool
+    top_speed: float  # of its drive [mm/s or deg/s]
+
+
+class AxisLimits(Record):
+    """Limits of an axis of a program, in mm or deg."""
+
+    velocity_per_min: Positive | None = None  # left out: what the drive reaches
+    rapid_per_min: Positive | None = None  # of G0; left out: the same
+    acceleration_per_s2: Positive | None = None
+    acceleration_time_s: Positive | None = None  # to the velocity of G0
+    travel: Annotated[tuple[Finite, Finite], ordered] | None = None
+
+    @model_validator(mode="after")
+    def _one_acceleration(self) -> "AxisLimits":
+        if (self.acceleration_per_s2 is None) == (self.acceleration_time_s is None):
+            raise ValueError("needs either acceleration_per_s2 or acceleration_time_s")
+        fastest = self.velocity_per_min or np.inf
+        if self.rapid_per_min is not None and self.rapid_per_min > fastest:
+            raise ValueError(
+                f"rapid_per_min = {self.rapid_per_min}: is more than velocity_per_min = {fastest}"
+            )
+        return self
+
+    def bounds(self, top_speed: float) -> tuple[float, float, float]:
+        """Velocity, that of G0 and acceleration, in mm or deg and s; of a drive's ``top_speed``."""
+        velocity = top_speed
+        if self.velocity_per_min is not None:
+            velocity = self.velocity_per_min / 60.0
+        rapid = velocity if self.rapid_per_min is None else self.rapid_per_min / 60.0
+        acceleration = self.acceleration_per_s2
+        if self.acceleration_time_s is not None:
+            acceleration = rapid / self.acceleration_time_s
+        assert acceleration is not None  # see ``_one_acceleration``
+        return velocity, rapid, acceleration
+
+
+#: The ``[reference.limits]`` of a scenario: those of each axis by its name.
+Limits = Annotated[dict[Label, AxisLimits], Field(exclude_if=lambda value: not value)]
+
+
+def bounds_of(limits: Mapping[str, AxisLimits], axes: Sequence[MovedAxis]) -> Bounds:
+    """Those of every axis."""
+    return Bounds(*np.array([limits[axis.name].bounds(axis.top_speed) for axis in axes]).T)

@@ -1,0 +1,99 @@
+"""The motion of a machine of any axes through a program, block by block within its limits."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Mask
+from hfc_design.motion import gcode
+from hfc_design.motion.axis_path import AxisPath, other_axis_fault, travel_fault
+from hfc_design.motion.limits import AxisLimits, MovedAxis, bounds_of
+from hfc_design.motion.look_ahead import Bounds, look_ahead
+from hfc_design.motion.paths import Motion
+from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
+
+
+class Program(NamedTuple):
+    """Where a machine is to be, and when."""
+
+    axes: tuple[MovedAxis, ...]
+    path: AxisPath
+    motion: Motion
+    bounds: Bounds
+
+    @property
+    def duration_s(self) -> float:
+        """When the end is reached [s]; from then on it holds."""
+        return self.motion.duration
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Where each axis begins, in the unit of its drive."""
+        each = zip(self.axes, self.path.start[:, 0].tolist(), strict=True)
+        return {axis.name: place / axis.unit for axis, place in each}
+
+    @property
+    def linear(self) -> Mask:
+        """(axes,) which are in mm."""
+        return np.array([not axis.rotary for axis in self.axes])
+
+    def samples(self, time: Floats) -> PathSamples:
+        """The motion at ``time`` (steps,) [s], in mm and deg."""
+        way, speed, change = self.motion.at(time)
+        position, direction, bend = self.path.at(way)
+        acceleration = change * direction + speed**2 * bend
+        curvature = self.path.curvature[self.path.block(way)]
+        return PathSamples(position, speed * direction, direction, curvature, way, acceleration)
+
+    def axis_samples(self, time: Floats) -> tuple[list[AxisSamples], PathFrame]:
+        """Every axis in units of its drive, not yet in the drive's steps, and the path."""
+        found, units = self.samples(time), [axis.unit for axis in self.axes]
+        rows = zip(found.position, found.velocity, found.acceleration, units, strict=True)
+        axes = [AxisSamples(x / u, v / u, None, None, x / u, a / u) for x, v, a, u in rows]
+        way, speed, _ = self.motion.at(time)
+        block = self.path.block(way)
+        feed = np.where(np.isinf(self.path.feed), self.motion.peak, self.path.feed)[block]
+        unit = next((axis.unit for axis in self.axes if not axis.rotary), units[0])
+        tangents = tuple(t * unit / u for t, u in zip(found.tangent, units, strict=True))
+        each = zip(self.axes, self.path.at(way).bend * unit, strict=True)
+        bends = tuple(None if axis.rotary else bend for axis, bend in each)
+        return axes, PathFrame(tangents, found.curvature, speed / unit, feed / unit, bends)
+
+
+def program(
+    blocks: Sequence[gcode.Block],
+    axes: tuple[MovedAxis, ...],
+    limits: Mapping[str, AxisLimits],
+    cycle: float,
+) -> Program:
+    """The motion through ``blocks``, of axes in the order of the machine, every ``cycle`` [s].
+
+    Raises:
+        ValueError: they move another axis, or leave the travel of one; the line says where.
+    """
+    names = [axis.name for axis in axes]
+    if not blocks:
+        raise ValueError(f"has no motion in {', '.join(names)}")
+    if fault := other_axis_fault(blocks, names):
+        raise ValueError(fault)
+    path = AxisPath.of(blocks, names)
+    if fault := travel_fault(path, names, [limits[name].travel for name in names]):
+        raise ValueError(fault)
+    bounds = bounds_of(limits, axes)
+    return Program(axes, path, look_ahead(path, bounds, cycle), bounds)
+
+
+def top_speed_fault(found: Program) -> str | None:
+    """A line if a program asks an axis for more than its drive's speed."""
+    wanted = found.path.fastest * found.motion.peak
+    reached = np.array([[axis.top_speed] for axis in found.axes])
+    if not (wanted > reached).any():
+        return None
+    k, block = map(int, np.unravel_index(int((wanted / reached).argmax()), wanted.shape))
+    axis, unit = found.axes[k], "deg" if found.axes[k].rotary else "mm"
+    return (
+        f"line {found.path.lines[block]}: asks the {axis.name.upper()} axis for "
+        f"{60.0 * wanted[k, block]:.5g} {unit}/min, but its drive reaches "
+        f"{60.0 * axis.top_speed:.5g} {unit}/min; set limits.{axis.name}.velocity_per_min"
+    )

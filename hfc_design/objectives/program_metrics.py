@@ -1,0 +1,131 @@
+"""What is read off the recorded motion of a machine of any axes through a program."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.motion.contour import Contour, Glitch
+from hfc_design.motion.program import Program
+from plants import Drive, Machine, in_a_name
+
+
+class AxisAlong(NamedTuple):
+    """One axis, (steps,) in the units of its drive."""
+
+    name: str
+    drive: Drive
+    reference: Floats
+    position: Floats
+    velocity: Floats
+    command: Floats
+    limits: tuple[float, float]  # of the command
+
+
+def length_unit(machine: Machine) -> str:
+    """Of its linear axes."""
+    return next((x.units["error"] for x in machine.drives if x.millimetres is not None), "mm")
+
+
+def program_meanings(machine: Machine) -> dict[str, str]:
+    """Meaning and unit of each metric, in the order of every table."""
+    found: dict[str, str] = {}
+    pairs = [*zip(machine.axes, machine.drives, strict=True)]
+    unit = length_unit(machine)
+    lengths = [drive.millimetres is not None for drive in machine.drives]
+    if any(lengths):
+        own = in_a_name(unit)
+        found |= {
+            f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
+            f"max_contour_error_{own}": f"largest contour error [{unit}]",
+            f"worst_glitch_{own}": f"largest contour error after a linear axis reverses [{unit}]",
+        }
+    if not all(lengths):
+        found |= {
+            "rms_orientation_error_deg": "root mean square of the error of the orientation [deg]",
+            "max_orientation_error_deg": "largest error of the orientation [deg]",
+            "worst_orientation_glitch_deg": "the same after a rotary axis reverses [deg]",
+        }
+    for what, told in (
+        ("rms_error", "root mean square of the tracking error"),
+        ("max_error", "largest tracking error"),
+        ("overshoot", "how far beyond a reversal or the end of the program"),
+    ):
+        for axis, drive in pairs:
+            own = drive.units["error"]
+            found[f"{axis}_{what}_{in_a_name(own)}"] = f"{told} of {axis.upper()} [{own}]"
+    for name, unit in _commands(machine.drives):
+        found[f"peak_{name}_{in_a_name(unit)}"] = f"largest {name} of an axis [{unit}]"
+        found[f"rms_{name}_change_{in_a_name(unit)}"] = (
+            f"root mean square of the change of the {name} from sample to sample, of the axis "
+            f"that chatters more [{unit}]"
+        )
+    return found | {
+        "velocity_share": "largest velocity of an axis, of its limit [1]",
+        "limit_share": "share of the time in which a command is at its limit [1]",
+    }
+
+
+def _commands(drives: tuple[Drive, ...]) -> dict[tuple[str, str], list[int]]:
+    """Name and unit of the commands -> axes that have such."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for k, drive in enumerate(drives):
+        found.setdefault((drive.command_name, drive.units["command"]), []).append(k)
+    return found
+
+
+def program_metrics(
+    program: Program, off: Contour, axes: list[AxisAlong]
+) -> dict[str, float | None]:
+    """``program_meanings`` in numbers; all None where the motion diverged."""
+    drives = tuple(axis.drive for axis in axes)
+    keys = program_meanings(Machine("", tuple(axis.name for axis in axes), drives))
+    columns = [x for axis in axes for x in (axis.position, axis.velocity, axis.command)]
+    if not all(np.isfinite(column).all() for column in columns):
+        return dict.fromkeys(keys)
+    values: list[float | None] = []
+    if program.linear.any():
+        values += [_rms(off.error), float(off.error.max()), _worst(off.glitches)]
+    if off.turned is not None:
+        values += [_rms(off.turned), float(off.turned.max()), _worst(off.turned_glitches)]
+    errors = [axis.reference - axis.position for axis in axes]
+    values += map(_rms, errors)
+    values += [float(np.abs(error).max()) for error in errors]
+    values += [overshoot(axis.reference, axis.position) for axis in axes]
+    for places in _commands(drives).values():
+        commands = np.stack([axes[k].command for k in places])
+        values.append(float(np.abs(commands).max()))
+        changes = np.diff(commands)
+        values.append(max(map(_rms, changes)) if changes.size else None)
+    largest = np.array([np.abs(axis.velocity).max() for axis in axes])
+    units = np.array([axis.unit for axis in program.axes])
+    values.append(float((largest * units / program.bounds.velocity).max()))
+    limited = [(x.command <= x.limits[0]) | (x.command >= x.limits[1]) for x in axes]
+    values.append(float(np.logical_or.reduce(limited).mean()))
+    return dict(zip(keys, values, strict=True))
+
+
+def overshoot(reference: Floats, position: Floats) -> float:
+    """How far ``position`` goes beyond where the ``reference`` (steps,) turns back or ends.
+
+    Beyond a reversal until the next one; 0 where it never does, and where nothing is to move.
+    """
+    change = np.diff(reference)
+    moving = np.flatnonzero(change)
+    turns = np.flatnonzero(np.diff(np.sign(change[moving]))) if len(moving) else moving
+    # a change from sample to sample is between them: it turns where the last change had led
+    places = [*(moving[turns] + 1), *moving[-1:] + 1]
+    found = 0.0
+    for place, until in pairwise([*places, len(reference)]):
+        beyond = np.sign(change[place - 1]) * (position[place:until] - reference[place])
+        found = max(found, float(beyond.max(initial=0.0)))
+    return found
+
+
+def _worst(found: list[Glitch]) -> float | None:
+    return max((abs(glitch.error) for glitch in found), default=None)
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,226 @@
+"""Five-axis machines: servo drives X, Y, Z in mm and A (or B), C in deg, alone or coupled.
+
+After the machine of Lin & Gai (2009, cited as LG09), of which Table 1 prints the settings of the
+control and nothing of the mechanics: masses and friction here are those of a machine of its size.
+Its largest error of 15 mm at 30 m/min on X (10 deg at 20,000 deg/min on A) is the speed over the
+gain of 33.33: the gain counts in 1/s, and the command is a speed, 8 V for the largest. So the
+amplifiers close a loop of the velocity, a proportional one: friction costs it speed.
+"""
+
+from collections import namedtuple
+from math import degrees
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from plants.blocks import bell
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.machine import Each, coupled, side_by_side
+from plants.sliding import Slide, slid
+
+#: Parameter -> unit of a linear axis, unit of a rotary one.
+UNITS = {
+    "inertia": ("kg", "kg m2"),  # of all that moves, motor and screw or gear included
+    "viscous_friction": ("N s/m", "N m s/rad"),
+    "coulomb_friction": ("N", "N m"),
+    "stiction_rise": ("N", "N m"),  # break-away level less the Coulomb friction
+    "stribeck_velocity": ("mm/s", "deg/s"),
+    "amplifier_gain": ("N s/m", "N m s/rad"),  # force or torque over the error of the velocity
+    "peak_force": ("N", "N m"),  # of the motor: a force, or a torque
+    "unbalance": ("kg", "kg m"),  # off balance: mass, or mass times its arm; felt where coupled
+    "velocity_per_volt": ("(mm/s)/V", "(deg/s)/V"),
+    "highest_voltage": ("V", "V"),  # of either sign
+    "travel_per_turn": ("mm", "deg"),  # of the motor
+    "counts_per_turn": ("1", "1"),  # of its encoder
+}
+#: Settings that are as they are told.
+EXACT = frozenset({"velocity_per_volt", "highest_voltage", "travel_per_turn", "counts_per_turn"})
+MAY_BE_ZERO = ("viscous_friction", "coulomb_friction", "stiction_rise", "unbalance")
+#: Of LG09, Table 1: the command of the largest speed [V], counts of an encoder a turn.
+VOLTS, COUNTS = 8.0, 16384.0
+GRAVITY = 9.81  # [m/s2]
+
+
+class ServoState(NamedTuple):
+    """Where an axis is; every field a scalar."""
+
+    position: Scalar  # [mm or deg]
+    velocity: Scalar  # [mm/s or deg/s]
+
+
+class ServoCoefficients(NamedTuple):
+    """What a step needs of the parameters; forces stand for torques too."""
+
+    gain: Scalar  # velocity over force [(mm/s)/N or (deg/s)/(N m)]
+    time_constant: Scalar  # of the loop of the velocity [s]
+    stiffness: Scalar  # force of the amplifier over velocity [N/(mm/s) or N m/(deg/s)]
+    viscous: Scalar  # the same of friction
+    coulomb: Scalar  # [N or N m]
+    stiction_rise: Scalar  # [N or N m]
+    inverse_stribeck_velocity: Scalar
+    peak_force: Scalar  # [N or N m]
+    inertia: Scalar  # force over acceleration [N/(mm/s2) or N m/(deg/s2)]
+    unbalance: Scalar  # [kg or kg m]
+    velocity_per_volt: Scalar
+    highest_voltage: Scalar  # [V]
+    count: Scalar  # [mm or deg]
+
+
+def _coefficients(per_unit: float, p: Any) -> ServoCoefficients:
+    """With so many mm in a m, or deg in a rad."""
+    whole = p.amplifier_gain + p.viscous_friction
+    return ServoCoefficients(
+        gain=per_unit / whole,
+        time_constant=p.inertia / whole,
+        stiffness=p.amplifier_gain / per_unit,
+        viscous=p.viscous_friction / per_unit,
+        coulomb=p.coulomb_friction,
+        stiction_rise=p.stiction_rise,
+        inverse_stribeck_velocity=1.0 / p.stribeck_velocity,
+        peak_force=p.peak_force,
+        inertia=p.inertia / per_unit,
+        unbalance=p.unbalance,
+        velocity_per_volt=p.velocity_per_volt,
+        highest_voltage=p.highest_voltage,
+        count=p.travel_per_turn / p.counts_per_turn,
+    )
+
+
+def sliding_friction(c: ServoCoefficients, speed: Scalar) -> Scalar:
+    """Friction [N or N m] without its viscous part; at rest the level of break-away."""
+    relative = jnp.asarray(speed * c.inverse_stribeck_velocity)
+    return c.coulomb + c.stiction_rise * bell(1.0, relative)
+
+
+def step(
+    c: ServoCoefficients, x: ServoState, volts: Scalar, loads: Loads, dt: Scalar
+) -> ServoState:
+    """The state ``dt`` [s] later under a constant command [V] and ``loads`` [N or N m].
+
+    Solves J dv/dt = f - load - friction, dp/dt = v with the amplifier's force f = k (w - v) for the
+    commanded velocity w: see ``slid``. Its limit is that of the mean over the step.
+    """
+    start, middle, end = loads
+    share = dt / c.time_constant
+    most = c.peak_force / c.stiffness * share / -jnp.expm1(-share)
+    asked = x.velocity + jnp.clip(c.velocity_per_volt * volts - x.velocity, -most, most)
+    drive = c.stiffness * asked - (start + 4.0 * middle + end) / 6.0
+    slide = Slide(c.gain, c.time_constant, lambda _, speed: sliding_friction(c, speed))
+    return slid(slide, x, drive, dt)
+
+
+def acceleration(c: ServoCoefficients, x: ServoState, volts: Scalar) -> Scalar:
+    """Of an axis without a load [mm/s2 or deg/s2]."""
+    force = c.stiffness * (c.velocity_per_volt * volts - x.velocity)
+    force = jnp.clip(force, -c.peak_force, c.peak_force)
+    rests, level = x.velocity == 0, sliding_friction(c, jnp.abs(x.velocity))
+    direction = jnp.sign(jnp.where(rests, force, x.velocity))
+    free = (force - direction * level - c.viscous * x.velocity) / c.inertia
+    return jnp.where(rests & (jnp.abs(force) <= level), 0.0, free)
+
+
+def _top_speed(c: ServoCoefficients) -> float:
+    """That the highest voltage holds against friction."""
+    held = c.gain * (c.stiffness * c.velocity_per_volt * c.highest_voltage - c.coulomb)
+    if c.viscous > 0:
+        held = min(held, (c.peak_force - c.coulomb) / c.viscous)
+    return max(held, 0.0) if c.peak_force > c.coulomb else 0.0
+
+
+def servo(name: str, rotary: bool = False, **own: float) -> Drive:
+    """A servo axis with these parameters (``UNITS``) as its nominal ones."""
+    values = {"highest_voltage": VOLTS, "counts_per_turn": COUNTS, **own}
+    record: Any = namedtuple  # a class of its own, for its own defaults
+    defaults = [values[key] for key in UNITS]
+    parameters = record(f"Servo{name.upper()}Parameters", UNITS, defaults=defaults)
+    per_unit, unit, load = (degrees(1.0), "deg", "N m") if rotary else (1e3, "mm", "N")
+
+    def coefficients(p: Any) -> ServoCoefficients:
+        return _coefficients(per_unit, p)
+
+    def linear(p: Any) -> tuple[float, float]:
+        c = coefficients(p)
+        return c.gain * c.stiffness * c.velocity_per_volt, c.time_constant
+
+    scale: dict[str, Any] = {"degrees" if rotary else "millimetres": lambda p: 1.0}
+    return Drive(
+        name=f"servo-{name}",
+        parameters=parameters,
+        exact=EXACT,
+        fault=only_positive(parameters, **dict.fromkeys(MAY_BE_ZERO, NOT_NEGATIVE)),
+        units={
+            **{"error": unit, "error_rate": f"{unit}/s", "command": "V", "load": load},
+            **{"position": unit, "velocity": f"{unit}/s"},
+        },
+        parameter_units={key: units[rotary] for key, units in UNITS.items()},
+        meanings={
+            "command": "commanded velocity of the servo amplifier",
+            "position": "of the slide or table, as the encoder of its motor counts",
+        },
+        coefficients=coefficients,
+        initial_state=lambda zero: ServoState(zero, zero),
+        step=step,
+        signals=lambda c, x: {"position": x.position, "velocity": x.velocity},
+        position="position",
+        velocity="velocity",
+        encoders={"position": "velocity"},
+        accepted=lambda c, volts: jnp.clip(volts, -c.highest_voltage, c.highest_voltage),
+        measured=lambda c, x: x._replace(position=c.count * jnp.round(x.position / c.count)),
+        top_speed=lambda p: _top_speed(coefficients(p)),
+        linear=linear,
+        **scale,
+    )
+
+
+def _linear(name: str, mass: float, m_min: float, **own: float) -> Drive:
+    """A slide of a ``mass`` [kg] whose highest voltage is so many m/min."""
+    own = {"stribeck_velocity": 2.0, "unbalance": 0.0, "travel_per_turn": 10.0, **own}
+    return servo(name, False, inertia=mass, velocity_per_volt=1e3 * m_min / 60.0 / VOLTS, **own)
+
+
+def _rotary(name: str, inertia: float, deg_min: float, **own: float) -> Drive:
+    """A table of an ``inertia`` [kg m2] behind a worm gear of 60."""
+    own = {"stribeck_velocity": 0.5, "travel_per_turn": 6.0, **own}
+    return servo(name, True, inertia=inertia, velocity_per_volt=deg_min / 60.0 / VOLTS, **own)
+
+
+def _braked(viscous: float, coulomb: float, rise: float, gain: float, peak: float) -> Any:
+    keys = ("viscous_friction", "coulomb_friction", "stiction_rise", "amplifier_gain", "peak_force")
+    return dict(zip(keys, (viscous, coulomb, rise, gain, peak), strict=True))
+
+
+_DRIVES = {
+    "x": _linear("x", 700.0, 30.0, **_braked(800.0, 150.0, 60.0, 1.2e5, 4000.0)),
+    "y": _linear("y", 500.0, 40.0, **_braked(700.0, 120.0, 50.0, 1.0e5, 3500.0)),
+    "z": _linear("z", 350.0, 40.0, unbalance=30.0, **_braked(600.0, 100.0, 40.0, 7e4, 3000.0)),
+    "a": _rotary("a", 12.0, 20e3, unbalance=3.0, **_braked(20.0, 15.0, 6.0, 2400.0, 300.0)),
+    "b": _rotary("b", 12.0, 25e3, unbalance=3.0, **_braked(20.0, 15.0, 6.0, 2400.0, 300.0)),
+    "c": _rotary("c", 4.0, 30e3, unbalance=0.4, **_braked(5.0, 6.0, 2.5, 800.0, 120.0)),
+}
+
+
+def forces(fixed: Each, states: Each, commands: Each) -> Each:
+    """What gravity and the others' accelerations add to the loads of X, Y, Z [N], A and C [N m].
+
+    X and Y carry the cradle A, which turns about X, and the table C on it; Z is vertical. The
+    centre of mass of the cradle lies below its axis where A is 0; that of what is clamped lies off
+    the axis of C, towards X where C is 0. Z bears the part of its mass that no counterweight does.
+    What the tables' acceleration does to the slides is left out, being some thousandths of their
+    mass, and so is what their loads take from the slides' acceleration.
+    """
+    (x, y, z, a, c), metre = fixed, 1e-3
+    pulled = [metre * acceleration(own, states[k], commands[k]) for k, own in enumerate((x, y))]
+    tilt, angle = (jnp.deg2rad(states[k].position) for k in (3, 4))
+    across = jnp.cos(tilt) * pulled[1] + jnp.sin(tilt) * GRAVITY  # in the table, where Y was [m/s2]
+    return (
+        0.0 * pulled[0],
+        0.0 * pulled[1],
+        z.unbalance * GRAVITY + 0.0 * tilt,
+        a.unbalance * across,
+        c.unbalance * (jnp.cos(angle) * across - jnp.sin(angle) * pulled[0]),
+    )
+
+
+FIVE_AXIS = side_by_side("five-axis", **{axis: _DRIVES[axis] for axis in "xyzac"})
+FIVE_AXIS_B = side_by_side("five-axis-b", **{axis: _DRIVES[axis] for axis in "xyzbc"})
+FIVE_AXIS_COUPLED = coupled(FIVE_AXIS, forces, "five-axis-coupled")

@@ -1,0 +1,71 @@
+"""A drive of the first order against sliding friction: where it stops, it stops at its time.
+
+Solves ``tau dv/dt = K (drive - friction) - v``, ``dp/dt = v`` with friction that depends on speed
+and direction, and holds at rest what is not above its break-away level.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import jax.numpy as jnp
+
+from plants.drive import Scalar
+
+#: A record of the fields ``position`` and ``velocity`` alone.
+State = TypeVar("State", bound=Any)
+
+
+class Slide(NamedTuple):
+    """What moves and what brakes it."""
+
+    gain: Scalar  # K, velocity over drive
+    time_constant: Scalar  # tau [s]
+    friction: Callable[[Scalar, Scalar], Scalar]  # (direction, speed) -> level, as the drive counts
+    stiction_rise: Scalar = 0.0  # break-away level less the friction at speed 0
+
+
+def slid(slide: Slide, x: State, drive: Scalar, dt: Scalar) -> State:
+    """The state ``dt`` [s] later under a constant ``drive``.
+
+    A first leg goes on until the axis stops, a second one uses what is left of the step: it rests,
+    or breaks away from there. Each is the exact solution of the linear part under the mean of the
+    friction at its ends: second-order, without error where friction is constant, stable for every
+    ``dt``, and a stop is met at its time, which a fixed Runge-Kutta step would run past.
+    """
+    stopped, left = _leg(slide, x, drive, dt)
+    return _leg(slide, stopped, drive, left)[0]
+
+
+def _leg(slide: Slide, x: State, drive: Scalar, time: Scalar) -> tuple[State, Scalar]:
+    """Motion in one direction for ``time`` [s], or until it stops; and the time [s] left then."""
+    rests = x.velocity == 0
+    sticks = (
+        rests
+        & (drive <= slide.friction(1.0, 0.0) + slide.stiction_rise)
+        & (-drive <= slide.friction(-1.0, 0.0) + slide.stiction_rise)
+    )
+    direction = jnp.sign(jnp.where(rests, drive, x.velocity))
+    settled = -jnp.expm1(-time / slide.time_constant)
+
+    before = slide.friction(direction, jnp.abs(x.velocity))
+    target = slide.gain * (drive - direction * before)  # velocity that the drive tends to
+    foreseen = direction * (x.velocity + (target - x.velocity) * settled)
+    after = slide.friction(direction, jnp.maximum(foreseen, 0.0))
+    target = slide.gain * (drive - direction * 0.5 * (before + after))
+    change = (target - x.velocity) * settled
+    velocity = x.velocity + change
+
+    stops = velocity * direction < 0.0
+    duration = jnp.where(
+        stops, slide.time_constant * jnp.log1p(-x.velocity / jnp.where(stops, target, 1.0)), time
+    )
+    change = jnp.where(stops, -x.velocity, change)
+    moved = type(x)(
+        # from the integral of the drive's equation: tau (v - v_0) = target t - (p - p_0)
+        position=x.position + target * duration - slide.time_constant * change,
+        velocity=jnp.where(stops, 0.0, velocity),
+    )
+    return (
+        type(x)(*(jnp.where(sticks, a, b) for a, b in zip(x, moved, strict=True))),
+        jnp.where(stops, time - duration, 0.0),
+    )

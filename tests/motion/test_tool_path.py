@@ -1,0 +1,98 @@
+"""How far a machine is off a program of any axes, against a search by brute force and by hand."""
+
+import numpy as np
+import pytest
+
+from hfc_design.motion import gcode
+from hfc_design.motion.contour import off_path
+from hfc_design.motion.limits import AxisLimits, MovedAxis
+from hfc_design.motion.program import program
+from hfc_design.motion.samples import PathFrame
+from hfc_design.motion.tool_path import nearest, program_errors
+
+AXES = tuple(MovedAxis(axis, 1.0, axis in "ac", 500.0) for axis in "xyzac")
+LIMITS = {axis.name: AxisLimits(acceleration_per_s2=800.0) for axis in AXES}
+PART = """G1 F3000 X20 A10
+X40 Y15 Z-5 C-30
+G3 X40 Y35 I0 J10 Z-9 A25 F2000
+G1 X38 Y35.2
+G91 A5 C5 F900
+X-30 Z4
+"""
+
+
+@pytest.fixture(scope="module")
+def part():
+    return program(gcode.blocks(PART), AXES, LIMITS, 0.002)
+
+
+@pytest.fixture(scope="module")
+def moved(part):
+    """A machine that lags and swings about where it should be; times, samples and places."""
+    time = np.arange(0.0, part.duration_s, 0.01)
+    rng = np.random.default_rng(1)
+    swing = rng.normal(size=(5, 4)) @ np.sin(np.outer([3.0, 7.0, 11.0, 17.0], time))
+    behind = part.samples(np.maximum(time - 0.02, 0.0)).position
+    return time, part.samples(time), behind + 0.1 * swing
+
+
+def test_nearest_point_is_that_of_a_fine_comb(part, moved):
+    _, samples, actual = moved
+    found = nearest(part, samples, actual)
+    ways = np.linspace(0.0, part.path.knots[-1], 200_001)
+    comb = part.path.at(ways).position
+    in_mm = part.path.linear[part.path.block(samples.distance)]
+    for k in np.flatnonzero(in_mm)[::17]:
+        near = np.abs(ways - samples.distance[k]) < 10.0
+        gaps = np.sqrt(((comb[:3, near] - actual[:3, k : k + 1]) ** 2).sum(axis=0))
+        assert found.contour_error[k] == pytest.approx(gaps.min(), abs=1e-5)
+        if gaps.min() > 1e-3:
+            there = comb[3:, near][:, gaps.argmin()]
+            turned = np.hypot(*(actual[3:, k] - there))
+            assert found.turned[k] == pytest.approx(turned, abs=2e-3)
+
+
+def test_where_only_tables_turn_their_lag_is_no_error():
+    """10 mm off in X all along; A and C behind by 3 and 4 deg on the way, and 1 deg beside it."""
+    turning = program(gcode.blocks("G1 A30 C40 F600"), AXES, LIMITS, 0.002)
+    samples = turning.samples(np.array([2.0]))
+    actual = samples.position + np.array([[10.0], [0.0], [0.0], [-3.0 + 0.8], [-4.0 - 0.6]])
+    found = nearest(turning, samples, actual)
+    assert found.contour_error == pytest.approx([10.0])
+    assert found.turned == pytest.approx([1.0])
+
+
+def test_the_control_knows_the_same_near_the_path(part, moved):
+    """Off by hundredths, the parabola is as good as the path; corners are left out."""
+    time, samples, actual = moved
+    actual = samples.position + 0.2 * (actual - samples.position)
+    _, frame = part.axis_samples(time)
+    told = off_path(frame, list(actual - samples.position))
+    found = nearest(part, samples, actual)
+    corners = np.abs(samples.distance[:, None] - part.path.knots).min(axis=1)
+    inside = (corners > 1.5) & part.path.linear[part.path.block(samples.distance)]
+    assert inside.sum() > 100
+    np.testing.assert_allclose(told.contour[inside], found.contour_error[inside], atol=1e-3)
+    np.testing.assert_allclose(told.orientation[inside], found.turned[inside], atol=2e-2)
+    straight = inside & (part.path.turning[part.path.block(samples.distance)] == 0.0)
+    np.testing.assert_allclose(told.contour[straight], found.contour_error[straight], atol=1e-9)
+    np.testing.assert_allclose(told.orientation[straight], found.turned[straight], atol=1e-4)
+
+
+def test_errors_known_by_hand():
+    """Along (3, 4, 0)/5 with 2 deg a mm: 1 mm behind, 2 to the side and 3 up, 5 deg turned."""
+    t = (0.6, 0.8, 0.0, 2.0)
+    frame = PathFrame(t, 0.0, 1.0, 1.0, bend=(0.0, 0.0, 0.0, None))
+    off = (-0.6 + 2 * -0.8, -0.8 + 2 * 0.6, 3.0, 5.0 - 2.0)
+    assert off_path(frame, off) == pytest.approx((np.sqrt(13.0), 5.0, -1.0))
+    flat = PathFrame((1.0, 0.0), 0.1, 1.0, 1.0)  # 8 mm from the centre of a circle of 10
+    assert off_path(flat, (0.0, 2.0)).contour == pytest.approx(2.0)
+    assert off_path(flat, (0.0, 2.0)).orientation is None
+
+
+def test_a_reversal_of_a_table_and_of_a_slide_are_told_apart():
+    back = program(gcode.blocks("G1 X20 A10 F3000\nX30 A0\nX20"), AXES, LIMITS, 0.002)
+    time = np.arange(0.0, back.duration_s, 0.002)
+    found = program_errors(back, time, back.samples(time).position + 0.01, "mm")
+    assert [glitch.axis for glitch in found.glitches] == ["x"]
+    assert [glitch.axis for glitch in found.turned_glitches] == ["a"]
