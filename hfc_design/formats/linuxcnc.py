@@ -83,7 +83,8 @@ def _values(design: Design) -> Json:
         "controller": code.c_name(design),
         "coefficients": _coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
-        "adapts": saving.learns(design),
+        "saved": (saved := saving.values(design)),
+        "digits": len(str(saved["learnt"] - 1)) if saved else 0,
         "plant": f"hfc_{identifier(drive.name)}",
         "stiff": STIFF,
         "plant_name": drive.name,

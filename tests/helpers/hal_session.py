@@ -116,11 +116,15 @@ net fault controller.fault => sampler.0.pin.2
 loadusr -w halstreamer in.txt
 start
 loadusr -w halsampler -n {count} out.txt
+{after}
 """
 
 
-def open_loop(hal, folder, period, pins, *extra, kinds=None):
-    """(n, 3) error, command, fault for the samples in ``pins``: pin -> (n,)."""
+def open_loop(hal, folder, period, pins, *extra, kinds=None, after=""):
+    """(n, 3) error, command, fault for the samples in ``pins``: pin -> (n,).
+
+    ``after`` is done when they are over.
+    """
     kinds = kinds or "f" * len(pins)
     write_rows(folder / "in.txt", kinds, pins.values())
     nets = [f"net {pin} streamer.0.pin.{k} => controller.{pin}" for k, pin in enumerate(pins)]
@@ -130,6 +134,7 @@ def open_loop(hal, folder, period, pins, *extra, kinds=None):
         kinds=kinds,
         nets="\n".join([*nets, *extra]),
         count=count,
+        after=after,
     )
     (folder / "open.hal").write_text(text)
     hal.run(folder, "open.hal")

@@ -10,10 +10,12 @@ import pytest
 from hal_session import open_loop
 
 from hfc_design import runtime
-from hfc_design.files.design import named_design
+from hfc_design.files.design import design_json, named_design
+from hfc_design.files.learning import with_learned
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import own_scenario
 from hfc_design.formats import FORMATS, code, linuxcnc
+from hfc_design.formats.reading import Wish, imported
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
 
@@ -232,12 +234,47 @@ def test_enable_limit_and_what_is_not_finite(hal, tmp_path):
     for k, (_, command, fault) in enumerate(found):
         wanted = 0.0
         if not enable[k]:
-            controller.reset()
+            controller = without_past(design, controller)
         elif k != 500:
             wanted = min(max(controller.step({"error": float(error[k])}), -20.0), 20.0)
         assert fault == (k == 500)
         assert abs(command - wanted) <= 1e-6
     assert (abs(found[:, 1]) == 20.0).any()
+
+
+def without_past(design, controller):
+    """One that keeps what it has learnt and nothing else."""
+    return runtime.Controller(with_learned(design, controller.adapted(), {}))
+
+
+def test_what_is_learnt_outlives_a_session(hal, tmp_path):
+    """Saved by one, loaded by the next, imported here, all to the seven digits that HAL prints."""
+    design = with_controller(named_design("jee-koren-2004-aflc"), sample_time_s=0.001)
+    folder = exported(hal, design, tmp_path / "out")
+    error = np.array(feed_oracle.errors(600, 3))
+    pins = {"reference": error, "position": np.zeros(600), "save": np.arange(600) == 599}
+    open_loop(hal, folder, 1000000, pins, kinds="ffb", after="save param kept.hal")
+    controller = runtime.Controller(design)
+    for e in error.tolist():
+        controller.step({"error": e})
+    (tmp_path / "design.json").write_text(design_json(design))
+    back = imported(folder / "kept.hal", Wish(like=str(tmp_path / "design.json"))).controller
+    learnt = controller.adapted()
+    table = np.array(learnt.rules.centroids)
+    np.testing.assert_allclose(np.array(back.rules.centroids), table, rtol=1e-6)
+    assert (table != np.array(design.controller.rules.centroids)).any()
+
+    enable = np.arange(600) % 200 != 0
+    pins = {"reference": error, "position": np.zeros(600), "enable": enable}
+    pins |= {"load": np.ones(600), "forget": np.arange(600) == 500}
+    found = open_loop(hal, folder, 1000000, pins, "source kept.hal", kinds="ffbbb")
+    controller = runtime.Controller(with_learned(design, back, {}))
+    for k, (_, command, fault) in enumerate(found):
+        controller = runtime.Controller(design) if k == 500 else controller
+        controller = controller if enable[k] else without_past(design, controller)
+        wanted = controller.step({"error": float(error[k])}) if enable[k] else 0.0
+        assert abs(command - wanted) <= 1e-6
+        assert not fault
 
 
 def test_a_thread_of_another_period_is_a_fault(hal, tmp_path):
