@@ -67,7 +67,8 @@ class Template(NamedTuple):
     """A controller in another language: its templates, and what they need of a record.
 
     For C there is ``c.j2`` (``NAME_init`` and a static ``commanded``) and ``state.j2``
-    (``NAME_state``), for Structured Text ``st.j2`` (statements that end with ``command``).
+    (``NAME_state``; of a controller around others what it remembers beside them), for Structured
+    Text ``st.j2`` (statements that end with ``command``).
     """
 
     places: tuple[Path | dict[str, str], ...]  # folders, or texts by name; searched in this order
@@ -89,7 +90,20 @@ class Saved(NamedTuple):
     learnt: Callable[[Own], list[Member]]  # what a record learns; nothing where it does not adapt
     past: Callable[[Own], list[Member]]  # the rest of the state
     #: (record, what was learnt by the names of its members, in their shapes) -> record.
-    taken: Callable[[Own, dict[str, Floats]], Own]
+    taken: Callable[[Own, dict[str, Floats]], Own] = lambda record, found: record
+
+
+def remembered(past: Callable[[Own], list[Member]]) -> Saved:
+    """Of a kind that learns nothing: what it remembers, for those that have it inside."""
+    return Saved(lambda record: [], past)
+
+
+class Inside(NamedTuple):
+    """The controllers that a controller of a whole machine is made around."""
+
+    #: (record, axes) -> the record of each axis by its name, or "" and that of all of them.
+    records: Callable[[Own, tuple[str, ...]], dict[str, Own]]
+    replaced: Callable[[Own, dict[str, Own]], Own]  # (record, such records) -> record
 
 
 class Shown(NamedTuple):
@@ -153,6 +167,9 @@ class Kind:
     law: Callable[[Own, float | None], AxisLaw] | None = None
     #: The controller of a whole machine, of (record, limits), where it is no law for each axis.
     controller: Callable[[Own, Limits], Controller] | None = None
+    inside: Inside | None = None
+    #: Whether it has to see the path of an X-Y machine.
+    path: bool = False
     #: The record of each axis by its name, where they differ; formats write them one by one.
     axes: Callable[[Own], dict[str, Own]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.

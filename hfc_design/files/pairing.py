@@ -99,6 +99,22 @@ def own_scenario(design: Design, name: str, changes: Changes = ()) -> Scenario:
         return scenario_of(changed(data, changes), source, path if path.is_dir() else path.parent)
 
 
+def axes_of(design: Design) -> tuple[str, ...]:
+    """Names of the axes: of its plant, or of the scenario that it was made for.
+
+    Those of a built-in plant of one axis where that names none, or cannot run from here.
+    """
+    if design.axis:
+        return (design.axis,)
+    own = PlantSettings(**design.plant.model_dump()).machine
+    if len(own.axes) > 1:
+        return own.axes
+    try:
+        return machine(design, own_scenario(design, design.name)).machine.axes
+    except UserError:
+        return own.axes
+
+
 def open_loops(design: Design, plant: PlantSettings, limits: Limits) -> dict[str, OpenLoop]:
     """The linear loop of every axis, "" where there is one; nothing if a controller has none.
 

@@ -5,7 +5,7 @@ of one dimension and no arrays as arguments: what every compiler gets right.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from hfc_design.controllers.kind import Template, needed
@@ -51,21 +51,19 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         UserError: the kind has no C code, or an input is called like a word of the language.
     """
     template: Template = needed(design.kind.c, design, NO_CODE.format("C"))
-    numbers = _checked_numbers(design)
+    numbers = checked_numbers(design)
     name, told = c_name(design), signal_meanings(design)
     of_kind = template.values(design.controller)
-    smallest, largest = SINGLE
-    odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
-    odd += ["a term has no width" for width in of_kind.get("widths", ()) if width < smallest]
     values = {
         "name": name,
         "signals": signals(design),
         "meanings": dict(zip(told, comment(told.values()), strict=True)),
         "command_unit": signal_units(design).get("command", "unit"),
         "exponential": False,
+        "hyperbolic": False,
         "integrates": False,
         "in_place": False,
-        "only_double": comment(odd[:1])[0] if odd else "",
+        "only_double": only_double(numbers, of_kind.get("widths", ())),
         "saved": saving.values(design),
         **of_kind,
         **others,
@@ -120,7 +118,7 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
-    _checked_numbers(design)
+    checked_numbers(design)
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
@@ -147,7 +145,7 @@ def block(design: Design) -> str:
     return rendered("controller.st.j2", design, template.places, **values)
 
 
-def _checked_numbers(design: Design) -> list[tuple[str, float]]:
+def checked_numbers(design: Design) -> list[tuple[str, float]]:
     """Every number of the controller and its limits by its dotted key.
 
     Raises:
@@ -165,6 +163,14 @@ def _checked_numbers(design: Design) -> list[tuple[str, float]]:
     return numbers
 
 
+def only_double(numbers: list[tuple[str, float]], widths: Iterable[float]) -> str:
+    """Why a design with these numbers and widths of terms does not fit into float; "": it does."""
+    smallest, largest = SINGLE
+    odd = [f"{key} is {x:g}" for key, x in numbers if x and not smallest < abs(x) < largest]
+    odd += ["a term has no width" for width in widths if width < smallest]
+    return comment(odd[:1])[0] if odd else ""
+
+
 def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
     """Every number in a table by its dotted key."""
     if isinstance(value, dict | list | tuple):
@@ -174,6 +180,5 @@ def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
         yield key, value
 
 
-C = "a folder with the controller in C99, adaptation and all"
 ST = "Structured Text of IEC 61131-3, one function block"
-FORMATS = (Format("c", C, sources), Format("st", ST, block, ".st"))
+FORMATS = (Format("st", ST, block, ".st"),)

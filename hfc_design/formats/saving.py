@@ -6,24 +6,30 @@ from math import prod
 
 import numpy as np
 
-from hfc_design.controllers.kind import ControllerRecord, Member, needed
-from hfc_design.core.numbers import Json
+from hfc_design.controllers.kind import ControllerRecord, Member, kinds, needed
+from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.files.design import Design
+from hfc_design.files.pairing import axes_of
 
-INDICES = "ijk"
+INDICES = "ijkl"
+#: Member of a state with that of a controller of the whole machine inside another one.
+WHOLE = "inner"
 
 
 def learns(design: Design) -> bool:
     """Whether the C code of a design learns."""
-    return bool(_learnt(design))
+    found = _members(design.controller, _axes(design))
+    return bool(found and found[0])
 
 
 def values(design: Design) -> Json | None:
     """What the templates read of the numbers that are saved; None where nothing is learnt."""
-    learnt, saved = _learnt(design), design.kind.saved
-    if saved is None or not learnt:
+    found = _members(design.controller, _axes(design))
+    if found is None or not found[0]:
         return None
-    members = [*learnt, *saved.past(design.controller)]
+    learnt, past = found
+    members = [*learnt, *past]
     firsts = list(accumulate((prod(member.shape) for member in members), initial=0))
     told = []
     for k, (first, member) in enumerate(zip(firsts, members, strict=False)):
@@ -50,24 +56,63 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
         ValueError: it saves another number of them.
     """
     found = needed(values(design), design, "its C code saves nothing that it would have learnt")
-    saved, count = design.kind.saved, len(numbers)
-    assert saved is not None  # or there were no values
+    count = len(numbers)
     if count not in (found["numbers"], found["learnt"]):
         first = f"of which the first {found['learnt']} are learnt"
         told = f"the C code of design {design.name} saves {found['numbers']}, {first}"
         raise ValueError(f"holds {count} numbers, but {told}")
     parts = {}
-    for told, member in zip(found["members"], _learnt(design), strict=False):
-        first = told["first"]
-        part = np.array(numbers[first : first + prod(member.shape)], np.float64)
-        parts[member.name] = part.reshape(member.shape)
-    record: ControllerRecord = saved.taken(design.controller, parts)
+    for told in found["members"]:
+        if told["learnt"]:
+            first, shape = told["first"], told["shape"]
+            parts[told["name"]] = np.array(numbers[first : first + prod(shape)]).reshape(shape)
+    record: ControllerRecord = _taken(design.controller, _axes(design), parts)
     return record
 
 
-def _learnt(design: Design) -> list[Member]:
-    saved = design.kind.saved
-    return saved.learnt(design.controller) if saved else []
+def _axes(design: Design) -> tuple[str, ...]:
+    """Those of a controller with others inside; only there they have names."""
+    return axes_of(design) if design.kind.inside else ()
+
+
+def _members(
+    record: ControllerRecord, axes: tuple[str, ...]
+) -> tuple[list[Member], list[Member]] | None:
+    """What the state of a controller has learnt, and its past; None where that is not known."""
+    kind = kinds().get(record.kind)
+    if kind.saved is None:
+        return None
+    learnt, past = kind.saved.learnt(record), kind.saved.past(record)
+    for axis, own in (kind.inside.records(record, axes) if kind.inside else {}).items():
+        found = _members(own, axes)
+        if found is None:
+            return None
+        for all_of_them, some in zip((learnt, past), found, strict=True):
+            all_of_them += [member._replace(name=f"{part(axis)}.{member.name}") for member in some]
+    return learnt, past
+
+
+def _taken(
+    record: ControllerRecord, axes: tuple[str, ...], found: dict[str, Floats]
+) -> ControllerRecord:
+    """A controller with what its members, and those of what is inside, have learnt."""
+    kind = kinds().get(record.kind)
+    assert kind.saved is not None  # or nothing were known of its state
+    if kind.inside is not None:
+        inside = {}
+        for axis, own in kind.inside.records(record, axes).items():
+            head = f"{part(axis)}."
+            mine = {key.removeprefix(head): x for key, x in found.items() if key.startswith(head)}
+            inside[axis] = _taken(own, axes, mine) if mine else own
+        record = kind.inside.replaced(record, inside)
+    own = {member.name for member in kind.saved.learnt(record)}
+    mine = {key: x for key, x in found.items() if key in own}
+    return kind.saved.taken(record, mine) if mine else record
+
+
+def part(axis: str) -> str:
+    """The member of a state with what is inside of an axis; "": of the whole machine."""
+    return identifier(axis) if axis else WHOLE
 
 
 def _place(member: Member) -> str:

@@ -1,9 +1,13 @@
 """Axis controllers of any kind with a common controller of the contour error (Koren 1980)."""
 
+from pathlib import Path
+
 from hfc_design.controllers.cross_coupled.law import CrossMemory
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
-from hfc_design.controllers.kind import Kind, later
+from hfc_design.controllers.inner import INSIDE
+from hfc_design.controllers.kind import Kind, Member, Template, later, remembered
 from hfc_design.controllers.per_axis import learnt
+from hfc_design.core.numbers import Json
 
 
 def _learnt(
@@ -12,6 +16,20 @@ def _learnt(
     """With what is inside as it has become."""
     inner = learnt(record.inner, axes, memory.inner)
     return record.model_copy(update={"inner": inner}) if inner else None
+
+
+def _c(record: CrossCoupledDesign) -> Json:
+    velocity = list(record.feed_forward.values())
+    return {"contour": record.contour, "velocity": velocity, "own": ["error", "integral"]}
+
+
+def _reads(record: CrossCoupledDesign) -> list[str]:
+    own = ["error", *(["reference_rate"] if record.feed_forward else [])]
+    return list(dict.fromkeys([*own, *record.inner_reads()]))
+
+
+def _past(record: CrossCoupledDesign) -> list[Member]:
+    return [Member("error", what="contour error of the sample before"), Member("integral")]
 
 
 KIND = Kind(
@@ -23,5 +41,10 @@ KIND = Kind(
     controller=CrossCoupledDesign.controller,
     genome=later("hfc_design.controllers.cross_coupled.genome", "CrossCoupledGenome"),
     learnt=_learnt,
+    inside=INSIDE,
+    path=True,
+    reads=_reads,
+    saved=remembered(_past),
+    c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.cross_coupled.section", "sections"),
 )

@@ -1,12 +1,15 @@
 """Compensation of the tracking errors of a machine beside any controller (Lin & Gai 2009)."""
 
+from pathlib import Path
+
 from hfc_design.controllers.dynamic_compensation.record import (
     CompensationDesign,
     CompensationSettings,
 )
-from hfc_design.controllers.kind import Kind, later
+from hfc_design.controllers.inner import INSIDE
+from hfc_design.controllers.kind import Kind, Template, later, remembered
 from hfc_design.controllers.per_axis import learnt
-from hfc_design.core.numbers import Memory
+from hfc_design.core.numbers import Json, Memory
 
 
 def _learnt(
@@ -15,6 +18,18 @@ def _learnt(
     """With what is inside as it has become: its memory is all there is."""
     inner = learnt(record.inner, axes, memory)
     return record.model_copy(update={"inner": inner}) if inner else None
+
+
+def _c(record: CompensationDesign) -> Json:
+    axes = list(record.k_p)
+    return {
+        "k_p": list(record.k_p.values()),
+        "dead_zone": record.dead_zone,
+        "speed": record.programmed_speed,
+        "along": [axes.index(axis) for axis in record.path_axes or axes],
+        "own": [],
+        "root": True,
+    }
 
 
 KIND = Kind(
@@ -26,5 +41,9 @@ KIND = Kind(
     controller=CompensationDesign.controller,
     genome=later("hfc_design.controllers.dynamic_compensation.genome", "CompensationGenome"),
     learnt=_learnt,
+    inside=INSIDE,
+    reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
+    saved=remembered(lambda record: []),
+    c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.dynamic_compensation.section", "sections"),
 )

@@ -1,9 +1,9 @@
 """The two-input fuzzy controller of a feed drive (Jee & Koren 1995, 2004)."""
 
-from hfc_design.controllers.flc.export import EXPLAIN, RULES, ST, C
+from hfc_design.controllers.flc.export import EXPLAIN, RULES, ST, C, past
 from hfc_design.controllers.flc.law import flc
 from hfc_design.controllers.flc.record import FlcDesign, FlcSettings
-from hfc_design.controllers.kind import Kind, later
+from hfc_design.controllers.kind import Kind, later, remembered
 
 KIND = Kind(
     name="flc",
@@ -17,6 +17,7 @@ KIND = Kind(
     rules=RULES,
     explain=EXPLAIN,
     c=C,
+    saved=remembered(past),
     st=ST,
     table_gains=FlcDesign.table_gains,
     sections=later("hfc_design.controllers.flc.section", "sections"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
 from hfc_design.controllers.flc.record import FuzzyRecord
-from hfc_design.controllers.kind import Explain, Template
+from hfc_design.controllers.kind import Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
 
@@ -115,6 +115,16 @@ def apart(one: float, other: float) -> float:
     """How far apart two numbers are in single precision."""
     with np.errstate(over="ignore", invalid="ignore"):
         return abs(float(np.float32(one) - np.float32(other)))
+
+
+def past(record: FuzzyRecord) -> list[Member]:
+    """What a controller that does not adapt remembers."""
+    found = [Member("error", what="of the sample before [BLU]")]
+    if record.control_form() == "PI":
+        found.append(Member("action", what="sum of what the rules gave"))
+    if record.integral_gain * record.sample_time_s:
+        found.append(Member("integral"))
+    return found
 
 
 def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:

@@ -7,7 +7,7 @@ gains follow from them and from the linearised drive.
 from typing import Any
 
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import Explain, Kind, Template, later
+from hfc_design.controllers.kind import Explain, Kind, Member, Template, later, remembered
 from hfc_design.controllers.linear.code import PLACES, c_values, shares, st_values
 from hfc_design.controllers.linear.law import (
     LinearMemory,
@@ -54,6 +54,7 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         genome=later(f"{here}.{genome}", GENOMES[genome]),
         reads=LinearDesign.reads,
         of_gains=dict,
+        saved=remembered(lambda record: [Member("integral"), Member("rate")]),
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),
         explain=Explain(lambda record: (record.reads(), []), _remember, _shown),

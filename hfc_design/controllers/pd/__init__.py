@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.gains import kind_of_gains
-from hfc_design.controllers.kind import Template
+from hfc_design.controllers.kind import Template, remembered
 from hfc_design.core.numbers import Scalar, Xp
 
 
@@ -41,6 +41,7 @@ KIND = kind_of_gains(
     initial_memory,
     tells=True,
     summary="proportional-derivative: v = kp e + kd de/dt",
+    saved=remembered(lambda record: []),
     c=Template(HERE, lambda record: {"pd": record.pd}),
     st=Template(HERE, lambda record: {"constants": record.pd.model_dump()}),
 )

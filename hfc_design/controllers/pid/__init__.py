@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
 from hfc_design.controllers.gains import kind_of_gains
-from hfc_design.controllers.kind import Template
+from hfc_design.controllers.kind import Member, Template, remembered
 from hfc_design.core.numbers import Json, Own, Scalar, Xp
 
 
@@ -66,6 +66,7 @@ KIND = kind_of_gains(
     tells=True,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
+    saved=remembered(lambda record: [Member("error"), Member("sum", what="of all errors")]),
     c=Template(HERE, lambda record: {"gains": record.pid, "integrates": True}),
     st=Template(HERE, _st),
 )

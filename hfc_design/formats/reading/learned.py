@@ -42,14 +42,10 @@ def design_that_learned(
 
 
 def _axes(design: Design) -> tuple[str, ...]:
-    """The axes that have a state each: of its plant, or of the scenario that it was made for."""
-    from hfc_design.files.pairing import machine, own_scenario  # with JAX
+    """The axes that have a state each."""
+    from hfc_design.files.pairing import axes_of  # with JAX
 
-    if design.kind.controller and not design.kind.axes:
-        return ()
-    if design.plant.axes:
-        return tuple(design.plant.axes)
-    return machine(design, own_scenario(design, design.name)).machine.axes
+    return () if design.kind.controller and not design.kind.axes else axes_of(design)
 
 
 def _numbers(text: str) -> list[float]:

@@ -28,7 +28,7 @@ def step(machine, path, errors, rate=(0.0, 0.0)):
     """A sample at a place of ``path`` (tangent, curvature) with these tracking errors."""
     tx, ty, curvature = path
     dx, dy = (-error for error in errors)
-    view = PathView(tx, ty, curvature, local_error(dx, dy, tx, ty, curvature))
+    view = PathView((tx, ty), curvature, local_error(dx, dy, tx, ty, curvature))
     pairs = zip("xy", errors, rate, strict=True)
     told = {axis: {"error": e, "reference_rate": r} for axis, e, r in pairs}
     return view.contour_error, machine.step(told, view)

@@ -41,9 +41,9 @@ def test_the_runtime_gives_the_commands_of_the_simulator(found):
     path = scenario.samples().path
     for k in range(len(evaluation.time)):
         now = {axis: {key: float(x[k]) for key, x in own.items()} for axis, own in told.items()}
-        tangent = [float(part[k]) for part in path]
-        off = local_error(-now["x"]["error"], -now["y"]["error"], *tangent)
-        commands = machine.step(now, PathView(*tangent, off))
+        tangent, curvature = [float(x[k]) for x in path.tangent], float(path.curvature[k])
+        off = local_error(-now["x"]["error"], -now["y"]["error"], *tangent, curvature)
+        commands = machine.step(now, PathView(tuple(tangent), curvature, off))
         for axis in evaluation.axes:
             # The converter rounds to whole units, 8 bits of them.
             held = min(max(round(commands[axis.name]), -128), 127)

@@ -1,0 +1,261 @@
+"""C code of controllers of a whole machine against the runtime, sanitized; learned state in it."""
+
+import subprocess
+from math import nan
+
+import made_up
+import numpy as np
+import pytest
+from c_program import WARNINGS
+
+import hfc_design.api as hfc
+from hfc_design.controllers.controller import PathView
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.learning import with_learned
+from hfc_design.formats import FORMATS, saving
+from hfc_design.motion.contour import local_error
+from hfc_design.runtime import Machine
+
+MAIN = """
+#include <stdio.h>
+#include <string.h>
+#include "{name}.h"
+static {name}_real numbers[4096];
+int main(int count, char **files)
+{{
+    {name}_state state;
+    {name}_inputs inputs[{name}_AXES];
+    {name}_real command[{name}_AXES];
+    PATH
+    FILE *file;
+    {name}_init(&state);
+    if (count == 3 && strcmp(files[1], "-") != 0) {{
+        file = fopen(files[1], "rb");
+        const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
+        fclose(file);
+        if (!LOAD(&state, numbers, size)) {{
+            return 3;
+        }}
+    }}
+    while (fread(inputs, sizeof inputs, 1, stdin) == 1 && READ) {{
+        {name}_step(&state, inputs, GIVEcommand);
+        fwrite(command, sizeof command, 1, stdout);
+    }}
+    if (count == 3 && strcmp(files[2], "-") != 0) {{
+        SAVE(&state, numbers);
+        file = fopen(files[2], "wb");
+        fwrite(numbers, sizeof numbers[0], SIZE, file);
+        fclose(file);
+    }}
+    return 0;
+}}
+"""
+SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"
+PID = {"kind": "pid", "pid": {"k_p": 3.0, "k_i": 20.0, "k_d": 0.02}}
+AHEAD = {"feed_forward": {"x": 0.03, "y": 0.04}}
+
+
+def record_of(design):
+    return design.controller.model_dump(mode="json")
+
+
+def machine(name, controller, limits=None):
+    data = hfc.load_design("jee-koren-2004-pid").model_dump(mode="json")
+    data["plant"] = {"name": "feed-drive", "parameters": {}, "axes": {"x": {}, "y": {}}}
+    own = {"sample_time_s": 0.01, **controller}
+    return Design.model_validate(data | {"name": name, "controller": own, "limits": limits or {}})
+
+
+def coupled(inner, **changes):
+    contour = {"k_p": 2.0, "k_i": 30.0, "k_d": 0.01}
+    return {"kind": "cross-coupled", "inner": inner, "contour": contour} | changes
+
+
+def compensated(inner):
+    own = {"k_p": {"x": 2.0, "y": 3.0}, "dead_zone": 4.0, "programmed_speed": 700.0}
+    return {"kind": "dynamic-compensation", "inner": inner, **own}
+
+
+AFLC = record_of(hfc.load_design("jee-koren-2004-aflc"))
+SOFLC = record_of(hfc.load_design("jee-koren-1995-soflc")) | {"integral_gain": 3.0}
+NETWORK = record_of(made_up.network(2, 5))
+UNLIKE = {"kind": "per-axis", "axes": {"x": AFLC, "y": NETWORK}}
+DESIGNS = {
+    "pid": machine("coupled", coupled(PID), {"command": 60.0}),
+    "limits": machine(
+        "coupled", coupled(PID, **AHEAD), {"axes": {"x": {"command": 20.0}, "y": {}}}
+    ),
+    "both learn": machine("coupled", coupled(AFLC, **AHEAD)),
+    "one learns": machine("one", coupled({"kind": "per-axis", "axes": {"x": SOFLC, "y": PID}})),
+    "unlike": machine("unlike", coupled(UNLIKE), {"command": 90.0}),
+    "compensated": machine("outer", compensated(PID), {"command": 60.0}),
+    "nested": machine("nested", compensated(coupled(UNLIKE, **AHEAD))),
+}
+LEARNING = [name for name, design in DESIGNS.items() if saving.learns(design)]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The program of a design, compiled once, with whatever looks at it while it runs."""
+    known = {}
+
+    def of(name):
+        if name in known:
+            return known[name]
+        folder = tmp_path_factory.mktemp("c") / "c"
+        FORMATS["c"].write(DESIGNS[name], folder)
+        own = DESIGNS[name].name
+        sees = f"{own}_path" in (folder / f"{own}.h").read_text()
+        main = MAIN.replace("PATH", "{name}_path path;" if sees else "double path[4];")
+        main = main.replace("READ", "fread(&path, sizeof path, 1, stdin) == 1")
+        main = main.replace("GIVE", "&path, " if sees else "")
+        words = {"SAVE": "{name}_save", "LOAD": "{name}_load", "SIZE": "{name}_NUMBERS"}
+        none = {"SAVE": "(void)", "LOAD": "(void)", "SIZE": "0"}
+        for word, by in (words if name in LEARNING else none).items():
+            main = main.replace(word, by)
+        if name not in LEARNING:
+            main = main.replace("!(void)(&state, numbers, size)", "size > 0")
+            main = main.replace("(void)(&state, numbers);", "")
+        (folder / "main.c").write_text(main.format(name=own))
+        flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
+        command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", folder / "program"]
+        subprocess.run(command, check=True)
+        known[name] = folder / "program"
+        return known[name]
+
+    return of
+
+
+def happenings(design, count=600):
+    """Of each sample the signals of both axes, and the path, which bends to both sides."""
+    random = np.random.default_rng(5)
+    errors = random.normal(0.0, 1.0, (count, 2)).cumsum(axis=0)
+    errors[200:220] = 0.0
+    rates = 500.0 * np.sin(np.arange(2 * count).reshape(-1, 2) / 40.0)
+    angle = np.arange(count) / 30.0
+    curvature = np.where(np.arange(count) < 400, 0.002, -0.001)
+    found = []
+    for k in range(count):
+        told = {}
+        for axis, e, r in zip("xy", errors[k], rates[k], strict=True):
+            told[axis] = {"error": float(e), "reference_rate": float(r), "velocity": float(r) + 3.0}
+        tangent, bent = (float(np.cos(angle[k])), float(np.sin(angle[k]))), float(curvature[k])
+        off = local_error(-errors[k][0], -errors[k][1], *tangent, bent)
+        found.append((told, PathView(tangent, bent, float(off))))
+    return found
+
+
+def in_c(design, samples):
+    """The same as the program reads it."""
+    names = design.kind.reads(design.controller)
+    rows = [
+        [told[axis][name] for axis in "xy" for name in names]
+        + [*path.tangent, path.curvature, path.contour_error]
+        for told, path in samples
+    ]
+    return np.array(rows)
+
+
+def commands(program, design, samples, *files):
+    done = subprocess.run(
+        [program, *map(str, files)],
+        input=in_c(design, samples).tobytes(),
+        capture_output=True,
+        check=True,
+    )
+    assert not done.stderr
+    return np.frombuffer(done.stdout).reshape(-1, 2)
+
+
+def of_the_runtime(design, samples):
+    controller = Machine(design, ("x", "y"))
+    steps = [controller.step(told, path) for told, path in samples]
+    return controller, np.array([[step["x"], step["y"]] for step in steps])
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_equals_the_runtime_with_faults_among_its_samples(name, built):
+    design = DESIGNS[name]
+    samples = happenings(design)
+    told, path = samples[100]
+    samples[100] = ({**told, "y": {**told["y"], "error": nan}}, path)
+    if design.kind.path:
+        samples[300] = (samples[300][0], samples[300][1]._replace(contour_error=np.inf))
+    _, expected = of_the_runtime(design, samples)
+    assert np.isnan(expected).sum() == (4 if design.kind.path else 2)
+    found = commands(built(name), design, samples)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    for k, (axis, limit) in enumerate(design.limits.commands(("x", "y")).items()):
+        if limit is not None:
+            assert np.nanmax(np.abs(found[:, k])) == limit, axis
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_half_a_motion_and_the_rest_in_another_process(name, built, tmp_path):
+    """Bit for bit; and back on the PC what the runtime has learnt."""
+    design, run = DESIGNS[name], built(name)
+    samples, kept, end = happenings(design), tmp_path / "kept", tmp_path / "end"
+    whole = commands(run, design, samples, "-", tmp_path / "whole")
+    first = commands(run, design, samples[:290], "-", kept)
+    rest = commands(run, design, samples[290:], kept, end)
+    np.testing.assert_array_equal(np.concatenate([first, rest]), whole)
+    assert end.read_bytes() == (tmp_path / "whole").read_bytes()
+    controller, _ = of_the_runtime(design, samples)
+    numbers = np.fromfile(end)
+    found = saving.taken(design, numbers.tolist())
+    assert found == saving.taken(design, numbers[: saving.values(design)["learnt"]].tolist())
+    ours = saving.values(with_learned(design, found, {}))
+    assert ours == saving.values(design)  # the same sizes
+    samples = happenings(design, 50)
+    _, one = of_the_runtime(with_learned(design, found, {}), samples)
+    _, other = of_the_runtime(controller.learned(), samples)
+    np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+    _, fresh = of_the_runtime(design, samples)
+    assert (one != fresh).any()
+
+
+def test_the_contour_error_by_the_path(tmp_path, built):
+    """That which the header computes, for a control that knows its path alone."""
+    built("pid")
+    folder = built("pid").parent
+    (folder / "error.c").write_text(
+        """
+#include <stdio.h>
+#include "coupled.h"
+int main(void)
+{
+    coupled_inputs axes[2];
+    coupled_path path;
+    while (scanf("%lf %lf %lf %lf %lf", &axes[0].error, &axes[1].error, &path.tangent[0],
+               &path.tangent[1], &path.curvature) == 5) {
+        printf("%.17g\\n", coupled_contour_error(axes, &path));
+    }
+    return 0;
+}
+"""
+    )
+    sources = [folder / file for file in ("error.c", "coupled.c", "coupled_axis.c")]
+    subprocess.run(["gcc", "-std=c99", *sources, "-lm", "-o", tmp_path / "error"], check=True)
+    random = np.random.default_rng(0)
+    rows = random.normal(size=(50, 5))
+    text = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())
+    found = subprocess.check_output([tmp_path / "error"], input=text, text=True)
+    expected = [local_error(-a, -b, *others) for a, b, *others in rows.tolist()]
+    assert list(map(float, found.split())) == pytest.approx(expected, rel=1e-13)
+
+
+def test_axes_that_have_the_same_share_code(built):
+    files = {path.name for path in built("both learn").parent.glob("*.[ch]")}
+    assert files == {"main.c", "coupled.c", "coupled.h", "coupled_axis.c", "coupled_axis.h"}
+    files = {path.name for path in built("nested").parent.glob("*.c")}
+    wanted = ["main", "nested", "nested_inner", "nested_inner_x", "nested_inner_y"]
+    assert files == {f"{name}.c" for name in wanted}
+
+
+@pytest.mark.parametrize("axis", ["error", "while"])
+def test_an_axis_that_c_takes_for_something_else_is_refused(axis, tmp_path):
+    data = DESIGNS["pid"].model_dump(mode="json")
+    data["plant"]["axes"] = {axis: {}, "y": {}}
+    with pytest.raises(UserError, match=f"an axis named {axis} cannot be one in C"):
+        FORMATS["c"].write(Design.model_validate(data), tmp_path / "c")
