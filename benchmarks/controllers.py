@@ -1,9 +1,10 @@
-"""The evaluator with every kind of controller: 1,000 machines for 60 s, in one run.
+"""The evaluator with every kind of controller: 1,000 machines, in one run.
 
     python benchmarks/controllers.py [--machines 1000] [--repeats 5] [--json FILE]
 
 The C-axis with its hierarchy comes first; the others are X-Y machines of two feed drives that
-run the circle of Jee & Koren 2004, fig. 10, three times. Each machine has gains of its own.
+run the circle of Jee & Koren 2004, fig. 10, three times, and a machine of five axes on the program
+of Lin & Gai 2009, 1 s. Each machine has gains of its own.
 """
 
 import json
@@ -34,6 +35,7 @@ DESIGNS = {
     "jee-koren-2004-flc": "feed-drive-circle",
     "jee-koren-2004-aflc": "feed-drive-circle",
     "jee-koren-1995-soflc": "feed-drive-circle",
+    "lin-gai-2009-pid": "five-axis-program",
 }
 SPREAD = 0.02  # of every gain
 

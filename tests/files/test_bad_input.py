@@ -129,7 +129,7 @@ def broken(*keys, value):
     [
         (broken("format", value="fis"), ["format = 'fis'", "hfc-design"]),
         (broken("version", value=2), ["version = 2"]),
-        (broken("controller", "kind", value="mpc"), ["'mpc'", "pd+hierarchical-fuzzy"]),
+        (broken("controller", "kind", value="mpc"), ["'mpc'", "aflc"]),
         (broken("controller", "pd", "kp", value=float("nan")), ["NaN"]),
         (broken("controller", "pd", "kp", value="much"), ["controller.pd.kp = 'much'"]),
         (

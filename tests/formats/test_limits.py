@@ -43,7 +43,7 @@ def stepped(design, signals):
 LINEAR = {"ki": 9e3, "signals": {"current": -2.0}, "feed_forward": {"velocity": 40.0}}
 SCHEDULED = {"kp": -30.0, "ki": -700.0, "signals": {"deflection": 9.0}}
 FORMS = {
-    **{name: (name, {}) for name in builtin_designs()},
+    **{name: (name, {}) for name in builtin_designs() if hfc.load_design(name).kind.law},
     "flc that integrates": ("jee-koren-2004-flc", {"controller.integral_gain": 40.0}),
     "flc of form PI": ("jee-koren-2004-flc", {"controller.form": "PI"}),
     "aflc that integrates": ("jee-koren-2004-aflc", {"controller.integral_gain": 40.0}),

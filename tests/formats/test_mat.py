@@ -32,7 +32,7 @@ def same(found, wanted, key=""):
     return np.array_equal(np.array(found), np.array(wanted))
 
 
-@pytest.mark.parametrize("name", builtin_designs())
+@pytest.mark.parametrize("name", [x for x in builtin_designs() if "" in named_design(x).by_axis()])
 def test_scipy_reads_the_design_file_back_bit_for_bit(name, read):
     design = named_design(name)
     found, wanted = read(design), design.model_dump(mode="json")

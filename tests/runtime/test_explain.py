@@ -17,7 +17,7 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller, explain
 
-WITH_RULES = [name for name in builtin_designs() if name not in ("pd-only", "jee-koren-2004-pid")]
+WITH_RULES = [name for name in builtin_designs() if load_design(name).kind.explain]
 
 
 def changed(name, **update):

@@ -5,6 +5,7 @@ import pytest
 
 from hfc_design import api
 from hfc_design.controllers.genome import taken
+from hfc_design.controllers.kind import Shown
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import population_of_one
@@ -156,3 +157,16 @@ def test_the_simulator_does_as_the_runtime():
             told[name] = {"error": error, "reference_rate": rate, "error_rate": 0.0}
         for axis, command in zip(found.axes, machine.step(told).values(), strict=True):
             assert axis.motion.command[k] == np.round(command)
+
+
+def test_its_section_has_the_units_of_each_axis():
+    name = "lin-gai-2009-fuzzy-sliding-compensated"
+    found, plant = api.load_design(name), api.load_scenario("five-axis-program").plant
+    first, *inner = found.kind.sections(
+        found.controller, Shown(plant.machine, plant.values(), None)
+    )
+    rows = {row: (value, unit) for row, value, unit in first.listing.rows}
+    assert rows["gain of X, k_p"] == ("0.53328", "V/mm")
+    assert rows["gain of A, k_p"] == ("0.79992", "V/deg")
+    assert rows["programmed speed, v, of X, Y, Z"][0] == "166.667"
+    assert [section.title for section in inner] == [f"{axis}: The controller" for axis in "xyzac"]
