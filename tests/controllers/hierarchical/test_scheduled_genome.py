@@ -26,7 +26,7 @@ def scenario_of(names=NAMES, **changes):
     own = {
         "inputs": [{"name": name, "scale": SCALE} for name in names],
         "output_scale": 2.0,
-        "linear": {"expected_load": 5.0},
+        "linear": {"expected_load": 5.0, "load_frequencies_rad_s": [1.0, 50.0]},
         "schedules": True,
         **changes,
     }
