@@ -120,4 +120,4 @@ def _resonating(loop: OpenLoop, angle: float, driven: Floats, room: float) -> Op
     a[:size, :size], a[size:, : driven.shape[1]] = loop.a, driven
     cosine, sine = np.cos(angle), np.sin(angle)
     a[size:, size:] = [[cosine, sine], [-sine, cosine]]
-    return OpenLoop(a, b, np.append(c, [room, 0.0]))
+    return OpenLoop(a, b, np.append(c, [room, 0.0]), resonances=(*loop.resonances, angle))

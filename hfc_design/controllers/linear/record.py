@@ -96,6 +96,11 @@ def with_own_signals(described: Any) -> Any:
     return described
 
 
+def resonator_name(k: int) -> str:
+    """Of resonator ``k``, the first one 0, among what is searched or weighted."""
+    return f"resonator_{k + 1}"
+
+
 class LinearDesign(ControllerRecord):
     """What the linear kinds have in common; every gain in units of the command."""
 
@@ -198,7 +203,7 @@ class LinearSettings(ControllerSettings):
     @property
     def resonators(self) -> tuple[str, ...]:
         """Names of the resonators among what is searched."""
-        return tuple(f"resonator_{k + 1}" for k in range(len(self.load_frequencies_rad_s)))
+        return tuple(map(resonator_name, range(len(self.load_frequencies_rad_s))))
 
     def fault(self, target: Target) -> str | None:
         """A signal or a range of what there is not, a frequency that a sample cannot tell."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.controllers.linear.record import resonator_name
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import Nominal
@@ -50,7 +51,7 @@ class Measured(NamedTuple):
         a, b = np.zeros((whole, whole)), np.append(self.b, np.zeros(2 * len(angles)))
         a[:size, :size] = self.a
         for k, angle in enumerate(angles):
-            own, name = size + 2 * k, f"resonator_{k + 1}"
+            own, name = size + 2 * k, resonator_name(k)
             cosine, sine = np.cos(angle), np.sin(angle)
             a[own : own + 2, own : own + 2] = [[cosine, sine], [-sine, cosine]]
             a[own, names.index("error")] = sample_time
