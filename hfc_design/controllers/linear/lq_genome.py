@@ -51,7 +51,9 @@ class LqGenome(LinearGenome):
         own = regulator.first_regulators(self.plain, kp, kd)
         found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
         found |= {name: LIGHT * abs(own[name]) for name in self.signals}
-        found |= dict.fromkeys(self.settings.resonators, ki)
+        each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
+        for name, frequency in each:  # as the integral; a mass answers faster frequencies less
+            found[name] = ki * np.maximum(1.0, frequency / bandwidths) ** 2
         for name, weight in self.tolerated.items():
             found[name] = np.full_like(kp, weight)
         return {name: found[name] for name in self.weighted}
@@ -60,8 +62,7 @@ class LqGenome(LinearGenome):
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         kp, ki, kd = of_drive.pid(self.model, np.array(self.bandwidths[:1]))
-        # Integral and resonators, what is no state of the drive, as in a PID.
-        own: dict[str, Any] = dict.fromkeys(self.states.names, ki)
+        own: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # also of what is no drive's
         own |= regulator.first_regulators(self.plain, kp, kd)
         self.scale = np.array([abs(own[name][0]) for name in self.states.names])
         each = zip(start, low.values(), high.values(), start.values(), strict=True)

@@ -72,10 +72,10 @@ class PidGenome(LinearGenome):
         own = values | {"kept": kept}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
+            # Of an error of amplitude E a share grows by gain E / 2, and makes an error by answer.
             z = np.exp(1j * frequency * self.every)
             answer = of_drive.answer(self.model, own, self.signals, z, self.every)
-            lead = np.exp(1j * values[name + LEAD])
-            gain = -2.0 * values[name] * lead * z / answer
+            gain = -2.0 * values[name] * z / answer * np.exp(1j * values[name + LEAD])
             own |= {name: gain.real, name + BEHIND: gain.imag}
         return own
 
