@@ -76,6 +76,21 @@ def hierarchy_on_linear(seed, inputs=5, **changes):
     return Design.model_validate(found)
 
 
+def resonating(design, seed, *frequencies):
+    """The same whose linear laws have resonators, with gains of either sign."""
+    random = np.random.default_rng([seed, 3])
+    data = design.model_dump(mode="json")
+    own = data["controller"]
+    laws = {"linear": 20_000.0, "scheduled": 2_000.0} if "linear" in own else {}
+    for law, size in [(own[key], x) for key, x in laws.items() if key in own] or [(own, 20_000.0)]:
+        pairs = random.normal(0.0, size, (len(frequencies), 2)).tolist()
+        law["resonators"] = [
+            {"frequency_rad_s": x, "in_phase": along, "quadrature": ahead}
+            for x, (along, ahead) in zip(frequencies, pairs, strict=True)
+        ]
+    return Design.model_validate(data)
+
+
 def scheduled_part(seed):
     """What the root of a hierarchy scales by up to 15: a tenth as large, with its own kp and kd."""
     random = np.random.default_rng([seed, 2])

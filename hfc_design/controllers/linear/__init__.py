@@ -30,8 +30,7 @@ GENOMES = {"pid_genome": "PidGenome", "lq_genome": "LqGenome"}
 
 
 def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
-    names = tuple(record.signals)
-    return AxisLaw(sample, initial_memory, record.sample_time_s, limit, names)
+    return AxisLaw(sample, initial_memory, record.sample_time_s, limit, record.structure)
 
 
 def _remember(memory: LinearMemory, readings: dict[str, float]) -> LinearMemory:

@@ -6,6 +6,7 @@ from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.regulator import BEHIND
 from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Json
 
@@ -17,12 +18,20 @@ SLOWEST = 1e-3
 FASTER = 10.0
 #: The largest gain on a signal, in shares of that of the fastest regulator.
 LARGEST = 3.0
+#: What a resonator's command may lead or lag what the nominal loop asks for, at most [rad].
+ASIDE = 1.2
+#: What that number is called behind a resonator's name.
+LEAD = "_lead"
 #: Share of the half of a range that is finer than the gain where a search starts.
 FINE = 10.0
 
 
 class PidGenome(LinearGenome):
-    """Gains of a PID, of a filter, and on the signals of the settings."""
+    """Gains of a PID, of a filter, and on the signals of the settings.
+
+    Of a resonator it is the rate [1/s] at which an error of its frequency fades in the nominal
+    loop, to first order, and by what its command leads the one that does it with the least gain.
+    """
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -32,11 +41,12 @@ class PidGenome(LinearGenome):
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
         """A PID; with signals, the regulator of all that is fed back, and an integral."""
         kp, ki, kd = of_drive.pid(self.model, bandwidths)
+        fading = dict.fromkeys(self.settings.resonators, of_drive.INTEGRAL * bandwidths)
         if not self.signals:
-            return {"kp": kp, "ki": ki, "kd": kd}
+            return {"kp": kp, "ki": ki, "kd": kd, **fading}
         of_signals = regulator.measured(self.model, self.signals, self.drive.name)
         own = regulator.first_regulators(of_signals, kp, kd)
-        return {"kp": own.pop("error"), "ki": ki, "kd": own.pop("error_rate"), **own}
+        return {"kp": own.pop("error"), "ki": ki, "kd": own.pop("error_rate"), **own, **fading}
 
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
@@ -52,11 +62,22 @@ class PidGenome(LinearGenome):
             most = LARGEST * max(abs(high[name]), abs(start[name]))
             bend = float(np.arcsinh(FINE * most / abs(start[name])))
             found[name] = Searched(-most, most, start[name], bend)
+        for name in self.settings.resonators:
+            found[name] = Searched(low[name], FASTER * high[name], start[name])
+            found[name + LEAD] = Searched(-ASIDE, ASIDE, 0.0)
         return found
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
         kept = np.exp(-2.0 * np.pi * values["derivative_hz"] * self.every)
-        return values | {"kept": kept}
+        own = values | {"kept": kept}
+        each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
+        for name, frequency in each:
+            # Of an error of amplitude E a share grows by gain E / 2, and makes an error by answer.
+            z = np.exp(1j * frequency * self.every)
+            answer = of_drive.answer(self.model, own, self.signals, z, self.every)
+            gain = -2.0 * values[name] * z / answer * np.exp(1j * values[name + LEAD])
+            own |= {name: gain.real, name + BEHIND: gain.imag}
+        return own
 
     def record(self, individual: GainVectors) -> Json:
         """With the filter's cut-off."""
