@@ -26,6 +26,7 @@ from hfc_design.controllers.kind import (
     Template,
 )
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.controllers.neural.training import Lesson
 from hfc_design.core.lock import alone
 from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import group_of
@@ -59,6 +60,7 @@ from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluating import evaluate, learned_in
 from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
+from hfc_design.simulation.teaching import Taught, taught
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
 #: The name that a drive had before machines had several of them.
@@ -218,7 +220,9 @@ __all__ += [
     "Design",
     "Evaluation",
     "Judgements",
+    "Lesson",
     "Result",
+    "Taught",
 ]
 __all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "attainable", "compare"]
 __all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "learned_in"]
@@ -228,6 +232,7 @@ __all__ += [
     "pick",
     "plot",
     "robustness",
+    "taught",
     "trajectory_csv",
     "with_gains",
 ]

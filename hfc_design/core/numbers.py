@@ -54,6 +54,7 @@ class Xp(NamedTuple):
     maximum: Callable[[Scalar, Scalar], Scalar]
     #: (rate, distance) -> exp(-rate distance^2)
     bell: Callable[[float, Scalar], Scalar]
+    tanh: Callable[[Scalar], Scalar]
     ratio: Callable[[Scalar, Scalar], Scalar]
     #: x; marks what many results share, for a compiler that would else compute it for each.
     once: Callable[[Scalar], Scalar]
@@ -66,6 +67,7 @@ SCALARS = Xp(
     minimum=min,
     maximum=max,
     bell=lambda rate, distance: math.exp((-rate * distance) * distance),
+    tanh=math.tanh,
     ratio=lambda a, b: a / b,
     once=lambda x: x,
     pick=getitem,
@@ -75,6 +77,7 @@ ARRAYS = Xp(
     minimum=np.minimum,
     maximum=np.maximum,
     bell=lambda rate, distance: np.exp((-rate * distance) * distance),
+    tanh=np.tanh,
     ratio=np.divide,
     once=lambda x: x,
     pick=getitem,

@@ -63,6 +63,7 @@ def sources(design: Design, **others: object) -> dict[str, str]:
         "meanings": dict(zip(told, comment(told.values()), strict=True)),
         "command_unit": signal_units(design).get("command", "unit"),
         "exponential": False,
+        "hyperbolic": False,
         "integrates": False,
         "in_place": False,
         "only_double": comment(odd[:1])[0] if odd else "",

@@ -34,7 +34,7 @@ from plants import Drive, Machine
 from plants.blocks import bell, larger, once, pick, ratio, smaller
 
 #: The functions of the control laws on JAX scalars, which ``population`` makes vectors of.
-LANES = Xp(jnp.where, smaller, larger, bell, ratio, once, pick)
+LANES = Xp(jnp.where, smaller, larger, bell, jnp.tanh, ratio, once, pick)
 
 
 class Loop(NamedTuple):

@@ -25,6 +25,8 @@ DESIGNS = {
         if "within" in name or "with " in name
     },
     "hierarchy": made_up.hierarchy(3, 5, adaptation=ADAPTING),
+    "network": made_up.network(2),
+    "network within a limit": made_up.limited(made_up.network(3), 8.0),
     "hierarchy on a linear part": made_up.hierarchy_on_linear(9, adaptation=ADAPTING),
 }
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"

@@ -6,6 +6,7 @@ import numpy as np
 from jk04 import rule_labels
 
 from hfc_design.controllers.flc.record import LABELS
+from hfc_design.controllers.neural.record import drawn
 from hfc_design.files.design import Design
 
 TERMS = 7
@@ -89,6 +90,16 @@ def resonating(design, seed, *frequencies):
             for x, (along, ahead) in zip(frequencies, pairs, strict=True)
         ]
     return Design.model_validate(data)
+
+
+def network(seed, hidden=25, **changes):
+    """A network of a feed drive that learns fast on line."""
+    numbers = {"error_unit": 5.0, "change_unit": 2.0, "command_unit": 3.0}
+    numbers |= {"rate": 1e-2, "momentum": 0.3, "slope": 0.2}
+    weights = drawn(hidden, seed).model_dump()
+    return _design(
+        "feed-drive", kind="neural", sample_time_s=0.01, weights=weights, **numbers | changes
+    )
 
 
 def scheduled_part(seed):

@@ -54,6 +54,8 @@ DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(4)}
 DESIGNS |= {f"{k} with options": made_up.with_options(k, 5) for k in ("flc", "aflc", "soflc")}
 DESIGNS["pid with a dead zone"] = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
 DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
+DESIGNS |= {f"network of {n} units": made_up.network(n, n) for n in (1, 25)}
+DESIGNS["network within a limit"] = made_up.limited(made_up.network(3), 8.0)
 #: How far the signals of a random run go: beyond the universe of a C-axis design.
 REACH = {"error": 0.03, "deflection": 0.02, "error_rate": 0.1, "velocity": 900.0}
 
@@ -185,8 +187,8 @@ def test_no_globals_no_library(program, name, tmp_path):
     assert {kind for kind, _ in symbols} <= {"T", "t", "r", "U"}  # code and read-only tables
     outside = {symbol for kind, symbol in symbols if kind == "U"}
     # A compiler may copy and clear memory with these wherever it likes.
-    exponential = DESIGNS[name].controller.kind == "pd+hierarchical-fuzzy"
-    assert outside - {"memcpy", "memset"} == ({"exp"} if exponential else set())
+    needs = {"pd+hierarchical-fuzzy": {"exp"}, "neural": {"tanh"}}
+    assert outside - {"memcpy", "memset"} == needs.get(DESIGNS[name].controller.kind, set())
 
 
 @pytest.mark.parametrize("points", [2, 129])

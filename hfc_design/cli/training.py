@@ -1,0 +1,68 @@
+"""``hfc train``: a neural network learns what a design does."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hfc_design.cli.options import (
+    CHOICES,
+    Texts,
+    force,
+    free,
+    memory,
+    on_scenario,
+    output,
+    with_plugins,
+)
+
+if TYPE_CHECKING:
+    from hfc_design.files.design import Design
+    from hfc_design.files.scenario import Scenario
+
+NETWORK_HELP = (
+    "A number beside the weights, as in error_unit=0.005; others are change_unit, command_unit, "
+    "slope, momentum, rate (on line), xi."
+)
+
+
+@click.command()
+@on_scenario
+@output("--out", help="Design file [default: neural-NAME.json].")
+@force
+@click.option("--start", help="Neural design to go on from [default: weights drawn at random].")
+@click.option("--hidden", type=int, help="Units of the hidden layer [default: 25].")
+@click.option("--seed", type=int, help="Seed of their weights [default: 0].")
+@click.option("--training-rate", "rate", type=float, help="Rate of learning [default: 0.5].")
+@click.option("--passes", type=int, help="Through all samples [default: 1].")
+@click.option("--network", multiple=True, metavar="KEY=VALUE", help=NETWORK_HELP)
+@memory
+@with_plugins(CHOICES)
+def train(
+    found: "Design",
+    where: "Scenario",
+    out: Path | None,
+    start: str | None,
+    network: Texts,
+    **lesson: Any,
+) -> None:
+    """Teach a neural network what DESIGN does in the motion of its scenario.
+
+    DESIGN, of any kind, is simulated; a network of one hidden layer learns the commands of all axes
+    from the errors and their changes, by back-propagation, and becomes a design of kind neural,
+    which goes on learning on line.
+    """
+    from hfc_design.controllers.neural.training import Lesson
+    from hfc_design.formats import FORMATS
+    from hfc_design.simulation.teaching import taught
+
+    given = {key: value for key, value in lesson.items() if value is not None}
+    learnt = taught(found, where, network, start, Lesson()._replace(**given))
+    path = out or free(Path(f"{learnt.design.name}.json"))
+    FORMATS["json"].write(learnt.design, path)
+    told, unit = learnt.training, learnt.unit
+    click.echo(
+        f"{learnt.samples} samples of {told.taught:.3g} {unit} rms: off by {told.before:.3g} "
+        f"{unit} before, by {told.after:.3g} {unit} after"
+    )
+    click.echo(path)

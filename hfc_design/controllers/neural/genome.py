@@ -1,0 +1,15 @@
+"""Genome of a neural controller: the few numbers beside its weights."""
+
+from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.core.numbers import Json
+
+
+class NeuralGenome(GainsGenome):
+    """What a search can do; every individual begins with the same weights."""
+
+    def record(self, individual: GainVectors) -> Json:
+        """The weights and the numbers beside them."""
+        found = self.gains(individual)._asdict()
+        numbers = {name: float(value[0]) for name, value in found.items()}
+        weights = self.settings.weights().model_dump()
+        return {"kind": self.settings.kind, "weights": weights, **numbers}

@@ -1,0 +1,111 @@
+"""The neural controller in a design file and in a scenario. Never imports JAX."""
+
+from operator import not_
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from hfc_design.controllers.gains import GainsSettings
+from hfc_design.controllers.kind import ControllerRecord, Target
+from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory
+from hfc_design.controllers.neural.network import Weights
+from hfc_design.controllers.start import controller_named
+from hfc_design.core.records import Finite, NotNegative, Positive, Record
+
+INPUTS = 2  # error and its change
+#: Units of the hidden layer: the loop is unrolled, more of them take minutes to compile.
+MOST = 100
+Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=INPUTS + 1)]
+
+
+class WeightsRecord(Record):
+    """Weights of both layers, the threshold of a unit behind those of what it reads."""
+
+    hidden: Annotated[tuple[Hidden, ...], Field(min_length=1, max_length=MOST)]
+    output: tuple[Finite, ...]
+
+    @model_validator(mode="after")
+    def _fit(self) -> "WeightsRecord":
+        units, found = len(self.hidden), len(self.output)
+        if found != units + 1:
+            told = f"has {found} numbers; {units} hidden units and a threshold make {units + 1}"
+            raise ValueError(f"output: {told}")
+        return self
+
+
+class NeuralDesign(ControllerRecord):
+    """A controller of kind ``neural``; see ``NeuralGains``."""
+
+    kind: Literal["neural"] = "neural"
+    weights: WeightsRecord
+    error_unit: Positive
+    change_unit: Positive
+    command_unit: Positive
+    rate: NotNegative = 1e-4  # 0: it does not learn on line
+    momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005
+    slope: Positive = 1e-3
+    xi: Annotated[float, Field(ge=0, le=1)] = 0.5
+
+    def gains(self) -> NeuralGains:
+        """The numbers beside the weights."""
+        return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
+
+    def network(self) -> Weights:
+        """What it begins with."""
+        return Weights(self.weights.hidden, (self.weights.output,))
+
+    def adapted(self, memory: NeuralMemory) -> "NeuralDesign | None":
+        """With the weights as they have become; None: they stay."""
+        return self.with_weights(memory.weights) if self.rate else None
+
+    def with_weights(self, weights: Weights) -> "NeuralDesign":
+        """The same with other weights."""
+        hidden, (output,) = weights
+        found = WeightsRecord.model_construct(hidden=_rows(hidden), output=tuple(output))
+        return self.model_copy(update={"weights": found})
+
+
+def _rows(layer: Any) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, layer))
+
+
+def drawn(hidden: int, seed: int) -> WeightsRecord:
+    """Weights of a network that knows nothing, uniform between -1 and 1."""
+    random = np.random.default_rng(seed)
+    layers = random.uniform(-1.0, 1.0, (hidden, INPUTS + 1)), random.uniform(-1.0, 1.0, hidden + 1)
+    return WeightsRecord.model_validate(
+        {"hidden": _rows(layers[0].tolist()), "output": tuple(layers[1].tolist())}
+    )
+
+
+#: What is searched, on a milling table: errors in mm and commands in V.
+RANGES = NeuralGains(
+    (1e-3, 0.1), (1e-3, 0.1), (0.1, 20.0), (1e-6, 0.1), (1e-3, 0.9), (1e-4, 0.1), (0.0, 1.0)
+)
+
+
+class NeuralSettings(GainsSettings):
+    """Ranges of the numbers beside the weights, and the network to begin with."""
+
+    own_ranges = RANGES
+    kind: Literal["neural"]
+    #: A design whose weights it begins with; None: ``hidden`` units that know nothing.
+    start: NeuralDesign | None = Field(None, exclude_if=not_)
+    hidden: int = Field(25, ge=1, le=MOST)
+    seed: int = Field(0, ge=0)
+
+    _controller_of = field_validator("start", mode="before")(controller_named)
+
+    def fault(self, target: Target) -> str | None:
+        """A start that runs at another sample time."""
+        if self.start is not None and self.start.sample_time_s != target.sample_time:
+            return (
+                f"controller.start: runs every {self.start.sample_time_s} s, "
+                f"simulation.sample_time_s is {target.sample_time}"
+            )
+        return None
+
+    def weights(self) -> WeightsRecord:
+        """What every individual begins with."""
+        return self.start.weights if self.start is not None else drawn(self.hidden, self.seed)

@@ -1,0 +1,86 @@
+"""What the page shows of a neural controller: its numbers, its map, what it has learnt on line."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.neural.law import neural
+from hfc_design.controllers.neural.record import NeuralDesign
+from hfc_design.controllers.neural.training import command, inputs_of
+from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.pictures.figure import Drawing, Listing, Section, colour_strip, framed
+
+ABOUT = (
+    "A network reads the error of its axis and the change of that since the last sample, and gives "
+    "the command. On line it learns from every sample by back-propagation."
+)
+#: Points of a picture on either side; inputs that are shown where no motion tells how far they go.
+POINTS, REACH = 61, 10.0
+
+
+def sections(record: NeuralDesign, shown: Shown) -> list[Section]:
+    """The numbers; what the network commands; the same of each axis after the motion."""
+    position, volts = shown.units["error"], shown.units["command"]
+    rows = [
+        ["hidden units", f"{len(record.weights.hidden)}", ""],
+        ["error of an input of 1", f"{record.error_unit:.4g}", position],
+        ["change of the error in a sample of an input of 1", f"{record.change_unit:.4g}", position],
+        ["command of an output of 1", f"{record.command_unit:.4g}", volts],
+        ["rate of learning on line", f"{record.rate:.4g}", ""],
+        ["momentum", f"{record.momentum:.4g}", ""],
+        ["slope of the hidden units", f"{record.slope:.4g}", ""],
+        ["weight of the change in what is learnt from", f"{record.xi:.4g}", ""],
+    ]
+    listing = Listing("The network.", ["number", "value", "unit"], rows)
+    reach = _reach(record, shown)
+    drawings = [_drawing(record, reach, "as designed", shown)]
+    for axis, after in at_the_end(record, shown).items():
+        name = axis if len(shown.machine.axes) > 1 else "the axis"
+        drawings.append(_drawing(after, reach, f"of {name} after the motion", shown))
+    return [Section("The controller", ABOUT, listing, drawings)]
+
+
+def at_the_end(record: NeuralDesign, shown: Shown) -> dict[str, NeuralDesign]:
+    """The network of each axis at the end of the motion, stepped over what the axis measured."""
+    found = {}
+    law, gains = neural(record.network(), record.sample_time_s), record.gains()
+    for axis, signals in (shown.signals or {}).items():
+        memory = law.initial_memory(0.0)
+        for error in signals["error"].tolist():
+            _, memory = law.step(SCALARS, gains, memory, {"error": error})
+        if (after := record.adapted(memory)) is not None:
+            found[axis] = after
+    return found
+
+
+def _reach(record: NeuralDesign, shown: Shown) -> Floats:
+    """(2,) how large the inputs get."""
+    if not shown.signals:
+        return np.array([REACH, REACH])
+    errors = np.stack([signals["error"] for signals in shown.signals.values()], axis=1)
+    found = np.abs(inputs_of(record, errors)).max(axis=(0, 1))
+    return np.where(found > 0.0, found, REACH)
+
+
+def _drawing(record: NeuralDesign, reach: Floats, which: str, shown: Shown) -> Drawing:
+    unit = shown.units["command"]
+    figure = framed(3.6, top=0.35, right=0.95)
+    _map(figure, figure.subplots(), record, reach, shown)
+    figure.axes[0].set_title(f"network {which}", fontsize=11)
+    return Drawing(
+        figure,
+        f"Heat map of the command of the network {which}",
+        f"Command [{unit}] of the network {which}, over the error and its change in a sample.",
+    )
+
+
+def _map(figure: Figure, axes: Axes, record: NeuralDesign, reach: Floats, shown: Shown) -> None:
+    e, ce = (np.linspace(-far, far, POINTS) for far in reach)
+    values = command(record, np.stack(np.meshgrid(e, ce), axis=-1))
+    limit = float(np.abs(values).max()) or 1.0
+    position = shown.units["error"]
+    places = e * record.error_unit, ce * record.change_unit
+    mesh = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    axes.set(xlabel=f"error [{position}]", ylabel=f"change of the error [{position}]")
+    colour_strip(figure, axes, mesh, f"command [{shown.units['command']}]")

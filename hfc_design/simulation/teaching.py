@@ -1,0 +1,74 @@
+"""A neural network is taught what a design does in a motion: a design that starts from there."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design import __version__
+from hfc_design.controllers.neural.training import Lesson, Trained, begun, trained
+from hfc_design.core.dotted import Changes, set_keys
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError, checked
+from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.machine import SensorSettings
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.pairing import load_design
+from hfc_design.simulation.evaluating import evaluate
+
+#: Letters of a name, and what a network's begins with.
+LONGEST, BEGINNING = 64, "neural-"
+
+
+class Taught(NamedTuple):
+    """A design, and how well it has learnt."""
+
+    design: Design
+    training: Trained
+    samples: int  # of all axes
+    unit: str  # of the command
+
+
+def taught(
+    teacher: AnyDesign,
+    scenario: AnyScenario,
+    network: Changes = (),
+    start: AnyDesign | None = None,
+    lesson: Lesson | None = None,
+) -> Taught:
+    """A network that has learnt from all axes of ``teacher`` in the motion of ``scenario``.
+
+    Of several motions that is the first. ``network`` has numbers beside the weights, see
+    ``NeuralDesign``; ``start`` is a neural design to go on from.
+
+    Raises:
+        UserError: the teacher diverges, or the network; or a number is not allowed.
+    """
+    teacher, scenario = load_design(teacher), load_scenario(scenario).each_motion()[0]
+    if scenario.sensors != SensorSettings():
+        raise UserError(f"scenario {scenario.name}: sensors: what they have told is not recorded")
+    numbers = dict(network) if isinstance(network, dict) else set_keys(network, "--network")
+    evaluation = evaluate(teacher, scenario)
+    if evaluation.diverged:
+        raise UserError(f"design {teacher.name}: diverges on {scenario.name}, and teaches nothing")
+    errors = np.stack([axis.told()["error"] for axis in evaluation.axes], axis=1)
+    commands = np.stack([axis.motion.command for axis in evaluation.axes], axis=1)
+    lesson = lesson or Lesson()
+    before = None if start is None else load_design(start).controller
+    every = teacher.controller.sample_time_s
+    first = begun(before, {"sample_time_s": every, **numbers}, lesson, errors, commands)
+    found = trained(first, errors, commands, lesson)
+    told = {"by": teacher.name, "scenario": scenario.name, "samples": errors.size}
+    design = _design(teacher, found, {**told, **lesson._asdict()})
+    return Taught(design, found, errors.size, evaluation.axes[0].drive.units["command"])
+
+
+def _design(teacher: Design, found: Trained, told: Json) -> Design:
+    """The design of a network for the machine of its teacher."""
+    data = teacher.model_dump(mode="json", exclude={"score", "controller", "provenance"})
+    data["name"] = (BEGINNING + teacher.name)[:LONGEST]
+    data["controller"] = found.design.model_dump(mode="json")
+    data["provenance"] = {"program": f"hfc-design {__version__}", "taught": told}
+    if (scenario := teacher.provenance.get("scenario")) is not None:
+        data["provenance"]["scenario"] = scenario
+    return checked(Design, data, f"what {teacher.name} has taught", Path())
