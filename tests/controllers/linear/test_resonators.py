@@ -1,4 +1,4 @@
-"""Resonators: by SciPy's filter, on a linear plant by its transfer function, at a limit, in files."""
+"""Resonators: by a filter of SciPy, on a linear plant by its transfer function, at a limit."""
 
 import json
 
