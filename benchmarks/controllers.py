@@ -1,10 +1,11 @@
-"""The evaluator with every kind of controller: 1,000 machines for 60 s, in one run.
+"""The evaluator with every kind of controller: 1,000 machines, in one run.
 
     python benchmarks/controllers.py [--machines 1000] [--repeats 5] [--json FILE]
 
 The C-axis with its hierarchy comes first; the others are X-Y machines: two feed drives that run the
 circle of Jee & Koren 2004, fig. 10, three times, and milling tables that run that of Huang et al.
-once. Each machine has gains of its own.
+once; and a machine of five axes on the program of Lin & Gai 2009, 1 s. Each machine has gains of its
+own.
 """
 
 import json
@@ -37,6 +38,7 @@ DESIGNS = {
     "jee-koren-1995-soflc": "feed-drive-circle",
     "huang-pid": "milling-table-circle",
     "huang-soc": "milling-table-circle",
+    "lin-gai-2009-pid": "five-axis-program",
 }
 SPREAD = 0.02  # of every gain
 

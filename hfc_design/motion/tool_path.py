@@ -15,8 +15,8 @@ from hfc_design.motion.contour import REACH, Contour, after_reversals, undisturb
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import PathSamples
 
-#: A degree counts as so many mm in what is near: it decides only where the tool tip stands.
-DEGREE = 1e-3
+#: A degree counts as so many mm in what is near: where the tool tip hardly moves, tables decide.
+DEGREE = 0.05
 #: Newton's steps to the nearest point of a helix.
 NEWTON = 4
 

@@ -1,5 +1,6 @@
 """G-code programs of known geometry, and what a bad one is told."""
 
+import re
 from math import pi
 
 import numpy as np
@@ -10,7 +11,9 @@ from hypothesis import strategies as st
 from hfc_design.core.records import Record, UserError, checked
 from hfc_design.files.named_scenario import BUILTIN, load_scenario
 from hfc_design.motion import gcode
+from hfc_design.motion.limits import AxisLimits, MovedAxis
 from hfc_design.motion.paths import Path
+from hfc_design.motion.program import program as planned
 from hfc_design.motion.trajectories import GCode, PathReference
 
 # Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.
@@ -251,6 +254,24 @@ def test_any_text_is_read_or_refused_with_one_line(tmp_path_factory, text):
     else:
         assert (path.length > 0).all()
         assert np.isfinite(path.at(path.knots).position).all()
+
+
+@settings(deadline=None)
+@given(
+    st.text(alphabet="GXYZABCIJRFM0123459.- \n(;%Q", max_size=80).map(lambda text: f"G1 F60 {text}")
+)
+def test_any_text_can_be_run_on_six_axes_or_is_refused(text):
+    try:
+        found = gcode.blocks(text)
+    except ValueError as error:
+        assert re.match(r"line \d+: ", str(error))
+        return
+    if found:
+        axes = tuple(MovedAxis(axis, 1.0, axis in "abc", 500.0) for axis in "xyzabc")
+        limits = {axis.name: AxisLimits(acceleration_per_s2=800.0) for axis in axes}
+        run = planned(found, axes, limits, 0.002)
+        assert run.motion.finite
+        assert run.path.at(run.path.knots[-1:]).position[:, 0] == pytest.approx(found[-1].end)
 
 
 def test_missing_file_and_folder(tmp_path):

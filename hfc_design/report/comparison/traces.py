@@ -26,7 +26,7 @@ class Panel(NamedTuple):
 
 
 def panels(bout: Bout) -> list[Panel]:
-    """Error, command, velocity and position of every axis, of a path the contour error first.
+    """Error, command, velocity and position of every axis, of a path the errors off it first.
 
     Of the nominal machine. A diverged motion ends where it runs away.
     """
@@ -36,6 +36,10 @@ def panels(bout: Bout) -> list[Panel]:
     if first.contour is not None:
         off = {name: one.contour.error for name, one in each.items() if one.contour}
         found.append(_panel("contour error", first.contour.unit, each, off))
+        paths = {name: one.contour for name, one in each.items()}
+        turned = {x: own.turned for x, own in paths.items() if own and own.turned is not None}
+        if turned:
+            found.append(_panel("orientation error", "deg", each, turned))
     for k, axis in enumerate(first.axes):
         own = {name: one.axes[k] for name, one in each.items()}
         units, several = axis.drive.units, len(first.axes) > 1
