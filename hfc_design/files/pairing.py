@@ -24,7 +24,11 @@ from hfc_design.stability.margins import OpenLoop
 from plants import Machine
 
 #: Plant -> the scenario of a design that does not name its own.
-DEFAULT_SCENARIOS = {"c-axis": "c-axis-ramp", "feed-drive": "feed-drive-circle"}
+DEFAULT_SCENARIOS = {
+    "c-axis": "c-axis-ramp",
+    "feed-drive": "feed-drive-circle",
+    "milling-table": "milling-table-circle",
+}
 #: Limits that belong to the drive and not to the controller.
 CONVERTER = ("resolution", "delay_samples")
 #: A signal that hardly moves anything, and by which a law may divide.
