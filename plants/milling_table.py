@@ -18,17 +18,17 @@ from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 class MillingTableParameters(NamedTuple):
     """Physical parameters of an axis."""
 
-    motor_inertia: float = 1.0e-3  # of motor, coupling and screw [kg m2]
-    motor_damping: float = 5.0e-2  # of all that grows with speed, back-EMF included [N m s/rad]
-    motor_friction: float = 0.1  # Coulomb friction of motor and bearings [N m]
-    torque_gain: float = 0.15  # of amplifier and motor at rest [N m/V]
+    motor_inertia: float = 8.0e-4  # of motor, coupling and screw [kg m2]
+    motor_damping: float = 0.06  # of all that grows with speed, back-EMF included [N m s/rad]
+    motor_friction: float = 0.05  # Coulomb friction of motor and bearings [N m]
+    torque_gain: float = 0.14  # of amplifier and motor at rest [N m/V]
     lead: float = 5.0  # of the screw [mm/rev]
-    table_mass: float = 150.0  # [kg]
+    table_mass: float = 100.0  # [kg]
     stiffness: float = 5.0e4  # of screw, nut and bearings [N/mm]
     damping: float = 20.0  # of the same [N s/mm]
     backlash: float = 0.4  # of the nut, from flank to flank [mm]
     coulomb_friction: float = 300.0  # of the slides [N]
-    stiction_rise: float = 150.0  # break-away force less the Coulomb friction [N]
+    stiction_rise: float = 100.0  # break-away force less the Coulomb friction [N]
     stribeck_velocity: float = 1.0  # [mm/s]
     viscous_friction: float = 5.0  # of the slides [N s/mm]
     scale_resolution: float = 0.005  # of the optical scale at the table [mm]
