@@ -91,6 +91,5 @@ def sample(
 def degrees(xp: Xp, value: Scalar) -> list[Scalar]:
     """(11,) degrees of a value in the sets: linear between two neighbours, which add up to 1."""
     return [
-        xp.once(xp.maximum(1.0 - abs(value - place), 0.0))
-        for place in range(-HIGHEST, HIGHEST + 1)
+        xp.once(xp.maximum(1.0 - abs(value - place), 0.0)) for place in range(-HIGHEST, HIGHEST + 1)
     ]
