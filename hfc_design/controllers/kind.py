@@ -81,12 +81,15 @@ class Shown(NamedTuple):
     #: What each axis told the control, signal -> (steps,); None where that is not known.
     signals: dict[str, dict[str, Floats]] | None
     delays: tuple[int, ...] = ()  # samples until the command of each axis acts; () for none
+    #: Largest command that the controller of each axis keeps to; () for none.
+    largest: tuple[float | None, ...] = ()
 
     def of(self, axis: str) -> "Shown":
         """The same of one axis."""
         k = self.machine.axes.index(axis)
         own = None if self.signals is None else {axis: self.signals[axis]}
-        return Shown(self.machine.only(k), (self.parameters[k],), own, self.delays[k : k + 1])
+        machine, parameters, at = self.machine.only(k), (self.parameters[k],), slice(k, k + 1)
+        return Shown(machine, parameters, own, self.delays[at], self.largest[at])
 
     @property
     def units(self) -> dict[str, str]:
