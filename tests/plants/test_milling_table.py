@@ -153,7 +153,7 @@ SAMPLE = 0.001
 
 def describing_function(amplitude, gap):
     """First harmonic of play's answer to ``amplitude sin``, by quadrature."""
-    angle = np.linspace(0, 2 * np.pi, 20_000, endpoint=False)
+    angle = np.linspace(0, 2 * np.pi, 4_000, endpoint=False)
     half, x = gap / 2, amplitude * np.sin(angle)
     rising = (angle <= np.pi / 2) | (angle >= 1.5 * np.pi)
     follows = np.maximum(x - half, half - amplitude), np.minimum(x + half, amplitude - half)
