@@ -15,7 +15,7 @@ RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.
 
 
 def _remember(memory: SocMemory, readings: dict[str, float]) -> SocMemory:
-    return memory._replace(**readings)
+    return SocMemory(readings["error"], memory.rules)
 
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
