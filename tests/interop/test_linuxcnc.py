@@ -116,6 +116,7 @@ def test_feed_drive_controllers_do_what_the_runtime_does(hal, design, tmp_path):
 
 def test_a_table_that_learns_does_what_the_runtime_does(hal, tmp_path):
     design = with_controller(named_design("huang-soc"), sample_time_s=0.001)
+    design = design.model_copy(update={"provenance": {"scenario": "milling-table-sine"}})
     folder = exported(hal, design, tmp_path / "out")
     error = np.round(0.3 * np.sin(np.arange(2000) / 50.0) * np.exp(-np.arange(2000) / 500), 3)
     pins = {"reference": error + 7.0, "position": np.full(2000, 7.0)}
