@@ -2,8 +2,9 @@
 
     python benchmarks/controllers.py [--machines 1000] [--repeats 5] [--json FILE]
 
-The C-axis with its hierarchy comes first; the others are X-Y machines of two feed drives that
-run the circle of Jee & Koren 2004, fig. 10, three times. Each machine has gains of its own.
+The C-axis with its hierarchy comes first; the others are X-Y machines: two feed drives that run the
+circle of Jee & Koren 2004, fig. 10, three times, and milling tables that run that of Huang et al.
+once. Each machine has gains of its own.
 """
 
 import json
@@ -34,6 +35,8 @@ DESIGNS = {
     "jee-koren-2004-flc": "feed-drive-circle",
     "jee-koren-2004-aflc": "feed-drive-circle",
     "jee-koren-1995-soflc": "feed-drive-circle",
+    "huang-pid": "milling-table-circle",
+    "huang-soc": "milling-table-circle",
 }
 SPREAD = 0.02  # of every gain
 

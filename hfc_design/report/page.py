@@ -63,6 +63,10 @@ BASELINES = {
         "jee-koren-2004-flc": Baseline("JK04 FLC", "their FLC"),
         "jee-koren-2004-pid": Baseline("JK04 PID", "their PID"),
     },
+    "milling-table": {
+        "huang-soc": Baseline("Huang SOC", "the SOC of Huang et al."),
+        "huang-pid": Baseline("Huang PID", "their PID"),
+    },
 }
 
 
