@@ -1,6 +1,6 @@
 """One axis of a manual milling table that was given a servo-motor: backlash and stick-slip.
 
-The machine of Huang et al. (the self-organising and neural controllers of a retrofitted table),
+The machine of Huang & Shy (the self-organising and neural controllers of a retrofitted table),
 which prints no parameters. Motor with screw and table are two masses, joined by a stiff spring
 behind the backlash; the command is the voltage of the servo amplifier. Lengths are of the table:
 what turns is counted by the lead of the screw.

@@ -65,7 +65,7 @@ BASELINES = {
         "jee-koren-2004-pid": Baseline("JK04 PID", "their PID"),
     },
     "milling-table": {
-        "huang-soc": Baseline("Huang SOC", "the SOC of Huang et al."),
+        "huang-soc": Baseline("Huang SOC", "the SOC of Huang & Shy"),
         "huang-pid": Baseline("Huang PID", "their PID"),
     },
 }

@@ -1,4 +1,4 @@
-"""The fuzzy controller that begins without rules and learns them in the loop (Huang et al.)."""
+"""The fuzzy controller that begins without rules and learns them in the loop (Huang & Shy)."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def _shown(record: SocDesign, parts: Parts) -> Json:
 
 KIND = Kind(
     name="soc",
-    summary="fuzzy, learns its 11 x 11 rules from nothing (Huang et al.)",
+    summary="fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)",
     record=SocDesign,
     settings=settings_of(RANGES),
     gains=SocDesign.gains,

@@ -1,4 +1,4 @@
-"""The self-organising fuzzy controller of Huang et al. (``milling-table``). Never imports JAX.
+"""The self-organising fuzzy controller of Huang & Shy (``milling-table``). Never imports JAX.
 
 A table of 11 x 11 commands over error and change of error, which the error itself corrects: there
 is no table of how good a sample was, and no model but a direction. Written for one axis in scalars,

@@ -1,4 +1,4 @@
-"""The self-organising controller: by hand, in the loop, and what Huang et al. print."""
+"""The self-organising controller: by hand, in the loop, and what Huang & Shy print."""
 
 import numpy as np
 import pytest
