@@ -205,6 +205,19 @@ def test_options_are_in_c_too(kind, tmp_path):
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize("limit", [None, 60.0])
+@pytest.mark.parametrize("made", [made_up.linear("lqi", 1), made_up.scheduling(5)])
+def test_resonators_are_those_of_the_runtime(made, limit, tmp_path):
+    """All other designs are compiled in tests/interop."""
+    design = made_up.resonating(made_up.limited(made, limit), 3, 2.0, 50.0, 900.0)
+    names = list(code.signals(design))
+    samples = np.random.default_rng(0).normal(0.0, 0.1, (500, len(names)))
+    controller = Controller(design)
+    expected = [controller.step(dict(zip(names, row, strict=True))) for row in samples.tolist()]
+    found = commands(built("gcc", design, tmp_path / "c"), samples)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-11)
+
+
 NARROW = load_design("jee-koren-2004-flc").model_dump(mode="json")["controller"]["error_terms"]
 NARROW[0] |= {"right": -14.0}
 NARROW[1] |= {"left": -14.0 - 1e-9}

@@ -63,6 +63,11 @@ CASES = {
     "on a linear part within a limit": (made_up.limited(made_up.hierarchy_on_linear(5), 60.0),) * 2,
     "scheduling": (made_up.scheduling(4),) * 2,
     "scheduling within a limit": (made_up.limited(made_up.scheduling(5), 60.0),) * 2,
+    "resonators": (made_up.resonating(made_up.linear("lqi", 2), 1, 3.0, 700.0),) * 2,
+    "resonators within a limit": (
+        made_up.limited(made_up.resonating(made_up.scheduling(5), 2, 3.0, 700.0), 60.0),
+    )
+    * 2,
     "silent": (silent(),) * 2,
     "aflc": (
         named_design("jee-koren-2004-aflc"),

@@ -39,6 +39,17 @@ DESIGNS |= {
     "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
     "scheduling by what adapts": made_up.limited(made_up.scheduling(9, adaptation=ADAPTING), 300.0),
 }
+RESONATING = {
+    "pid+ff": made_up.limited(made_up.linear("pid+ff", 4), 40.0),
+    "lqi": made_up.linear("lqi", 1),
+    "linear part": made_up.limited(made_up.hierarchy_on_linear(5), 300.0),
+    "scheduling": made_up.scheduling(4, 4),
+    "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
+}
+DESIGNS |= {
+    f"resonators of {name}": made_up.resonating(design, k, 2.0, 50.0, 900.0)
+    for k, (name, design) in enumerate(RESONATING.items())
+}
 ONE_VOLT = {"feed_forward": {"load": 1.0, "expected_load": 1.0}}
 DESIGNS["scheduling one volt"] = made_up.hierarchy_on_linear(4, 4, scheduled=ONE_VOLT)
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}

@@ -18,7 +18,10 @@ SLOWEST = 1e-3
 FASTER = 10.0
 #: The largest gain on a signal, in shares of that of the fastest regulator.
 LARGEST = 3.0
-#: What a resonator's command may lead or lag what the nominal loop asks for, at most [rad].
+#: Gain of a resonator, in shares of kp x its frequency, as which it acts on slower errors: lowest,
+#: highest, where it starts.
+RESONANT = (1e-3, 10.0, 0.3)
+#: What its command may lead or lag what the nominal loop asks for, at most [rad].
 ASIDE = 1.2
 #: What that number is called behind a resonator's name.
 LEAD = "_lead"
@@ -29,8 +32,8 @@ FINE = 10.0
 class PidGenome(LinearGenome):
     """Gains of a PID, of a filter, and on the signals of the settings.
 
-    Of a resonator it is the rate [1/s] at which an error of its frequency fades in the nominal
-    loop, to first order, and by what its command leads the one that does it with the least gain.
+    Of a resonator it is how large its gain is, and by what its command leads the one that makes an
+    error of its frequency fade fastest.
     """
 
     @property
@@ -41,12 +44,11 @@ class PidGenome(LinearGenome):
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
         """A PID; with signals, the regulator of all that is fed back, and an integral."""
         kp, ki, kd = of_drive.pid(self.model, bandwidths)
-        fading = dict.fromkeys(self.settings.resonators, of_drive.INTEGRAL * bandwidths)
         if not self.signals:
-            return {"kp": kp, "ki": ki, "kd": kd, **fading}
+            return {"kp": kp, "ki": ki, "kd": kd}
         of_signals = regulator.measured(self.model, self.signals, self.drive.name)
         own = regulator.first_regulators(of_signals, kp, kd)
-        return {"kp": own.pop("error"), "ki": ki, "kd": own.pop("error_rate"), **own, **fading}
+        return {"kp": own.pop("error"), "ki": ki, "kd": own.pop("error_rate"), **own}
 
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
@@ -63,7 +65,7 @@ class PidGenome(LinearGenome):
             bend = float(np.arcsinh(FINE * most / abs(start[name])))
             found[name] = Searched(-most, most, start[name], bend)
         for name in self.settings.resonators:
-            found[name] = Searched(low[name], FASTER * high[name], start[name])
+            found[name] = Searched(*RESONANT)
             found[name + LEAD] = Searched(-ASIDE, ASIDE, 0.0)
         return found
 
@@ -72,10 +74,11 @@ class PidGenome(LinearGenome):
         own = values | {"kept": kept}
         each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
         for name, frequency in each:
-            # Of an error of amplitude E a share grows by gain E / 2, and makes an error by answer.
+            # Where the error is answer x its share, gain x answer < 0 makes both fade.
             z = np.exp(1j * frequency * self.every)
             answer = of_drive.answer(self.model, own, self.signals, z, self.every)
-            gain = -2.0 * values[name] * z / answer * np.exp(1j * values[name + LEAD])
+            turn = -z * np.exp(1j * values[name + LEAD]) * np.abs(answer) / answer
+            gain = values[name] * frequency * values["kp"] * turn
             own |= {name: gain.real, name + BEHIND: gain.imag}
         return own
 
