@@ -4,8 +4,8 @@
 
 The C-axis with its hierarchy comes first; the others are X-Y machines: two feed drives that run the
 circle of Jee & Koren 2004, fig. 10, three times, and milling tables that run that of Huang & Shy
-once; and a machine of five axes on the program of Lin & Gai 2009, 1 s. Each machine has gains of its
-own.
+once; and a machine of five axes on the program of Lin & Gai 2009, 1 s. Each machine has gains of
+its own.
 """
 
 import json

@@ -165,12 +165,6 @@ class Scenario(Record):
         return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
 
     @property
-    def machine(self) -> Machine:
-        """The machine with the encoders fed back that its sensors name."""
-        machine = self.plant.machine
-        return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
-
-    @property
     def target(self) -> Target:
         """What a controller is designed for."""
         machine, every = self.machine, self.simulation.sample_time_s
