@@ -2,9 +2,10 @@
 
     python benchmarks/controllers.py [--machines 1000] [--repeats 5] [--json FILE]
 
-The C-axis with its hierarchy comes first; the others are X-Y machines of two feed drives that
-run the circle of Jee & Koren 2004, fig. 10, three times, and a machine of five axes on the program
-of Lin & Gai 2009, 1 s. Each machine has gains of its own.
+The C-axis with its hierarchy comes first; the others are X-Y machines: two feed drives that run the
+circle of Jee & Koren 2004, fig. 10, three times, and milling tables that run that of Huang & Shy
+once; and a machine of five axes on the program of Lin & Gai 2009, 1 s. Each machine has gains of
+its own.
 """
 
 import json
@@ -35,6 +36,8 @@ DESIGNS = {
     "jee-koren-2004-flc": "feed-drive-circle",
     "jee-koren-2004-aflc": "feed-drive-circle",
     "jee-koren-1995-soflc": "feed-drive-circle",
+    "huang-pid": "milling-table-circle",
+    "huang-soc": "milling-table-circle",
     "lin-gai-2009-pid": "five-axis-program",
 }
 SPREAD = 0.02  # of every gain

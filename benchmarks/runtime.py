@@ -38,6 +38,7 @@ DESIGNS = {
     "jee-koren-2004-aflc": "feed-drive-circle",
     "jee-koren-1995-soflc": "feed-drive-circle",
     "jee-koren-2004-pid": "feed-drive-circle",
+    "huang-soc": "milling-table-circle",
 }
 POINTS = 257  # of the table variant
 FEW = 100  # steps of the interpreted contenders

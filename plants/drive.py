@@ -1,8 +1,9 @@
 """What a drive is: one axis with one command, as somebody writes it in thirty lines."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from functools import cache
 from math import inf
 from typing import Any, TypeAlias
 
@@ -96,6 +97,11 @@ class Drive:
         return self.feedback or (self.position, self.velocity)
 
     @property
+    def off_its_position(self) -> bool:
+        """Whether what is fed back is not what is to follow the reference."""
+        return self.seen[0] != self.position
+
+    @property
     def inputs(self) -> list[str]:
         """Signals that a controller can read."""
         return [name for name in self.units if name not in ("command", "load")]
@@ -120,6 +126,12 @@ class Drive:
     def load_name(self) -> str:
         """What the load is called: by its unit."""
         return LOADS.get(self.units["load"], "load")
+
+
+@cache  # the same drive for the same encoder: it is a key of compiled code
+def fed_back(drive: Drive, encoder: str) -> Drive:
+    """The drive with one of its encoders fed back."""
+    return replace(drive, feedback=(encoder, drive.encoders[encoder]))
 
 
 def only_positive(

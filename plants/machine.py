@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from jax import lax, tree
 from jax import numpy as jnp
 
-from plants.drive import Drive, Scalar, called, drive_fault
+from plants.drive import Drive, Scalar, called, drive_fault, fed_back
 
 #: Name of the axis of a machine that has one.
 ONLY = "axis"
@@ -36,6 +36,14 @@ class Machine:
     def only(self, k: int) -> "Machine":
         """Axis ``k`` alone."""
         return Machine(self.name, (self.axes[k],), (self.drives[k],))
+
+    def with_feedback(self, encoders: tuple[str | None, ...]) -> "Machine":
+        """The same with these encoders fed back, of each axis one; None: the drive's own."""
+        if not any(encoders):
+            return self
+        pairs = zip(self.drives, encoders, strict=True)
+        drives = tuple(fed_back(drive, own) if own else drive for drive, own in pairs)
+        return _beside(self.name, self.axes, drives, self.forces)
 
     def coefficients(self, parameters: Each) -> Each:
         """What a step needs of the parameters of each axis."""

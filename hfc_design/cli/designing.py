@@ -69,7 +69,7 @@ def design(
     sensors and limits as drives have them.
     """
     from hfc_design.cli import shown
-    from hfc_design.cli.usable_table import show_usable
+    from hfc_design.cli.usable_table import settling_told, show_usable
     from hfc_design.core.lock import alone
     from hfc_design.report.page import BASELINES, write_page
     from hfc_design.runs import run
@@ -82,7 +82,10 @@ def design(
     result, summary = _searched(found, folder, anyway, quiet)
     told = _near_the_best(found, result, folder)
     rivals = write_page(found, result, folder)
-    show_usable(run.kept_use(folder))
+    use = run.kept_use(folder)
+    show_usable(use)
+    if line := settling_told(use, found.constraints):
+        click.echo(line)
     names = BASELINES.get(found.plant.name, {})
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
     shown.show_table(found, rows, summary)

@@ -51,6 +51,7 @@ class Watch(ProgressBar):
     def __enter__(self) -> Self:
         if self.console.is_terminal:
             self.console.print(self._title, markup=False)
+        self.say("compiling, and looking for first individuals")
         return super().__enter__()
 
     def generation(self, search: "Search") -> None:
@@ -64,16 +65,18 @@ class Watch(ProgressBar):
         rate = (done - begun) * self._steps / (now - since) if now > since else 0.0
         line = (
             f"best {history.best[-1]:.5g}  median {history.median[-1]:.5g}  "
-            f"diverged {history.diverged[-1]}  structures {history.structures[-1]}  "
-            f"{rate:.2g} individual-steps/s"
+            f"diverged {history.diverged[-1]}  structures {history.structures[-1]}"
         )
+        if done > begun:
+            line += f"  {rate:.2g} individual-steps/s"
         ended = done == self.total
         self.show(description=JUDGING if ended else "generation", completed=done, line=line)
         if ended:
             self.say(f"generation {done}/{self.total}  {self._title}: {line}\n{JUDGING}")
         elif now - self._said > 5.0:
-            left = (self.total - done) * (now - since) / max(done - begun, 1)
-            self.say(f"generation {done}/{self.total}  {self._title}: {line}  {left:.0f} s left")
+            if done > begun:
+                line += f"  {(self.total - done) * (now - since) / (done - begun):.0f} s left"
+            self.say(f"generation {done}/{self.total}  {self._title}: {line}")
             self._said = now
 
     def polished(self, done: "Polished") -> None:
@@ -86,9 +89,12 @@ class Watch(ProgressBar):
             self._said = now
 
     def summary(self) -> str:
-        """Time and divergence of the whole run."""
+        """Time and divergence of the whole run, until its design is judged."""
         seconds = time.monotonic() - self._begun
-        return f"{seconds:.1f} s; {self._diverged} individuals diverged"
+        polish = ", polish" if self._polish else ""
+        return (
+            f"{seconds:.1f} s of search{polish} and judging; {self._diverged} individuals diverged"
+        )
 
 
 def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "") -> None:

@@ -1,6 +1,7 @@
 """What ``hfc design`` and ``hfc score`` say first: can it be used?"""
 
 import sys
+from collections.abc import Collection
 from textwrap import fill
 
 from hfc_design.core.console import plain_table, terminal
@@ -12,6 +13,8 @@ from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
 WARNING = "hfc: warning: the design is not usable as it is"
+#: The measure that asks a design to settle.
+UNSETTLED = "unsettled"
 
 
 def show_usable(found: Json | None) -> None:
@@ -47,6 +50,17 @@ def show_usable(found: Json | None) -> None:
         mark = "" if one.get("asked_of") != "nominal" else " *"
         table.add_row(name + mark, *(_short(factor, value) for factor, value in cells))
     terminal().print(table)
+
+
+def settling_told(found: Json | None, asked: Collection[str]) -> str:
+    """What a scenario that has ``asked`` for these constraints may ask for, "" for nothing."""
+    swings = found is not None and not found["usable"] and "swing" in found["answer"]
+    if not swings or UNSETTLED in asked:
+        return ""
+    return (
+        "swings: a small disturbance does not die out; nothing asked the search for loops that "
+        "settle, --set constraints.unsettled=0.3 does"
+    )
 
 
 def answer(found: Robustness) -> str:

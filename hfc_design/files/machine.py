@@ -117,12 +117,22 @@ class SensorSettings(PerAxisRecord):
     velocity: Literal["tachometer", "encoder", "observer"] = "tachometer"
     observer_hz: Positive | None = None
     readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)  # signal -> how it is read
+    #: Encoder whose position the controller follows the reference with; left out: the drive's own.
+    feedback: Label | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
     def _has_bandwidth(self) -> Self:
         if self.velocity == "observer" and self.observer_hz is None:
             raise ValueError("observer_hz: is missing; velocity = 'observer' needs its bandwidth")
         return self
+
+
+def feedback_fault(drive: Drive, encoder: str | None) -> str | None:
+    """Why a drive cannot feed back an encoder, in a line."""
+    if encoder is None or encoder in drive.encoders:
+        return None
+    known = ", ".join(drive.encoders)
+    return f"feedback = {encoder!r}: is no encoder of the {drive.name}; it has {known}"
 
 
 def measured_apart(drive: Drive) -> list[str]:

@@ -28,6 +28,7 @@ DEFAULT_SCENARIOS = {
     "c-axis": "c-axis-ramp",
     "feed-drive": "feed-drive-circle",
     "five-axis": "five-axis-program",
+    "milling-table": "milling-table-circle",
 }
 #: Limits that belong to the drive and not to the controller.
 CONVERTER = ("resolution", "delay_samples")

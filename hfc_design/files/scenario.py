@@ -15,7 +15,13 @@ from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError
 from hfc_design.files.design import Limits
 from hfc_design.files.following import check_following, motion_of, reference_of
-from hfc_design.files.machine import PlantSettings, SensorSettings, check_axes, reading_fault
+from hfc_design.files.machine import (
+    PlantSettings,
+    SensorSettings,
+    check_axes,
+    feedback_fault,
+    reading_fault,
+)
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
 from hfc_design.files.robust import RobustSettings
 from hfc_design.motion.program import Program
@@ -29,6 +35,7 @@ from hfc_design.objectives.metrics import Window, late_samples, settled_samples,
 from hfc_design.objectives.traded import UNITS, Traded, traded
 from hfc_design.objectives.verdict import Ensemble
 from hfc_design.search.loop import STRATEGIES, SearchSettings
+from plants import Machine
 
 MAX_STEPS = 10_000_000
 #: Of a controller that does not say its kind.
@@ -152,9 +159,15 @@ class Scenario(Record):
         started(self.plant.machine, self.start, self.places)
 
     @property
+    def machine(self) -> Machine:
+        """The machine with the encoders fed back that its sensors name."""
+        machine = self.plant.machine
+        return machine.with_feedback(tuple(self.sensors.of(axis).feedback for axis in machine.axes))
+
+    @property
     def target(self) -> Target:
         """What a controller is designed for."""
-        machine, every = self.plant.machine, self.simulation.sample_time_s
+        machine, every = self.machine, self.simulation.sample_time_s
         limits = self.limits.commands(machine.axes)
         path = all(motion.follows_path for motion in self.each_motion())
         return Target(machine, self.plant.values(), every, limits, self.search, path)
@@ -175,6 +188,8 @@ class Scenario(Record):
         for key in ("limits", "sensors", "load"):
             check_axes(f"{key}.axes", getattr(self, key).axes, axes)
         for one in self.plant.each():
+            if fault := feedback_fault(one.drive, self.sensors.of(one.name).feedback):
+                raise ValueError(f"sensors.{fault}")
             if fault := reading_fault(one.drive, self.sensors.of(one.name).readings):
                 raise ValueError(f"sensors.readings.{fault}")
 

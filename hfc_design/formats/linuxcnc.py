@@ -18,17 +18,20 @@ from hfc_design.formats import code, saving
 from hfc_design.formats.writing import Format, comment, rendered
 from plants import Drive
 from plants.blocks import STIFF
+from plants.milling_table import INNER
 
 #: Characters of a name in HAL.
 LONGEST = 47
-#: Characters of an axis' name: AXIS-machine.positive-curvature has to fit.
-LONGEST_AXIS = 20
 #: What a component reads besides, of a controller that feeds the acceleration forward.
 ACCELERATION = "reference_acceleration"
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
 MOST_ROWS = 2000
 #: Plant -> pin of its component with the position itself, not what an encoder makes of it.
-TRUE_POSITION = {"c-axis": "spindle_angle", "feed-drive": "true_position"}
+TRUE_POSITION = {
+    "c-axis": "spindle_angle",
+    "feed-drive": "true_position",
+    "milling-table": "true_position",
+}
 
 
 def components(design: Design) -> dict[str, str]:
@@ -87,6 +90,7 @@ def _values(design: Design) -> Json:
         "digits": len(str(saved["learnt"] - 1)) if saved else 0,
         "plant": f"hfc_{identifier(drive.name)}",
         "stiff": STIFF,
+        "inner": INNER,
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
@@ -134,17 +138,19 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     samples = scenario.samples()
     columns = []
     ahead = ACCELERATION in code.signals(design)
-    longest = min(LONGEST_AXIS, LONGEST - len(f"-controller.{ACCELERATION}") if ahead else LONGEST)
     for told in samples.axes:
         columns += [told.reference, told.reference_rate, _mean(told.loads)]
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))
     table = np.stack(columns, axis=1)[:MOST_ROWS]
+    own = [_coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
+    behind = [f"machine.{name}" for name in own[0]]
+    behind += [f"controller.{ACCELERATION}"] if ahead else []
+    longest = LONGEST - max(len(f"-{name}") for name in behind)
     for axis in plants.axes:
         if len(axis) > longest:
             raise UserError(f"plant.axes.{axis}: the names of HAL leave {longest} characters")
     names = [f"{identifier(axis)}-" for axis in plants.axes] or [""]
-    own = [_coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
     limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
     loop = {
         "scenario": scenario.name,

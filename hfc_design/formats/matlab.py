@@ -76,9 +76,12 @@ def _signals(design: Design, about: Json) -> tuple[dict[str, str], list[str]]:
     names = ["error", "error_rate", *(item["signal"] for item in about["inputs"])]
     earlier = {item["signal"] for item in about["inputs"] if item["samples_ago"]}
     linear = about.get("linear", {})
+    turning = range(1, 1 + len(linear.get("resonators", ())))
+    sums = ["integral"] if linear else []
+    sums += [f"{name}_{k}" for k in turning for name in ("resonator", "behind")]
     found = {name: units.get(name, "") for name in names} | linear.get("reads", {})
     found |= about.get("scheduled", {}).get("reads", {})
-    return found, [*sorted(earlier), *(["integral"] if linear else [])]
+    return found, [*sorted(earlier), *sums]
 
 
 def variables(design: Design) -> bytes:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Scalar
+from hfc_design.core.numbers import Floats, Indices, Mask, Scalar
 from hfc_design.motion.paths import Path
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import PathFrame, PathSamples
@@ -189,14 +189,35 @@ def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Float
     return sorted(found)
 
 
-def contour_meanings(drive: Drive) -> dict[str, str]:
+def undisturbed(time: Floats, velocities: Floats) -> Mask:
+    """(steps,) samples that are not within ``GLITCH_TIME`` of an axis' start or reversal."""
+    found, largest = np.ones(len(time), bool), np.abs(velocities).max()
+    for velocity in velocities:
+        signs = np.sign(np.where(np.abs(velocity) > 1e-9 * largest, velocity, 0.0))
+        moving = np.flatnonzero(signs)
+        begins = np.diff(signs[moving], prepend=0) != 0
+        for index in moving[begins]:
+            found[index : np.searchsorted(time, time[index] + GLITCH_TIME)] = False
+    return found
+
+
+def contour_meanings(drives: Sequence[Drive]) -> dict[str, str]:
     """Meaning and unit of each metric of an X-Y machine of these, in the order of every table."""
-    unit, command = drive.units["error"], drive.units["command"]
-    own = unit.replace(" ", "")
+    unit, command = (drives[0].units[name] for name in ("error", "command"))
+    own, known = unit.replace(" ", ""), {}
+    if any(drive.off_its_position for drive in drives):
+        known = {
+            f"known_rms_contour_error_{own}": "root mean square of the contour error by the "
+            f"encoders that are fed back [{unit}]",
+            f"known_max_contour_error_{own}": f"largest of these [{unit}]",
+        }
     return {
         f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
         f"max_contour_error_{own}": f"largest contour error [{unit}]",
         f"worst_glitch_{own}": f"largest contour error after an axis reverses [{unit}]",
+        f"path_error_{own}": f"largest contour error but for the {GLITCH_TIME:g} s after an axis "
+        f"starts or reverses [{unit}]",
+        **known,
         f"x_rms_error_{own}": f"root mean square of the tracking error of X [{unit}]",
         f"y_rms_error_{own}": f"root mean square of the tracking error of Y [{unit}]",
         f"x_max_error_{own}": f"largest tracking error of X [{unit}]",
@@ -215,8 +236,10 @@ class Contour(NamedTuple):
     actual: Floats  # (axes, steps) [mm, deg]
     error: Floats  # (steps,) [unit]
     glitches: list[Glitch]  # errors in the unit
+    undisturbed: Mask  # (steps,) see ``undisturbed``
     unit: str  # of the positions
     millimetres: float  # of the unit
+    known: Floats | None = None  # (steps,) error by the encoders, where others are fed back [unit]
     turned: Floats | None = None  # (steps,) error of the orientation [deg], of rotary axes
     turned_glitches: list[Glitch] = []  # after one of these reverses [deg]
 
@@ -233,14 +256,27 @@ class Contour(NamedTuple):
 
 
 def contour(
-    trajectory: Trajectory, time: Floats, positions: Floats, unit: str, millimetres: float
+    trajectory: Trajectory,
+    time: Floats,
+    positions: Floats,
+    unit: str,
+    millimetres: float,
+    seen: Floats | None = None,
 ) -> Contour:
-    """The contour error of ``positions`` (2, steps) [unit], counted from where the path starts."""
+    """The contour error of ``positions`` (2, steps) [unit], counted from where the path starts.
+
+    ``seen`` are those that are fed back, where these are others.
+    """
     samples = trajectory.samples(time)
-    actual = positions * millimetres + samples.position[:, :1]
-    error = nearest(trajectory, samples, actual).error / millimetres
-    found = glitches(time, samples, error)
-    return Contour(trajectory, samples, actual, error, found, unit, millimetres)
+
+    def off(places: Floats) -> tuple[Floats, Floats]:
+        actual = places * millimetres + samples.position[:, :1]
+        return actual, nearest(trajectory, samples, actual).error / millimetres
+
+    actual, error = off(positions)
+    found, quiet = glitches(time, samples, error), undisturbed(time, samples.velocity)
+    known = None if seen is None else off(seen)[1]
+    return Contour(trajectory, samples, actual, error, found, quiet, unit, millimetres, known)
 
 
 def during(found: Contour, time: Floats, part: slice) -> Contour:
@@ -253,35 +289,39 @@ def during(found: Contour, time: Floats, part: slice) -> Contour:
     return found._replace(
         error=found.error[part],
         glitches=inside(found.glitches),
+        undisturbed=found.undisturbed[part],
+        known=None if found.known is None else found.known[part],
         turned=None if found.turned is None else found.turned[part],
         turned_glitches=inside(found.turned_glitches),
     )
 
 
 def contour_metrics(
-    drive: Drive, found: Contour, errors: Floats, commands: Floats
+    drives: Sequence[Drive], found: Contour, errors: Floats, commands: Floats
 ) -> dict[str, float | None]:
     """``contour_meanings`` in numbers; all None where the motion diverged.
 
     Args:
-        drive: of each axis.
+        drives: of the axes.
         found: the path and its contour error.
         errors: (2, steps) tracking errors of both axes [unit].
         commands: (2, steps).
     """
     if not all(np.isfinite(part).all() for part in (found.error, errors, commands)):
-        return dict.fromkeys(contour_meanings(drive))
+        return dict.fromkeys(contour_meanings(drives))
     values = (
         _rms(found.error),
         np.abs(found.error).max(),
         max((abs(glitch.error) for glitch in found.glitches), default=None),
+        np.abs(found.error[found.undisturbed]).max() if found.undisturbed.any() else None,
+        *(() if found.known is None else (_rms(found.known), np.abs(found.known).max())),
         *(_rms(error) for error in errors),
         *(np.abs(error).max() for error in errors),
         np.abs(commands).max(),
         max(_rms(change) for change in np.diff(commands)) if commands.shape[1] > 1 else None,
     )
     numbers = (None if value is None else float(value) for value in values)
-    return dict(zip(contour_meanings(drive), numbers, strict=True))
+    return dict(zip(contour_meanings(drives), numbers, strict=True))
 
 
 def _rms(values: Floats) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.axis_path import AxisPath
-from hfc_design.motion.contour import REACH, Contour, after_reversals
+from hfc_design.motion.contour import REACH, Contour, after_reversals, undisturbed
 from hfc_design.motion.program import Program
 from hfc_design.motion.samples import PathSamples
 
@@ -110,7 +110,8 @@ def program_errors(program: Program, time: Floats, positions: Floats, unit: str)
     for axis, velocity in each:
         moved[axis.rotary][axis.name] = velocity
     own = after_reversals(time, moved[False], error) if moved[False] else []
-    whole = Contour(program, samples, actual, error, own, unit, first)
+    quiet = undisturbed(time, samples.velocity)
+    whole = Contour(program, samples, actual, error, own, quiet, unit, first)
     if found.turned is None:
         return whole
     turned = after_reversals(time, moved[True], found.turned)

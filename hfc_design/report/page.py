@@ -64,6 +64,10 @@ BASELINES = {
         "jee-koren-2004-flc": Baseline("JK04 FLC", "their FLC"),
         "jee-koren-2004-pid": Baseline("JK04 PID", "their PID"),
     },
+    "milling-table": {
+        "huang-soc": Baseline("Huang SOC", "the SOC of Huang & Shy"),
+        "huang-pid": Baseline("Huang PID", "their PID"),
+    },
 }
 
 
@@ -203,7 +207,8 @@ def _sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Secti
     signals = {axis.name: axis.told() for axis in own.axes} if known else None
     limits, axes = with_converter(scenario, design).limits, plant.machine.axes
     delays = tuple(limits.of(axis).delay_samples for axis in axes)
-    shown = Shown(plant.machine, plant.values(), signals, delays)
+    largest = tuple(design.limits.of(axis).command for axis in axes)
+    shown = Shown(plant.machine, plant.values(), signals, delays, largest)
     kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
     with own_code(", sections of the report (the design is saved)", *kinds):
         return [Section(*section) for section in design.kind.sections(design.controller, shown)]

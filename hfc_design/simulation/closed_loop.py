@@ -68,7 +68,7 @@ class Loop(NamedTuple):
 
 def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
     """The loop of ``scenario`` with ``controller`` in it."""
-    machine, simulation = scenario.plant.machine, scenario.simulation
+    machine, simulation = scenario.machine, scenario.simulation
     every = simulation.sample_time_s
     sensors = (sensors_of(scenario.sensors.of(axis), every) for axis in machine.axes)
     limits = [scenario.limits.of(axis) for axis in machine.axes]

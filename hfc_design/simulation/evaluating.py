@@ -174,7 +174,9 @@ def _metrics(
         errors = np.stack([motion.error for motion in motions])
         commands = np.stack([motion.command for motion in motions])
         inside = during(path, time, part)
-        return list(contour_metrics(axes[0].drive, inside, errors, commands).values())
+        return list(
+            contour_metrics([axis.drive for axis in axes], inside, errors, commands).values()
+        )
     found: list[float | None] = []
     for axis, motion in zip(axes, motions, strict=True):
         speeds = axis.velocity[part], axis.happens.reference_rate[part]
@@ -201,11 +203,11 @@ def meanings(scenario: Scenario) -> dict[str, str]:
             for motion, alone in pairs
             for key, text in meanings(alone).items()
         }
-    machine = scenario.plant.machine
+    machine = scenario.machine
     if isinstance(scenario.path, Program):
         own = program_meanings(machine)
     elif scenario.follows_path:
-        own = contour_meanings(machine.drives[0])
+        own = contour_meanings(machine.drives)
     else:
         axes = machine.axes if len(machine.axes) > 1 else ("",)
         each = zip(axes, map(metrics.meanings, machine.drives), strict=True)
@@ -231,7 +233,10 @@ def _contour(scenario: Scenario, axes: tuple[AxisMotion, ...]) -> Contour | None
         return None
     positions = np.stack([getattr(axis.motion.state, axis.drive.position) for axis in axes])
     if isinstance(path, Program):
-        return program_errors(path, time, positions, length_unit(scenario.plant.machine))
+        return program_errors(path, time, positions, length_unit(scenario.machine))
+    seen = None
+    if any(axis.drive.off_its_position for axis in axes):
+        seen = np.stack([getattr(axis.motion.state, axis.drive.seen[0]) for axis in axes])
     length = scenario.plant.each()[0].length
     assert length is not None  # the scenario has been checked
-    return contour(path, time, positions, axes[0].drive.units["error"], length)
+    return contour(path, time, positions, axes[0].drive.units["error"], length, seen)

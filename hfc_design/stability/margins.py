@@ -12,6 +12,9 @@ from hfc_design.core.numbers import Floats
 INTEGRATES = 1e-9
 #: Frequencies that are looked at, in shares of half the sampling frequency.
 FREQUENCIES = np.geomspace(1e-7, 1.0, 4001)
+#: The same on either side of a resonance, in shares of its frequency: where the loop is large there
+#: may be a thousandth of it wide.
+BESIDE = np.geomspace(1e-7, 0.1, 121)
 
 
 class OpenLoop(NamedTuple):
@@ -21,6 +24,7 @@ class OpenLoop(NamedTuple):
     b: Floats  # (states,)
     c: Floats  # (states,)
     about: str = ""  # what it is of, where that is not all of a linear controller
+    resonances: tuple[float, ...] = ()  # angles at which it is infinite, those above 0
 
     def transfer(self, angle: Floats) -> Floats:
         """L(z) at ``z = exp(i angle)``, complex; the closed loop is 1 / (1 + L)."""
@@ -40,7 +44,14 @@ class OpenLoop(NamedTuple):
             b, c = np.append(np.zeros(size), 1.0), np.append(c, 0.0)
         waits = f"With the delay of {samples} sample{'s' * (samples > 1)} that the drive has"
         about = ". ".join(filter(None, (self.about, waits if samples else "")))
-        return OpenLoop(a, b, c, about)
+        return OpenLoop(a, b, c, about, self.resonances)
+
+    def angles(self) -> list[Floats]:
+        """Angles to look at, in pieces between which the loop is infinite."""
+        each = [angle * (1.0 + way * BESIDE) for angle in self.resonances for way in (-1.0, 1.0)]
+        whole = np.unique(np.concatenate([np.pi * FREQUENCIES, *each]))
+        whole = whole[(whole <= np.pi) & ~np.isin(whole, self.resonances)]
+        return np.split(whole, np.searchsorted(whole, self.resonances))
 
 
 class Margins(NamedTuple):
@@ -58,22 +69,23 @@ def margins(loop: OpenLoop) -> Margins:
     """Margins of a loop; of one that is not stable, factors that would make it so count too."""
     poles = np.linalg.eigvals(loop.a + np.outer(loop.b, loop.c))
     poles = poles[np.argsort(-np.abs(poles), kind="stable")]
-    angles = np.pi * FREQUENCIES
-    response = loop.transfer(angles)
+    pieces = [(angles, loop.transfer(angles)) for angles in loop.angles()]
 
-    def crossings(values: Floats, of: str) -> list[float]:
+    def crossings(of: str) -> list[float]:
         """Angles at which a part of the response changes its sign."""
         found = []
-        for k, (left, right) in enumerate(pairwise(values)):
-            if np.isfinite([left, right]).all() and left * right < 0.0:
-                found.append(float(brentq(lambda x: _part(loop, x, of), *angles[k : k + 2])))
+        for angles, response in pieces:
+            for k, (left, right) in enumerate(pairwise(_parts(response, of))):
+                if np.isfinite([left, right]).all() and left * right < 0.0:
+                    ends = angles[k : k + 2]
+                    found.append(float(brentq(lambda x: _part(loop, x, of), *ends)))
         return found
 
-    real = [*crossings(response.imag, "imag"), np.pi]  # at pi it always is
+    real = [*crossings("imag"), np.pi]  # at pi it always is
     if np.abs(np.linalg.eigvals(loop.a) - 1.0).min() > INTEGRATES:
         real.append(0.0)
     factors = [-1.0 / x for x in loop.transfer(np.array(real)).real if x < 0.0]
-    unity = crossings(np.log(np.abs(response)), "log")
+    unity = crossings("log")
     lags = np.angle(loop.transfer(np.array(unity)), deg=True) + 180.0 if unity else np.empty(0)
     ahead = lags % 360.0  # what a delay may still turn it, one way only
     off = np.minimum(ahead, 360.0 - ahead)
@@ -88,6 +100,9 @@ def margins(loop: OpenLoop) -> Margins:
     )
 
 
+def _parts(response: Floats, of: str) -> Floats:
+    return np.asarray(response.imag if of == "imag" else np.log(np.abs(response)))
+
+
 def _part(loop: OpenLoop, angle: float, of: str) -> float:
-    value = loop.transfer(np.array([angle]))[0]
-    return float(value.imag if of == "imag" else np.log(abs(value)))
+    return float(_parts(loop.transfer(np.array([angle])), of)[0])

@@ -47,6 +47,12 @@ def updated(name, **changes):
 CASES = {
     "pd": (named_design("pd-only"),) * 2,
     "pid": (named_design("jee-koren-2004-pid"),) * 2,
+    "pid with a dead zone": (updated("jee-koren-2004-pid", dead_zone=2.0),) * 2,
+    "flc with a dead zone": (made_up.with_options("flc", 3),) * 2,
+    "aflc with a dead zone": (
+        updated("jee-koren-2004-aflc", dead_zone=2.0),
+        not_adapting(updated("jee-koren-2004-aflc", dead_zone=2.0)),
+    ),
     "pid+ff": (made_up.linear("pid+ff", 1),) * 2,
     "lqi within a limit": (made_up.limited(made_up.linear("lqi", 2), 400.0),) * 2,
     "lqr of a feed drive": (made_up.linear("lqr", 3, "feed-drive"),) * 2,
@@ -57,6 +63,11 @@ CASES = {
     "on a linear part within a limit": (made_up.limited(made_up.hierarchy_on_linear(5), 60.0),) * 2,
     "scheduling": (made_up.scheduling(4),) * 2,
     "scheduling within a limit": (made_up.limited(made_up.scheduling(5), 60.0),) * 2,
+    "resonators": (made_up.resonating(made_up.linear("lqi", 2), 1, 3.0, 700.0),) * 2,
+    "resonators within a limit": (
+        made_up.limited(made_up.resonating(made_up.scheduling(5), 2, 3.0, 700.0), 60.0),
+    )
+    * 2,
     "silent": (silent(),) * 2,
     "aflc": (
         named_design("jee-koren-2004-aflc"),

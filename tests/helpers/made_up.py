@@ -77,6 +77,21 @@ def hierarchy_on_linear(seed, inputs=5, **changes):
     return Design.model_validate(found)
 
 
+def resonating(design, seed, *frequencies):
+    """The same whose linear laws have resonators, with gains of either sign."""
+    random = np.random.default_rng([seed, 3])
+    data = design.model_dump(mode="json")
+    own = data["controller"]
+    laws = {"linear": 20_000.0, "scheduled": 2_000.0} if "linear" in own else {}
+    for law, size in [(own[key], x) for key, x in laws.items() if key in own] or [(own, 20_000.0)]:
+        pairs = random.normal(0.0, size, (len(frequencies), 2)).tolist()
+        law["resonators"] = [
+            {"frequency_rad_s": x, "in_phase": along, "quadrature": ahead}
+            for x, (along, ahead) in zip(frequencies, pairs, strict=True)
+        ]
+    return Design.model_validate(data)
+
+
 def network(seed, hidden=25, **changes):
     """A network of a feed drive that learns fast on line."""
     numbers = {"error_unit": 5.0, "change_unit": 2.0, "command_unit": 3.0}
@@ -124,6 +139,18 @@ def fuzzy(kind, seed, **changes):
     if kind == "aflc":
         controller["adaptation"]["stable_range"] = {"k1_max": 4.5, "k2_max": 5.9}
     return _design("feed-drive", **(controller | changes))
+
+
+def with_options(kind, seed):
+    """A fuzzy controller with a dead zone; one that adapts below a curve, narrowing ZR too."""
+    changes = {"dead_zone": 1.0}
+    if kind != "flc":
+        curve = [[0.5, 5.0], [1.5, 4.0], [4.5, 1.0]]
+        limits = {"k1_max": 4.5, "k2_max": 4.8, "curve": curve}
+        least = {"error": 3.0, "error_change": 0.5}
+        changes["adaptation"] = {"k_a": 0.5, "k_b": 0.125, "k_c": 1.0, "narrows_zero": True}
+        changes["adaptation"] |= {"stable_range": limits, "smallest_overlap": least}
+    return fuzzy(kind, seed, **changes)
 
 
 def linear(kind, seed, plant="c-axis", **changes):

@@ -23,13 +23,15 @@ DESIGNS = [
     "random-2",
     "random-1-on-linear",
     "random-2-on-linear-scheduled",
+    "random-3-on-linear-resonating",
+    "random-4-on-linear-scheduled-resonating",
 ]
 
 
 def design(name):
     """A built-in design, or Table I with other rules, terms, scales and order of the units.
 
-    Some have a linear part too, some of them a scheduled one.
+    Some have a linear part too, some of them a scheduled one, or resonators.
     """
     if not name.startswith("random-"):
         return named_design(name)
@@ -46,9 +48,10 @@ def design(name):
         unit["consequents"] = rng.uniform(-1.5, 1.5, (7, 7)).tolist()
     if "linear" in name:
         controller["linear"] = made_up.linear_part(seed)
-    if name.endswith("scheduled"):
+    if "scheduled" in name:
         controller["scheduled"] = made_up.scheduled_part(seed)
-    return Design.model_validate(data)
+    found = Design.model_validate(data)
+    return made_up.resonating(found, seed, 2.0, 900.0) if "resonating" in name else found
 
 
 class Unit:
@@ -254,13 +257,25 @@ def of_signals(own, signals):
 def with_linear(others, about, signals, largest, factor):
     """Commands of which ``others`` are the rest, as the steps in controller.json say it."""
     whole = others + of_signals(about["linear"], signals)
-    ki = about["linear"]["ki"] + factor * about.get("scheduled", {"ki": 0.0})["ki"]
+    every, own = about["sample_time_s"], about["linear"]
+    other = about.get("scheduled", {"ki": 0.0})
     integral, found = 0.0, []
-    for rest, error, gain in zip(whole, signals["error"], ki, strict=True):
-        found.append(rest + integral)
-        step = gain * about["sample_time_s"] * error
-        if abs(found[-1]) <= largest or step * found[-1] <= 0.0:
-            integral += step
+    turning = np.zeros((len(own.get("resonators", ())), 2))
+    for rest, error, share in zip(whole, signals["error"], factor, strict=True):
+        found.append(rest + integral + turning[:, 0].sum())
+        beyond = found[-1] if abs(found[-1]) > largest else 0.0
+        step = (own["ki"] + share * other["ki"]) * every * error
+        integral += step if step * beyond <= 0.0 else 0.0
+        for k, one in enumerate(own.get("resonators", ())):
+            angle = every * one["frequency_rad_s"]
+            gains = np.array([one["in_phase"], -one["quadrature"]])
+            if "resonators" in other:
+                further = other["resonators"][k]
+                gains += share * np.array([further["in_phase"], -further["quadrature"]])
+            turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+            turning[k] = turn @ turning[k]
+            if gains[0] * error * beyond <= 0.0:
+                turning[k] += gains * every * error
     return np.array(found)
 
 

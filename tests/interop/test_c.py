@@ -13,7 +13,7 @@ from c_program import MAIN, WARNINGS, built, commands
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
+from hfc_design.files.pairing import DEFAULT_SCENARIOS, load_design
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
@@ -39,6 +39,17 @@ DESIGNS |= {
     "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
     "scheduling by what adapts": made_up.limited(made_up.scheduling(9, adaptation=ADAPTING), 300.0),
 }
+RESONATING = {
+    "pid+ff": made_up.limited(made_up.linear("pid+ff", 4), 40.0),
+    "lqi": made_up.linear("lqi", 1),
+    "linear part": made_up.limited(made_up.hierarchy_on_linear(5), 300.0),
+    "scheduling": made_up.scheduling(4, 4),
+    "scheduling within a limit": made_up.limited(made_up.scheduling(5), 300.0),
+}
+DESIGNS |= {
+    f"resonators of {name}": made_up.resonating(design, k, 2.0, 50.0, 900.0)
+    for k, (name, design) in enumerate(RESONATING.items())
+}
 ONE_VOLT = {"feed_forward": {"load": 1.0, "expected_load": 1.0}}
 DESIGNS["scheduling one volt"] = made_up.hierarchy_on_linear(4, 4, scheduled=ONE_VOLT)
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
@@ -51,6 +62,8 @@ DESIGNS |= {
 }
 DESIGNS["pid+ff within a limit"] = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
 DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(4)}
+DESIGNS |= {f"{k} with options": made_up.with_options(k, 5) for k in ("flc", "aflc", "soflc")}
+DESIGNS["pid with a dead zone"] = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
 DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
 DESIGNS |= {f"network of {n} units": made_up.network(n, n) for n in (1, 25)}
 DESIGNS["network within a limit"] = made_up.limited(made_up.network(3), 8.0)
@@ -66,6 +79,9 @@ def wandering(design, seed=0, count=3000):
         scales = {item.name: item.scale for item in getattr(design.controller, "inputs", ())}
         reach = [1.2 / scales[name] if name in scales else REACH.get(name, 1.0) for name in names]
         return random.uniform(-1.0, 1.0, (count, len(reach))) * reach
+    if design.plant.name == "milling-table":  # from the scale's steps to far beyond every set
+        swings = 0.4 * np.sin(np.arange(count) / 40.0) * np.exp(-np.arange(count) / count)
+        return (swings + random.normal(0.0, 0.01, count))[:, None]
     error = 25.0 * np.sin(np.arange(count) / 40.0) + random.normal(0.0, 1.0, count)
     error[::50] = random.uniform(-40.0, 40.0, error[::50].size)
     error[1000:1100] = 0.0
@@ -115,8 +131,9 @@ def test_equals_the_runtime(compiler, name, tmp_path):
 @pytest.mark.parametrize("name", [name for name in DESIGNS if "-" in name])
 def test_equals_the_runtime_on_what_a_closed_loop_saw(program, name, tmp_path):
     design = DESIGNS[name]
-    on_c_axis = design.plant.name == "c-axis"
-    scenario = load_scenario("c-axis-ramp-cutting" if on_c_axis else "feed-drive-circle")
+    plant = design.plant.name
+    on_c_axis = plant == "c-axis"
+    scenario = load_scenario("c-axis-ramp-cutting" if on_c_axis else DEFAULT_SCENARIOS[plant])
     found = built(program("gcc"), design, tmp_path / "c")
     for axis in evaluate(design, scenario).axes:
         motion, state = axis.motion, axis.motion.state

@@ -37,7 +37,9 @@ def test_controller_m_gives_the_commands_of_the_runtime(name, octave, tmp_path):
     compare(record, octave, tmp_path)
 
 
-@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "P", "PI", "PD"])
+@pytest.mark.parametrize(
+    "name", ["lin-lee-1999-table-1", "random-4-on-linear-scheduled-resonating", "P", "PI", "PD"]
+)
 def test_controller_m_keeps_the_limit_of_a_design(name, octave, tmp_path):
     """In another BLU, too."""
     record = form(name, blu_mm=0.02) if len(name) < 3 else design(name)

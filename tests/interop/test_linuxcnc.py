@@ -116,6 +116,20 @@ def test_feed_drive_controllers_do_what_the_runtime_does(hal, design, tmp_path):
         assert abs(command - wanted) <= 1e-6
 
 
+def test_a_table_that_learns_does_what_the_runtime_does(hal, tmp_path):
+    design = with_controller(named_design("huang-soc"), sample_time_s=0.001)
+    design = design.model_copy(update={"provenance": {"scenario": "milling-table-sine"}})
+    folder = exported(hal, design, tmp_path / "out")
+    error = np.round(0.3 * np.sin(np.arange(2000) / 50.0) * np.exp(-np.arange(2000) / 500), 3)
+    pins = {"reference": error + 7.0, "position": np.full(2000, 7.0)}
+    found = open_loop(hal, folder, 1000000, pins)
+    controller = runtime.Controller(design)
+    for k, (seen, command, fault) in enumerate(found):
+        error = float(pins["reference"][k] - 7.0)
+        assert (abs(seen - error), fault) <= (TEXT, 0)
+        assert abs(command - controller.step({"error": error})) <= 1e-6
+
+
 def motion(folder):
     """(axes, 3, samples) error, command, position of the exported closed loop."""
     rows = np.loadtxt(folder / "motion.txt")
@@ -196,6 +210,21 @@ def test_feed_drives_that_adapt_move_as_in_the_simulator(hal, tmp_path):
     for (_, command, position), axis in zip(found, axes, strict=True):
         assert abs(position - axis.motion.state.position).max() <= 1e-6
         assert (np.rint(command) == axis.motion.command).all()
+
+
+@pytest.mark.parametrize(("name", "samples"), [("huang-pid", 1200), ("huang-soc", 400)])
+def test_milling_tables_move_as_in_the_simulator(hal, name, samples, tmp_path):
+    """Across the backlash and into the flanks; where a count of the scale falls otherwise by the
+    last bit of a number, what learns soon moves otherwise."""
+    scenario = load_scenario("milling-table-circle", ["simulation.duration_s=6"])
+    told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
+    design = named_design(name).model_copy(update={"provenance": told})
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    axes = evaluate(design, scenario).axes
+    for (_, command, position), axis in zip(motion(folder), axes, strict=True):
+        assert abs(position - axis.motion.state.position)[:samples].max() <= 1e-6
+        assert abs(command - axis.motion.command)[:samples].max() <= 1e-4
 
 
 def test_published_aflc_moves_as_the_runtime_on_the_plant(hal, tmp_path):

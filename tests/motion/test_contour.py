@@ -14,6 +14,7 @@ from hfc_design.motion.contour import (
     local_error,
     nearest,
     nearest_on_path,
+    undisturbed,
 )
 from hfc_design.motion.paths import Path, arc, line
 from hfc_design.motion.trajectories import Circle, Line, PathSamples, Polyline
@@ -184,3 +185,15 @@ def test_glitches_of_lines():
     assert [glitch.axis for glitch in found] == ["X"]
     up = Line(length_mm=10.0, angle_deg=90.0, feed_mm_min=600.0)
     assert glitches(time, up.samples(time), np.zeros(len(time))) == []
+
+
+def test_the_path_error_leaves_out_what_follows_a_start_or_a_reversal():
+    """The circle above: a second after 0 s, of both axes, and after each of its quadrants."""
+    circle = Circle(radius_mm=40.0, feed_mm_min=60 * 2 * pi * 40 / 20, cycles=1.3)
+    time = np.arange(0.0, 26.0, 0.01)
+    found = undisturbed(time, circle.samples(time))
+    left_out = [(begin, begin + 1.0) for begin in (0, 5, 10, 15, 20, 25)]
+    for begin, end in left_out:
+        inside = (time > begin + 0.011) & (time < end - 0.011)
+        assert not found[inside].any()
+    assert (~found).sum() == pytest.approx(600, abs=12)

@@ -27,7 +27,7 @@ def _c(record: HierarchicalDesign) -> Json:
     scales = {item.name: item.scale for item in record.inputs}
     places = ("state->" if name.startswith(PREVIOUS) else "inputs->" for name in scales)
     part, own = record.linear_part, record.scheduled_part
-    return (linear.c_values(part) if part else {}) | {
+    return (linear.c_values(part) if part else {"resonators": []}) | {
         "exponential": True,
         # Where a linear part remembers too, all of it together tells whether the command is finite.
         "in_place": adaptation is not None and part is None,
@@ -96,8 +96,9 @@ def _scheduled_st(record: HierarchicalDesign) -> Json:
     if (part := record.scheduled_part) is None:
         return {"constants": {}, "within": []}
     values = linear.st_values(part)
-    shared = ("filter_kept", "filter_taken", "sample_time")
-    own = {f"scheduled_{key}": x for key, x in values["constants"].items() if key not in shared}
+    shared = ("filter_kept", "filter_taken", "sample_time", "cosine", "sine")
+    constants = values["constants"].items()
+    own = {f"scheduled_{key}": x for key, x in constants if not key.startswith(shared)}
     within = ["scheduled", "scheduled_direction", "factor"]
     return {"constants": own, "within": within, "fed_back": values["fed_back"]}
 

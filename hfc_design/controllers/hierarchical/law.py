@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
-from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
-from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts
-from hfc_design.controllers.linear.law import sample as linear_sample
+from hfc_design.controllers.linear import law as linear
+from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts, Structure
 from hfc_design.core.numbers import Degrees, Floats, RuleTable, Scalar, Xp, clipped, dot, total
 
 #: What gives the degrees of a scalar in the terms.
@@ -67,9 +67,9 @@ class Layout(NamedTuple):
     output_scale: float = 10.0  # k_6 [V]
     terms: tuple[Term, ...] = LIN_LEE_TERMS
     adaptation: root_unit.Adaptation | None = None  # of the root's consequents; None: fixed
-    fed_back: tuple[str, ...] | None = None  # signals of the linear part; None: a PD alone
-    #: Signals of the law that the root scales; None: it scales nothing but ``output_scale``.
-    scheduled: tuple[str, ...] | None = None
+    linear: Structure | None = None  # the linear part; None: a PD alone
+    #: The law that the root scales; None: it scales nothing but ``output_scale``.
+    scheduled: Structure | None = None
     canonical: bool = True  # whether units read what they do in ``tree.trees``, or anything
 
     @property
@@ -163,17 +163,18 @@ def averaged(xp: Xp, consequents: RuleTable, in_column: Degrees, in_row: Degrees
 
 def hierarchical(layout: Layout, sample_time: float, limit: float | None = None) -> AxisLaw:
     """The law of kind ``pd+hierarchical-fuzzy``."""
-    tells = layout.fed_back is None
+    tells = layout.linear is None
     return AxisLaw(sample, initial_memory, sample_time, limit, layout, tells)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> HierarchicalMemory:
     """Memory before the first sample."""
     layout: Layout = law.structure
-    own = layout.adaptation
-    root = root_unit.initial_memory(zero, own.moves) if own else None
-    linear = None if layout.fed_back is None else LinearMemory(zero, zero)
-    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, linear)
+    learnt = layout.adaptation
+    root = root_unit.initial_memory(zero, learnt.moves) if learnt else None
+    part = law._replace(structure=layout.linear)
+    own = None if layout.linear is None else linear.initial_memory(part, zero)
+    return HierarchicalMemory(dict.fromkeys(layout.remembered, zero), root, own)
 
 
 def sample(
@@ -194,26 +195,26 @@ def sample(
     units, root = outputs(xp, degrees, layout.reach, gains, values, learnt)
     fuzzy = layout.output_scale * units[-1].output
     remembered = {name: signals[name] for name in layout.remembered}
-    if layout.fed_back is None:
+    if layout.linear is None:
         parts = (gains.kp * signals["error"], gains.kd * signals["error_rate"], fuzzy)
         whole = HierarchyParts(readings, scaled, units, *parts)
         return total(parts), HierarchicalMemory(remembered, root), whole
     assert gains.linear is not None
     assert memory.linear is not None
-    base = law._replace(structure=layout.fed_back, limit=None)
-    linear, after, own = linear_sample(xp, base, gains.linear, memory.linear, signals)
-    if layout.scheduled is None:
-        bent, more, scheduled = fuzzy, 0.0, None
-    else:  # k_6 of LL eq. 6 is a linear law itself: the hierarchy goes from one law to another
-        law_of_root = base._replace(structure=layout.scheduled)
-        before = memory.linear._replace(integral=0.0 * linear)
+    before, error = memory.linear, signals["error"]
+    part = law._replace(structure=layout.linear)
+    straight, rate, own = linear.commanded(xp, part, gains.linear, before, signals)
+    steps, bent, scheduled = [linear.driven(part, gains.linear, error)], fuzzy, None
+    if layout.scheduled is not None:
+        # k_6 of LL eq. 6 is a linear law itself: the hierarchy goes from one law to another.
         own_gains: Any = gains.scheduled
-        scaled_law, _, scheduled = linear_sample(xp, law_of_root, own_gains, before, signals)
-        bent = fuzzy * scaled_law
-        more = fuzzy * own_gains.ki * law.sample_time * signals["error"]
-    command = linear + bent
-    integral = held(xp, law.limit, command, memory.linear.integral, after.integral + more)
-    after = after._replace(integral=integral)
+        law_of_root = law._replace(structure=layout.scheduled)
+        nothing = before._replace(integral=0.0 * straight, resonators=())
+        other, _, scheduled = linear.commanded(xp, law_of_root, own_gains, nothing, signals)
+        bent = fuzzy * other
+        steps.append(linear.driven(law_of_root, own_gains, error, fuzzy))
+    command = straight + bent
+    after = linear.remembered(xp, part, command, before, rate, *steps)
     shares = (own.proportional, own.derivative, bent, own, scheduled)
     whole = HierarchyParts(readings, scaled, units, *shares)
     return command, HierarchicalMemory(remembered, root, after), whole

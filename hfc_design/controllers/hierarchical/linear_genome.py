@@ -16,6 +16,7 @@ from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.controllers.hierarchical.planes import passing
 from hfc_design.controllers.hierarchical.record import HierarchicalSettings
 from hfc_design.controllers.kind import Target
+from hfc_design.controllers.linear.genome import resonators_of
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.lq_genome import LqGenome
 from hfc_design.core.numbers import Floats, Integers, Json
@@ -32,7 +33,9 @@ class LinearHierarchies(NamedTuple):
     """n individuals; every array carries them in its leading axis."""
 
     tree: Integers  # (n,) index into ``hierarchy.trees(inputs)``
-    linear: Floats  # (n, 1 + signals + forward) ki, gains on signals, what is fed forward
+    #: (n, 1 + signals + resonators + forward) ki, gains on signals, two of each resonator, what is
+    #: fed forward.
+    linear: Floats
     fuzzy: Hierarchies  # kp and kd among them
 
 
@@ -52,6 +55,9 @@ class LinearHierarchyGenome(Genome):
         #: What is fed forward; of a load only one that is expected.
         self.expected_load = settings.linear.expected_load
         self.forward = FORWARD if self.expected_load else FORWARD[:-1]
+        self.frequencies = settings.linear.load_frequencies_rad_s
+        #: Where the parts of ``LinearHierarchies.linear`` end.
+        self.ends = np.cumsum([1, len(self.regulator.signals), 2 * len(self.frequencies)])
         self.structures = self.fuzzy.structures
         self.idle = _idle(settings)
 
@@ -113,16 +119,16 @@ class LinearHierarchyGenome(Genome):
     def gains(self, population: LinearHierarchies) -> HierarchicalGains:
         """The population as ``simulate`` wants it."""
         found = self.fuzzy.gains(population.fuzzy)
-        columns = population.linear.T
-        ahead = len(self.forward)
-        signals, nothing = columns[1:-ahead], np.zeros(len(population.tree))
-        forward = dict(zip(self.forward, columns[-ahead:], strict=True))
+        (ki,), signals, turning, ahead = np.split(population.linear.T, self.ends)
+        nothing = np.zeros(len(population.tree))
+        forward = dict(zip(self.forward, ahead, strict=True))
         own = LinearGains(
             kp=found.kp,
-            ki=columns[0],
+            ki=ki,
             kd=found.kd,
             kept=nothing,
             signals=signals if len(signals) else None,
+            resonators=turning.reshape(-1, 2, len(ki)) if len(turning) else (),
             **{"load": nothing, **forward},
         )
         return found._replace(linear=own)
@@ -133,16 +139,17 @@ class LinearHierarchyGenome(Genome):
 
     def record(self, individual: LinearHierarchies) -> Json:
         """Kind ``pd+hierarchical-fuzzy`` with its linear part, without its sample time."""
-        ki, *gains = individual.linear[0].tolist()
-        ahead = dict(zip(self.forward, gains[-len(self.forward) :], strict=True))
+        (ki,), signals, turning, fed_forward = np.split(individual.linear[0], self.ends)
+        ahead = dict(zip(self.forward, fed_forward.tolist(), strict=True))
         forward = {"coulomb_width": ahead.pop("width"), **ahead}
         if self.expected_load:
             forward |= {"load": ahead["load"] / self.expected_load}
             forward |= {"expected_load": self.expected_load}
         linear = {
-            "ki": ki,
-            "signals": dict(zip(self.regulator.signals, gains[: -len(self.forward)], strict=True)),
+            "ki": float(ki),
+            "signals": dict(zip(self.regulator.signals, signals.tolist(), strict=True)),
             "feed_forward": forward,
+            "resonators": resonators_of(self.frequencies, turning.reshape(-1, 2, 1)),
         }
         return self.fuzzy.record(individual.fuzzy) | {"linear": linear}
 
@@ -155,7 +162,8 @@ class LinearHierarchyGenome(Genome):
             )
         )
         signals = [] if own.signals is None else [*own.signals]
-        columns = [own.ki, *signals, *(getattr(own, name) for name in self.forward)]
+        turning = [gain for pair in own.resonators for gain in pair]
+        columns = [own.ki, *signals, *turning, *(getattr(own, name) for name in self.forward)]
         fuzzy = Hierarchies(
             tree,
             np.stack([own.kp, own.kd], axis=1),

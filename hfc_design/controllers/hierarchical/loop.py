@@ -11,6 +11,7 @@ import numpy as np
 from hfc_design.controllers.controller import FOLLOWED
 from hfc_design.controllers.hierarchical.law import PREVIOUS, memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
+from hfc_design.controllers.linear.code import TURNING
 from hfc_design.controllers.linear.law import ERRORS
 from hfc_design.controllers.linear.model import loop_of
 from hfc_design.controllers.linear.record import LinearDesign
@@ -63,7 +64,13 @@ def at_rest(record: HierarchicalDesign) -> LinearDesign | None:
     for name, gain in own.signals.items():
         signals[name] = signals.get(name, 0.0) + share * gain
     gains = {key: getattr(base, key) + share * getattr(own, key) for key in ("kp", "ki", "kd")}
-    return base.model_copy(update={**gains, "signals": signals})
+    resonators = tuple(
+        one.model_copy(
+            update={key: getattr(one, key) + share * getattr(other, key) for key in TURNING}
+        )
+        for one, other in zip(base.resonators, own.resonators, strict=True)
+    )
+    return base.model_copy(update={**gains, "signals": signals, "resonators": resonators})
 
 
 def open_loop(record: HierarchicalDesign, drive: Drive, parameters: Parameters) -> OpenLoop | None:
@@ -111,4 +118,4 @@ def _remembering(loop: OpenLoop, rows: list[np.ndarray], gains: list[float]) -> 
     for k, row in enumerate(rows, size):
         a[k, : len(row)] = row
     b, c = np.append(loop.b, np.zeros(more)), np.append(loop.c, gains)
-    return OpenLoop(a, b, c)
+    return loop._replace(a=a, b=b, c=c)

@@ -25,6 +25,8 @@ from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
     LinearDesign,
     LqiSettings,
+    Resonators,
+    too_fast,
     with_own_signals,
 )
 from hfc_design.core.numbers import each
@@ -39,11 +41,12 @@ class PdRecord(Record):
 
 
 class LinearRecord(Record):
-    """What a linear part has beside kp and kd: integral, state feedback, feed-forward."""
+    """What a linear part has beside kp and kd: integral, state feedback, resonators and so on."""
 
     ki: Finite = 0.0  # [command per unit of the error and s]
     signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
     feed_forward: FeedForwardRecord = FeedForwardRecord()
+    resonators: Resonators = Field((), exclude_if=not_)
 
     _signals_fit = model_validator(mode="after")(with_own_signals)
 
@@ -121,6 +124,16 @@ class HierarchicalDesign(ControllerRecord):
     def _schedules_beside_a_linear_part(self) -> "HierarchicalDesign":
         if self.scheduled and not self.linear:
             raise ValueError("scheduled: needs a linear part beside it, whose integral it shares")
+        return self
+
+    @model_validator(mode="after")
+    def _resonates_as_samples_can(self) -> "HierarchicalDesign":
+        laws = [law for law in (self.linear, self.scheduled) if law]
+        first, *others = [[x.frequency_rad_s for x in law.resonators] for law in laws] or [[]]
+        if fault := too_fast(first, self.sample_time_s):
+            raise ValueError(f"linear.resonators: {fault}")
+        if others not in ([], [first]):
+            raise ValueError("scheduled.resonators: have to be of the frequencies of linear")
         return self
 
     @model_validator(mode="after")
@@ -246,12 +259,12 @@ def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     """What is no number of a design, and what a search for one leaves alone."""
     names = tuple(item.name for item in described.inputs)
     terms = tuple(Term(**term.model_dump()) for term in described.terms)
-    fed_back = tuple(described.linear.signals or ()) if described.linear else None
-    scheduled = getattr(described, "scheduled", None)
-    signals = tuple(scheduled.signals) if scheduled else None
-    known = isinstance(described, HierarchicalSettings) or described.canonical
     scale, adaptation = described.output_scale, described.adaptation
-    return Layout(names, scale, terms, adaptation, fed_back, signals, known)
+    if isinstance(described, HierarchicalSettings):
+        return Layout(names, scale, terms, adaptation)
+    laws = (described.linear_part, described.scheduled_part)
+    part, own = (None if law is None else law.structure for law in laws)
+    return Layout(names, scale, terms, adaptation, part, own, described.canonical)
 
 
 class Bounds(NamedTuple):

@@ -10,7 +10,7 @@ from hfc_design.controllers.hierarchical.law import (
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, InputRecord, TermRecord
 from hfc_design.controllers.kind import Explain
 from hfc_design.controllers.linear.code import about as linear_about
-from hfc_design.controllers.linear.code import integral_step
+from hfc_design.controllers.linear.code import integral_step, resonator_step
 from hfc_design.controllers.linear.code import shares as linear_shares
 from hfc_design.controllers.linear.code import step as linear_step
 from hfc_design.controllers.linear.law import AHEAD, ERRORS
@@ -59,16 +59,21 @@ def about(record: HierarchicalDesign, signal_units: dict[str, str]) -> Json:
     ]
     part, own = record.linear_part, record.scheduled_part
     if part is not None:
-        ki = "linear.ki"
+        gain = "linear.{}"
         law = [f"linear = {linear_step(part, 'linear')}"]
         steps[-1] += " + integral + linear"
+        if part.resonators:
+            steps[-1] += " + the share of each of linear.resonators"
         if own is not None:
             factor = f"output_scale * {root}"
             steps[-1] = steps[-1].replace(factor, f"{factor} * scheduled")
             errors = "scheduled.kp * error + scheduled.kd * error_rate"
             law.append(f"scheduled = {errors} + {linear_step(own, 'scheduled')}")
-            ki = f"(linear.ki + {factor} * scheduled.ki)"
-        steps[2:2] = [*law, integral_step(ki)]
+            gain = f"(linear.{{}} + {factor} * scheduled.{{}})"
+        law.append(integral_step(gain))
+        if part.resonators:
+            law.append(resonator_step(gain))
+        steps[2:2] = law
     if record.adaptation is not None:
         steps.append(f"the adaptation of {root} is not here: its table is the one to start from")
     return {
@@ -104,7 +109,8 @@ def notes(record: HierarchicalDesign) -> list[str]:
     """Units of the signals, and what a rule table does not hold."""
     found = ["inputs are scaled and clamped to -1 .. 1; inputs and output have no unit"]
     if record.linear is not None:
-        found.append("integral, gains on signals and feed-forward are not here: they are added")
+        added = "integral, resonators" if record.linear.resonators else "integral"
+        found.append(f"{added}, gains on signals and feed-forward are not here: they are added")
     if record.scheduled is not None:
         found.append("the output multiplies a linear law, which is not here either")
     if record.adaptation is not None:

@@ -2,6 +2,7 @@
 
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.controllers.kind import Member, Saved
+from hfc_design.controllers.linear.code import past as linear_past
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import TERMS, ZR
@@ -15,15 +16,15 @@ def _learnt(record: HierarchicalDesign) -> list[Member]:
 
 
 def _past(record: HierarchicalDesign) -> list[Member]:
-    found = [
-        Member("term", what="of the error at the sample before", whole=(-ZR, ZR)),
-        Member("column", (TERMS,), "degrees of the column input then"),
-        Member("row", (TERMS,), "degrees of the row input then"),
-    ]
+    found = []
+    if record.adaptation is not None:
+        found += [
+            Member("term", what="of the error at the sample before", whole=(-ZR, ZR)),
+            Member("column", (TERMS,), "degrees of the column input then"),
+            Member("row", (TERMS,), "degrees of the row input then"),
+        ]
     found += [Member(f"previous_{identifier(name)}") for name in layout_of(record).remembered]
-    if record.linear:
-        found += [Member("integral"), Member("rate")]
-    return found
+    return found + (linear_past(part) if (part := record.linear_part) else [])
 
 
 def _taken(record: HierarchicalDesign, found: dict[str, Floats]) -> HierarchicalDesign:

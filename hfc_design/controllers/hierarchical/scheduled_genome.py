@@ -4,7 +4,7 @@ The weights of two optimal regulators and how much of the second there is at eac
 reference, then the gains of both, then everything.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -81,12 +81,9 @@ class ScheduledGenome(Genome):
         found, other = self.on_one.gains(population.first), self.on_one.gains(_second(population))
         assert found.linear is not None
         assert other.linear is not None
-        own = found.linear._asdict()
-        far = other.linear._asdict()
-        difference = {
-            name: None if own[name] is None else far[name] - own[name] for name in own
-        } | {"width": own["width"]}
-        return found._replace(scheduled=type(found.linear)(**difference))
+        pairs = zip(other.linear, found.linear, strict=True)
+        difference = type(found.linear)(*(_less(*pair) for pair in pairs))
+        return found._replace(scheduled=difference._replace(width=found.linear.width))
 
     def record(self, individual: ScheduledHierarchies) -> Json:
         """With what the root scales."""
@@ -100,7 +97,12 @@ class ScheduledGenome(Genome):
         kept = {k: v for k, v in one["feed_forward"].items() if k not in ahead}
         signals = {name: x - one["signals"][name] for name, x in other["signals"].items()}
         gains = {name: other[name] - one[name] for name in ("kp", "ki", "kd")}
-        return found | {"scheduled": {**gains, "signals": signals, "feed_forward": kept | ahead}}
+        turning = [
+            a | {name: b[name] - a[name] for name in ("in_phase", "quadrature")}
+            for a, b in zip(one["resonators"], other["resonators"], strict=True)
+        ]
+        forward = {"feed_forward": kept | ahead, "resonators": turning}
+        return found | {"scheduled": {**gains, "signals": signals, **forward}}
 
     def notation(self, structure: int) -> str:
         """The tree of the hierarchy."""
@@ -180,6 +182,11 @@ class ScheduledGenome(Genome):
             found.append(table)
             way = inputs + k
         return np.stack(found)
+
+
+def _less(far: Any, near: Any) -> Any:
+    """What one law has more of a gain than another one; of none, None or (), neither has any."""
+    return near if near is None or isinstance(near, tuple) else far - near
 
 
 def _alike(first: LinearHierarchies) -> ScheduledHierarchies:

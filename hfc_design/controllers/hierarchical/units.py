@@ -1,6 +1,6 @@
 """How many units of a hierarchy matter. Never imports JAX."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache, partial
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from hfc_design.controllers.hierarchical.law import HierarchicalGains, Layout, memberships, outputs
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
-from hfc_design.controllers.linear.law import AHEAD, LinearGains
+from hfc_design.controllers.linear.law import AHEAD, LinearGains, Structure
 from hfc_design.core.numbers import ARRAYS, Floats, Integers
 
 #: A unit matters where the command changes by more than this share once it says always the same:
@@ -23,12 +23,12 @@ def units_that_matter(record: HierarchicalDesign, gains: HierarchicalGains) -> I
 
     A unit matters if the command changes by more than ``SHARE`` once its table is replaced by the
     table's mean. The command is that of the whole controller, as far as it follows from the
-    inputs: without the integral and what an adaptation learns.
+    inputs: without integral and resonators and what an adaptation learns.
     """
     layout = layout_of(record)
     points = _universe(len(layout.inputs))
     known = {"error": gains.kp, "error_rate": gains.kd}
-    base = known if gains.linear is None else _gains_of(layout.fed_back, gains.linear)
+    base = known if gains.linear is None else _gains_of(layout.linear, gains.linear)
     own = gains.scheduled
     scheduled = 1.0 if own is None else _said(layout, gains, _gains_of(layout.scheduled, own))
     factor = layout.output_scale * scheduled
@@ -68,10 +68,11 @@ def _root(layout: Layout, gains: HierarchicalGains, points: Floats) -> Floats:
     return np.asarray(units[-1].output)
 
 
-def _gains_of(names: Sequence[str] | None, own: LinearGains) -> dict[str, Any]:
+def _gains_of(law: Structure | None, own: LinearGains) -> dict[str, Any]:
     """Gains of a linear law on signals."""
     signals = () if own.signals is None else own.signals
-    found = {"error": own.kp, "error_rate": own.kd, **dict(zip(names or (), signals, strict=True))}
+    names = law.signals if law else ()
+    found = {"error": own.kp, "error_rate": own.kd, **dict(zip(names, signals, strict=True))}
     for name, gain in zip(AHEAD, (own.velocity, own.acceleration), strict=True):
         found[name] = found.get(name, 0.0) + gain
     return found

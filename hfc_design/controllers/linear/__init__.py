@@ -7,8 +7,8 @@ gains follow from them and from the linearised drive.
 from typing import Any
 
 from hfc_design.controllers.controller import AxisLaw
-from hfc_design.controllers.kind import Explain, Kind, Member, Template, later, remembered
-from hfc_design.controllers.linear.code import PLACES, c_values, shares, st_values
+from hfc_design.controllers.kind import Explain, Kind, Template, later, remembered
+from hfc_design.controllers.linear.code import PLACES, c_values, past, shares, st_values
 from hfc_design.controllers.linear.law import (
     LinearMemory,
     Parts,
@@ -30,8 +30,7 @@ GENOMES = {"pid_genome": "PidGenome", "lq_genome": "LqGenome"}
 
 
 def _law(record: LinearDesign, limit: float | None) -> AxisLaw:
-    names = tuple(record.signals)
-    return AxisLaw(sample, initial_memory, record.sample_time_s, limit, names)
+    return AxisLaw(sample, initial_memory, record.sample_time_s, limit, record.structure)
 
 
 def _remember(memory: LinearMemory, readings: dict[str, float]) -> LinearMemory:
@@ -54,7 +53,7 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         genome=later(f"{here}.{genome}", GENOMES[genome]),
         reads=LinearDesign.reads,
         of_gains=dict,
-        saved=remembered(lambda record: [Member("integral"), Member("rate")]),
+        saved=remembered(past),
         c=Template(PLACES, c_values),
         st=Template(PLACES, st_values),
         explain=Explain(lambda record: (record.reads(), []), _remember, _shown),

@@ -3,8 +3,10 @@
 Never imports JAX.
 """
 
+import math
 from pathlib import Path
 
+from hfc_design.controllers.kind import Member
 from hfc_design.controllers.linear.law import AHEAD, Parts
 from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
 from hfc_design.controllers.rules import identifier
@@ -12,12 +14,38 @@ from hfc_design.core.numbers import Json
 
 #: Folders of the templates; ``law.c.j2`` and ``law.st.j2`` are for who has the law as a part too.
 PLACES = (Path(__file__).parent / "templates",)
+#: The gains of a resonator.
+TURNING = ("in_phase", "quadrature")
 
 
 def c_values(record: LinearDesign) -> Json:
     """What the law's templates in C read."""
     fed_back = {identifier(name): gain for name, gain in record.signals.items()}
-    return {"gains": record.gains(), "kept": record.kept, "fed_back": fed_back, "integrates": True}
+    return {
+        "gains": record.gains(),
+        "kept": record.kept,
+        "fed_back": fed_back,
+        "integrates": True,
+        "resonators": resonators(record),
+    }
+
+
+def past(record: LinearDesign) -> list[Member]:
+    """What the law remembers."""
+    found = [Member("integral"), Member("rate", what="of the error, filtered")]
+    if record.resonators:
+        found.append(Member("resonators", (len(record.resonators), 2)))
+    return found
+
+
+def resonators(record: LinearDesign) -> list[Json]:
+    """Of each resonator its frequency, its rotation in a sample and its gains."""
+    found = []
+    for one in record.resonators:
+        angle = one.frequency_rad_s * record.sample_time_s
+        rotation = {"cosine": math.cos(angle), "sine": math.sin(angle)}
+        found.append(one.model_dump() | rotation)
+    return found
 
 
 def st_values(record: LinearDesign) -> Json:
@@ -34,11 +62,17 @@ def st_values(record: LinearDesign) -> Json:
         "filter_taken": 1.0 - gains.kept,
         "sample_time": record.sample_time_s,
     }
+    remembered, within = ["error_integral", "error_rate_filtered"], []
+    for k, one in enumerate(own["resonators"], 1):
+        constants |= {f"{key}_{k}": one[key] for key in ("cosine", "sine", *TURNING)}
+        remembered += [f"resonator_{k}", f"behind_{k}"]
+        within = ["along", "across", "turned"]
     return {
         "constants": constants,
-        "remembered": ["error_integral", "error_rate_filtered"],
-        "within": ["new_rate", "direction", "new_integral"],
+        "remembered": remembered,
+        "within": ["new_rate", "direction", "new_integral", *within],
         "fed_back": own["fed_back"],
+        "resonators": own["resonators"],
     }
 
 
@@ -53,12 +87,25 @@ def step(record: LinearDesign, name: str) -> str:
     return " + ".join(terms)
 
 
-def integral_step(ki: str) -> str:
-    """How the integral grows, in words."""
+def integral_step(gain: str) -> str:
+    """How the integral grows, in words; ``gain`` has ``{}`` for its name."""
     return (
-        f"integral: 0 before the first sample; behind each command it grows by {ki} * "
+        "integral: 0 before the first sample; behind each command it grows by "
+        f"{gain.replace('{}', 'ki')} * "
         "sample_time_s * error, unless command is beyond largest_command in the direction in "
         "which it would grow"
+    )
+
+
+def resonator_step(gain: str) -> str:
+    """How a resonator goes on, in words; ``gain`` has ``{}`` for the name of one of its gains."""
+    along, across = (gain.replace("{}", f"resonators.{name}") for name in TURNING)
+    return (
+        "each resonator: share and behind, both 0 before the first sample; behind each command "
+        f"share becomes cosine * share + sine * behind + {along} * sample_time_s * error and "
+        f"behind becomes cosine * behind - sine * share - {across} * sample_time_s * error, both "
+        "of share and behind as they were; without what error adds if command is beyond "
+        "largest_command in the direction in which share would be pushed"
     )
 
 
@@ -71,6 +118,7 @@ def about(record: LinearDesign, units: dict[str, str]) -> Json:
         "signals": {identifier(name): gain for name, gain in record.signals.items()},
         **{name: getattr(gains, name) for name in MULTIPLES},
         "coulomb_width": gains.width,
+        **({"resonators": resonators(record)} if record.resonators else {}),
         "reads": {identifier(name): units.get(name, "") for name in read},
     }
 
@@ -81,4 +129,6 @@ def shares(record: LinearDesign, parts: Parts) -> dict[str, float]:
     found["derivative"] = parts.derivative
     found |= dict(zip(record.signals, parts.signals, strict=True))
     found |= {f"feed-forward of {name}": getattr(parts, name) for name in MULTIPLES}
+    pairs = zip(record.resonators, parts.resonators, strict=False)  # a scheduled law has no own
+    found |= {f"resonator of {one.frequency_rad_s:g} rad/s": share for one, share in pairs}
     return {name: float(value) for name, value in found.items()}

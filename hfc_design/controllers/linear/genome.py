@@ -14,6 +14,7 @@ from hfc_design.controllers.kind import Target
 from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear.law import LinearGains
 from hfc_design.controllers.linear.record import FORWARD, MULTIPLES, LinearSettings
+from hfc_design.controllers.linear.regulator import BEHIND
 from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import UserError
@@ -74,7 +75,10 @@ class LinearGenome(GainsGenome):
 
     @abstractmethod
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        """kp, ki, kd, kept and the gains on signals, each (n,)."""
+        """kp, ki, kd, kept and the gains on signals, each (n,); both of each resonator.
+
+        These are called as it and with ``BEHIND``.
+        """
 
     @property
     @abstractmethod
@@ -124,7 +128,12 @@ class LinearGenome(GainsGenome):
         numbers["width"] = values.get("coulomb_width", self.settings.coulomb_width)
         one = np.ones(len(population.tree))
         whole = {name: one * number for name, number in numbers.items()}
-        return LinearGains(**whole, signals=np.array([*each.values()]) if each else None)
+        turning = [[own[name], own[name + BEHIND]] for name in self.settings.resonators]
+        return LinearGains(
+            **whole,
+            signals=np.array([*each.values()]) if each else None,
+            resonators=np.array(turning) if turning else (),
+        )
 
     def record(self, individual: GainVectors) -> Json:
         """The kind and its gains, without its sample time."""
@@ -139,4 +148,13 @@ class LinearGenome(GainsGenome):
             **{name: float(getattr(found, name)[0]) for name in ("kp", "ki", "kd")},
             "signals": dict(zip(self.signals, map(float, rows), strict=True)),
             "feed_forward": forward | {"coulomb_width": float(found.width[0])},
+            "resonators": resonators_of(self.settings.load_frequencies_rad_s, found.resonators),
         }
+
+
+def resonators_of(frequencies: tuple[float, ...], gains: Floats | tuple[()]) -> list[Json]:
+    """Resonators of a design file, of the gains (frequencies, 2, 1) of one individual."""
+    return [
+        {"frequency_rad_s": x, "in_phase": float(along[0]), "quadrature": float(ahead[0])}
+        for x, (along, ahead) in zip(frequencies, gains, strict=True)
+    ]

@@ -1,5 +1,7 @@
 """Genome of ``lqr`` and ``lqi``: weights, so that every individual is an optimal regulator."""
 
+from typing import Any
+
 import numpy as np
 
 from hfc_design.controllers.gains.genome import GainVectors
@@ -13,8 +15,8 @@ from hfc_design.core.numbers import Floats, Json
 WIDER = 100.0
 #: Weight of a signal in a good individual, in shares of the gain that it has without any.
 LIGHT = 0.03
-#: States that are no signal of the drive.
-OTHERS = ("integral", "error", "error_rate")
+#: States of ``plain`` that are no signal of the drive.
+ERRORS = ("error", "error_rate")
 
 
 class LqGenome(LinearGenome):
@@ -25,6 +27,10 @@ class LqGenome(LinearGenome):
         self.states = plain = regulator.measured(self.model, told, self.drive.name)
         if self.settings.kind == "lqi":
             self.states = plain.with_integral(self.every)
+        #: What has a weight; of a resonator one state, what it weighs comes round in the other.
+        self.weighted = (*self.states.names, *self.settings.resonators)
+        angles = [x * self.every for x in self.settings.load_frequencies_rad_s]
+        self.states = self.states.with_resonators(angles, self.every)
         self.plain = plain
         limit = next(iter(self.target.limits.values()))
         largest = self.drive.largest_commands(self.target.parameters[0], limit)[1]
@@ -33,10 +39,10 @@ class LqGenome(LinearGenome):
     @property
     def signals(self) -> tuple[str, ...]:
         """Those that are states of their own."""
-        return tuple(name for name in self.states.names if name not in OTHERS)
+        return tuple(name for name in self.plain.names if name not in ERRORS)
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """The weights of a PID on error and integral, light ones on the rest.
+        """The weights of a PID on error, integral and resonators, light ones on the rest.
 
         What has a tolerance gets the weight of Bryson's rule instead: as bad as the largest
         command.
@@ -45,15 +51,19 @@ class LqGenome(LinearGenome):
         own = regulator.first_regulators(self.plain, kp, kd)
         found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
         found |= {name: LIGHT * abs(own[name]) for name in self.signals}
+        each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
+        for name, frequency in each:  # as the integral; a mass answers faster frequencies less
+            found[name] = ki * np.maximum(1.0, frequency / bandwidths) ** 2
         for name, weight in self.tolerated.items():
             found[name] = np.full_like(kp, weight)
-        return {name: found[name] for name in self.states.names}
+        return {name: found[name] for name in self.weighted}
 
     def _searched(
         self, low: dict[str, float], high: dict[str, float], start: dict[str, float]
     ) -> dict[str, Searched]:
         kp, ki, kd = of_drive.pid(self.model, np.array(self.bandwidths[:1]))
-        own = {"integral": ki, **regulator.first_regulators(self.plain, kp, kd)}
+        own: dict[str, Any] = dict.fromkeys(self.states.names, ki)  # also of what is no drive's
+        own |= regulator.first_regulators(self.plain, kp, kd)
         self.scale = np.array([abs(own[name][0]) for name in self.states.names])
         each = zip(start, low.values(), high.values(), start.values(), strict=True)
         return {
@@ -62,7 +72,8 @@ class LqGenome(LinearGenome):
         }
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        weights = np.stack([values[name] for name in self.states.names], axis=1)
+        nothing = np.zeros_like(values["error"])
+        weights = np.stack([values.get(name, nothing) for name in self.states.names], axis=1)
         found = regulator.regulators(self.states, weights, self.scale)
         own = dict(zip(self.states.names, found.T, strict=True))
         named = {"kp": own.pop("error"), "kd": own.pop("error_rate"), "kept": 0.0}
@@ -71,5 +82,5 @@ class LqGenome(LinearGenome):
     def record(self, individual: GainVectors) -> Json:
         """With the weights."""
         values = self.values(individual)
-        weights = {name: float(values[name][0]) for name in self.states.names}
+        weights = {name: float(values[name][0]) for name in self.weighted}
         return super().record(individual) | {"weights": weights}

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hfc_design.controllers.linear.law import LinearGains
+from hfc_design.controllers.linear.law import LinearGains, Structure
 from hfc_design.controllers.linear.record import MULTIPLES, LinearDesign
 from hfc_design.core.numbers import Floats, Parameters, Scalar
 from hfc_design.core.records import UserError
@@ -18,6 +18,8 @@ BANDWIDTHS = (1e-3, 0.5)
 INTEGRAL = 0.1
 #: Factors on the loop gain at which the first controller is stable too.
 ROOM = (0.5, 1.0, 2.0)
+#: A PID without signals and resonators.
+NOTHING = Structure()
 
 
 def ahead(model: Nominal, signals: dict[str, Floats]) -> dict[str, Floats]:
@@ -52,6 +54,22 @@ def pid(model: Nominal, speed: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     return kp, INTEGRAL * speed * kp, 2.0 * mass * speed
 
 
+def answer(
+    model: Nominal, gains: dict[str, Floats], signals: Sequence[str], z: complex, sample_time: float
+) -> Floats:
+    """(n,) error that a command of 1 at ``z`` brings about, complex, in the loop of a PID.
+
+    ``gains`` are kp, ki, kd, kept and those on ``signals``, each (n,).
+    """
+    state = np.linalg.solve(z * np.eye(len(model.b)) - model.a, model.b)
+    told = {name: row @ state for name, row in model.outputs.items()}
+    filtered = gains["kd"] * (1.0 - gains["kept"]) * z / (z - gains["kept"])
+    command = (gains["kp"] + gains["ki"] * sample_time / (z - 1.0)) * told["error"]
+    command = command + filtered * told["error_rate"]
+    command = command + sum(gains[name] * told[name] for name in signals)
+    return np.asarray(told["error"] / (1.0 - command))
+
+
 def open_loop(record: LinearDesign, drive: Drive, parameters: Parameters) -> OpenLoop:
     """The loop of a design on a drive, near the speed where that slides.
 
@@ -70,17 +88,16 @@ def loop_of(record: LinearDesign, model: Nominal, drive: Drive, key: str = "sign
     for name in record.signals:
         if name not in model.outputs:
             raise UserError(f"controller.{key}: {name!r} is no signal of the {drive.name}")
-    names = tuple(record.signals)
-    return _loop(model, record.gains(), record.sample_time_s, 1.0, names)
+    return _loop(model, record.gains(), record.sample_time_s, 1.0, record.structure)
 
 
 def _loop(
-    model: Nominal, gains: LinearGains, sample_time: float, room: float, names: Sequence[str] = ()
+    model: Nominal, gains: LinearGains, sample_time: float, room: float, law: Structure = NOTHING
 ) -> OpenLoop:
-    """States are those of the drive, the filtered rate, the integral where there is one."""
+    """States: the drive, the filtered rate, the integral where there is one, two a resonator."""
     size, rows = len(model.b), model.outputs
     fed_back = sum(
-        (gain * rows[name] for name, gain in zip(names, gains.signals or (), strict=True)),
+        (gain * rows[name] for name, gain in zip(law.signals, gains.signals or (), strict=True)),
         np.zeros(size),
     )
     rate = np.append((1.0 - gains.kept) * rows["error_rate"], [gains.kept, 0.0])
@@ -89,4 +106,18 @@ def _loop(
     a, b = np.zeros((size + 2, size + 2)), np.append(model.b, [0.0, 0.0])
     a[:size, :size], a[size], a[size + 1] = model.a, rate, integral
     states = size + 2 if gains.ki else size + 1
-    return OpenLoop(a[:states, :states], b[:states], room * command[:states])
+    loop = OpenLoop(a[:states, :states], b[:states], room * command[:states])
+    for frequency, pair in zip(law.frequencies, gains.resonators, strict=True):
+        driven = np.outer([pair[0], -pair[1]], sample_time * rows["error"])
+        loop = _resonating(loop, frequency * sample_time, driven, room)
+    return loop
+
+
+def _resonating(loop: OpenLoop, angle: float, driven: Floats, room: float) -> OpenLoop:
+    """With a resonator (``law._turned``) that the first states drive."""
+    size = len(loop.b)
+    a, b, c = np.zeros((size + 2, size + 2)), np.append(loop.b, [0.0, 0.0]), loop.c
+    a[:size, :size], a[size:, : driven.shape[1]] = loop.a, driven
+    cosine, sine = np.cos(angle), np.sin(angle)
+    a[size:, size:] = [[cosine, sine], [-sine, cosine]]
+    return OpenLoop(a, b, np.append(c, [room, 0.0]), resonances=(*loop.resonances, angle))

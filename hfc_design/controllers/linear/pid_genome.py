@@ -6,6 +6,7 @@ from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.regulator import BEHIND
 from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Json
 
@@ -17,12 +18,23 @@ SLOWEST = 1e-3
 FASTER = 10.0
 #: The largest gain on a signal, in shares of that of the fastest regulator.
 LARGEST = 3.0
+#: Gain of a resonator, in shares of kp x its frequency, as which it acts on slower errors: lowest,
+#: highest, where it starts.
+RESONANT = (1e-3, 10.0, 0.3)
+#: What its command may lead or lag what the nominal loop asks for, at most [rad].
+ASIDE = 1.2
+#: What that number is called behind a resonator's name.
+LEAD = "_lead"
 #: Share of the half of a range that is finer than the gain where a search starts.
 FINE = 10.0
 
 
 class PidGenome(LinearGenome):
-    """Gains of a PID, of a filter, and on the signals of the settings."""
+    """Gains of a PID, of a filter, and on the signals of the settings.
+
+    Of a resonator it is how large its gain is, and by what its command leads the one that makes an
+    error of its frequency fade fastest.
+    """
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -52,11 +64,23 @@ class PidGenome(LinearGenome):
             most = LARGEST * max(abs(high[name]), abs(start[name]))
             bend = float(np.arcsinh(FINE * most / abs(start[name])))
             found[name] = Searched(-most, most, start[name], bend)
+        for name in self.settings.resonators:
+            found[name] = Searched(*RESONANT)
+            found[name + LEAD] = Searched(-ASIDE, ASIDE, 0.0)
         return found
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
         kept = np.exp(-2.0 * np.pi * values["derivative_hz"] * self.every)
-        return values | {"kept": kept}
+        own = values | {"kept": kept}
+        each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
+        for name, frequency in each:
+            # Where the error is answer x its share, gain x answer < 0 makes both fade.
+            z = np.exp(1j * frequency * self.every)
+            answer = of_drive.answer(self.model, own, self.signals, z, self.every)
+            turn = -z * np.exp(1j * values[name + LEAD]) * np.abs(answer) / answer
+            gain = values[name] * frequency * values["kp"] * turn
+            own |= {name: gain.real, name + BEHIND: gain.imag}
+        return own
 
     def record(self, individual: GainVectors) -> Json:
         """With the filter's cut-off."""

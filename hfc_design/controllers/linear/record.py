@@ -1,13 +1,16 @@
 """Linear controllers in a design file and in a scenario. Never imports JAX."""
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
+from operator import not_
 from typing import Annotated, Any, Literal
 
-from pydantic import model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from hfc_design.controllers.controller import FOLLOWED
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
-from hfc_design.controllers.linear.law import AHEAD, ERRORS, LinearGains
+from hfc_design.controllers.linear.law import AHEAD, ERRORS, LinearGains, Structure
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
 
 #: What is fed forward, each by a multiple of what the nominal drive asks for.
@@ -15,6 +18,57 @@ MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
 #: Names of these multiples among what a search varies.
 FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
 Pair = Annotated[tuple[Finite, Finite], ordered]
+#: Frequencies for which a control has resonators, at most.
+MOST_FREQUENCIES = 8
+#: Two frequencies have to be so far apart, in shares of the higher one: else none of the gains
+#: that hold against both is moderate.
+APART = 1e-3
+
+
+def rising(frequencies: tuple[float, ...]) -> tuple[float, ...]:
+    """Validates frequencies: one after the other, and apart."""
+    for low, high in pairwise(frequencies):
+        if not low < (1.0 - APART) * high:
+            raise ValueError("have to rise, each by 0.1 % at least")
+    return frequencies
+
+
+#: [rad/s]
+Frequencies = Annotated[
+    tuple[Positive, ...], Field(max_length=MOST_FREQUENCIES), AfterValidator(rising)
+]
+
+
+class ResonatorRecord(Record):
+    """A resonator: holds against what comes with its frequency, as an integral against a constant.
+
+    Both gains in units of the command per unit of the error and s.
+    """
+
+    frequency_rad_s: Positive
+    in_phase: Finite  # with the error
+    quadrature: Finite  # a quarter turn ahead of it
+
+
+def rising_resonators(resonators: tuple[ResonatorRecord, ...]) -> tuple[ResonatorRecord, ...]:
+    """Validates resonators by their frequencies."""
+    rising(tuple(one.frequency_rad_s for one in resonators))
+    return resonators
+
+
+def too_fast(frequencies: Sequence[float], sample_time: float) -> str | None:
+    """What is wrong with rising frequencies of which samples do not tell the highest."""
+    half = math.pi / sample_time
+    if not frequencies or frequencies[-1] < half:
+        return None
+    return f"{frequencies[-1]:g} rad/s has to be below {half:.6g}, half the sampling frequency"
+
+
+Resonators = Annotated[
+    tuple[ResonatorRecord, ...],
+    Field(max_length=MOST_FREQUENCIES),
+    AfterValidator(rising_resonators),
+]
 
 
 class FeedForwardRecord(Record):
@@ -42,6 +96,11 @@ def with_own_signals(described: Any) -> Any:
     return described
 
 
+def resonator_name(k: int) -> str:
+    """Of resonator ``k``, the first one 0, among what is searched or weighted."""
+    return f"resonator_{k + 1}"
+
+
 class LinearDesign(ControllerRecord):
     """What the linear kinds have in common; every gain in units of the command."""
 
@@ -51,8 +110,15 @@ class LinearDesign(ControllerRecord):
     derivative_hz: NotNegative | None = None  # cut-off of the filter before kd; 0: none
     signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
     feed_forward: FeedForwardRecord = FeedForwardRecord()
+    resonators: Resonators = Field((), exclude_if=not_)
 
     _signals_fit = model_validator(mode="after")(with_own_signals)
+
+    @model_validator(mode="after")
+    def _samples_tell_its_frequencies(self) -> "LinearDesign":
+        if fault := too_fast([x.frequency_rad_s for x in self.resonators], self.sample_time_s):
+            raise ValueError(f"resonators: {fault}")
+        return self
 
     def reads(self) -> list[str]:
         """Signals of a sample."""
@@ -79,7 +145,13 @@ class LinearDesign(ControllerRecord):
             ahead.coulomb,
             ahead.coulomb_width or 1.0,
             ahead.load * ahead.expected_load,
+            tuple((one.in_phase, one.quadrature) for one in self.resonators),
         )
+
+    @property
+    def structure(self) -> Structure:
+        """What of the law is no number."""
+        return Structure(tuple(self.signals), tuple(x.frequency_rad_s for x in self.resonators))
 
 
 class PidDesign(LinearDesign):
@@ -116,6 +188,8 @@ class LinearSettings(ControllerSettings):
     speed: Positive | None = None  # at which it is linearised [unit/s]; None: where it slides
     coulomb_width: Positive | None = None  # [unit/s]; None: it is searched too
     expected_load: Finite = 0.0  # [unit of the load]
+    #: Of a periodic load, or whatever else the error comes back with: a resonator each [rad/s].
+    load_frequencies_rad_s: Frequencies = Field((), exclude_if=not_)
 
     @property
     def staged(self) -> bool:
@@ -124,10 +198,17 @@ class LinearSettings(ControllerSettings):
 
     def names(self, told: list[str]) -> list[str]:
         """Everything that may be varied on a drive that tells these signals."""
-        return [*told, *FORWARD, "coulomb_width"]
+        return [*told, *FORWARD, "coulomb_width", *self.resonators]
+
+    @property
+    def resonators(self) -> tuple[str, ...]:
+        """Names of the resonators among what is searched."""
+        return tuple(map(resonator_name, range(len(self.load_frequencies_rad_s))))
 
     def fault(self, target: Target) -> str | None:
-        """A signal or a range of what there is not."""
+        """A signal or a range of what there is not, a frequency that a sample cannot tell."""
+        if found := too_fast(self.load_frequencies_rad_s, target.sample_time):
+            return f"controller.load_frequencies_rad_s: {found}"
         for drive in target.machine.drives:
             told = [name for name in drive.inputs if name not in ERRORS]
             for name in self.signals or ():

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfc_design.controllers.linear.record import resonator_name
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import Nominal
@@ -15,6 +16,8 @@ DOUBLINGS = 40
 SOLVED, RESIDUAL = 1e-14, 1e-6
 #: Share of a signal that no other one tells, so that it counts as a state of its own.
 OWN_SHARE = 1e-6
+#: What a resonator's second state is called behind its name.
+BEHIND = "_behind"
 #: Weight of the error's rate of a first regulator, in shares of the gain kd of a PID.
 RATE = 0.1
 #: The smallest gain that is told of a regulator, in shares of its kp: a range needs a size.
@@ -37,6 +40,23 @@ class Measured(NamedTuple):
         a = np.block([[np.ones((1, 1)), np.zeros((1, size))], [np.zeros((size, 1)), self.a]])
         a[0, 1] = sample_time
         return Measured(("integral", *self.names), a, np.append(0.0, self.b))
+
+    def with_resonators(self, angles: Sequence[float], sample_time: float) -> "Measured":
+        """Resonators behind all, of frequencies [rad a sample], driven by the error.
+
+        Two states each, of the first one ``resonator_1`` and the same with ``BEHIND``.
+        """
+        size, names = len(self.b), list(self.names)
+        whole = size + 2 * len(angles)
+        a, b = np.zeros((whole, whole)), np.append(self.b, np.zeros(2 * len(angles)))
+        a[:size, :size] = self.a
+        for k, angle in enumerate(angles):
+            own, name = size + 2 * k, resonator_name(k)
+            cosine, sine = np.cos(angle), np.sin(angle)
+            a[own : own + 2, own : own + 2] = [[cosine, sine], [-sine, cosine]]
+            a[own, names.index("error")] = sample_time
+            names += [name, name + BEHIND]
+        return Measured(tuple(names), a, b)
 
 
 def measured(model: Nominal, names: Sequence[str] | None, told: str) -> Measured:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import ControllerRecord, Shown
 from hfc_design.controllers.linear.model import open_loop
-from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign
+from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
 from hfc_design.core.records import UserError
 from hfc_design.pictures.figure import Drawing, Listing, Section
 from hfc_design.stability import loop_report
@@ -63,9 +63,10 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
         unit = units.get(name, "1")
         return f"{command}/({unit})" if "/" in unit or " " in unit else f"{command}/{unit}"
 
+    summed = f"{command}/({units['error']} s)"
     found: list[tuple[str, float | None, str]] = [
         ("kp, on the error", record.kp, per("error")),
-        ("ki, on its integral", record.ki, f"{command}/({units['error']} s)"),
+        ("ki, on its integral", record.ki, summed),
         ("kd, on its rate", record.kd, per("error_rate")),
         ("cut-off of the filter before kd", record.derivative_hz or None, "Hz"),
     ]
@@ -78,8 +79,13 @@ def rows(record: LinearDesign, units: dict[str, str]) -> list[tuple[str, float, 
         ("speed at which that is whole", ahead.coulomb_width, rate),
         ("feed-forward of the expected load", ahead.load * ahead.expected_load, command),
     ]
+    for one in record.resonators:
+        name = f"resonator of {one.frequency_rad_s:g} rad/s"
+        found.append((f"{name}, in phase", one.in_phase, summed))
+        found.append((f"{name}, a quarter turn ahead", one.quadrature, summed))
     if isinstance(record, WeightedDesign):
+        own = ("integral", *(resonator_name(k) for k in range(len(record.resonators))))
         for name, weight in record.weights.items():
-            unit = f"{command}/({units['error']} s)" if name == "integral" else per(name)
+            unit = summed if name in own else per(name)
             found.append((f"weight of {name.replace('_', ' ')}", weight, unit))
     return [(name, x, unit) for name, x, unit in found if x is not None]

@@ -225,8 +225,8 @@ def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
 
 def test_what_the_population_does_the_design_file_does():
     """The load that is expected too, which the file holds as gain times load."""
-    scenario = on_linear("c-axis-ramp-cutting", {"expected_load": 5.0})
-    genome = genome_of(scenario)
+    own = {"expected_load": 5.0, "load_frequencies_rad_s": [1.0, 50.0]}
+    genome = genome_of(on_linear("c-axis-ramp-cutting", own))
     found = genome.fresh(np.zeros(4, int), np.random.default_rng(1))
     gains = genome.gains(found).linear
     for k in range(4):

@@ -26,7 +26,7 @@ def scenario_of(names=NAMES, **changes):
     own = {
         "inputs": [{"name": name, "scale": SCALE} for name in names],
         "output_scale": 2.0,
-        "linear": {"expected_load": 5.0},
+        "linear": {"expected_load": 5.0, "load_frequencies_rad_s": [1.0, 50.0]},
         "schedules": True,
         **changes,
     }
@@ -56,18 +56,18 @@ def two_laws(genome, shares, seed=0, count=1):
 
 
 def columns(genome, population, second):
-    """(n, 2 + ...) kp, kd, ki, gains on signals, what is fed forward of one of both laws."""
+    """(n, 2 + ...) kp, kd, ki, gains on signals, of resonators, fed forward of one of both laws."""
     if second:
         return population.second
     return np.concatenate([population.first.fuzzy.gains, population.first.linear], axis=1)
 
 
 def by_hand(genome, row, told, width):
-    """A linear law of a row of ``columns``, the integral at 0."""
+    """A linear law of a row of ``columns``, the integral and the resonators at 0."""
     kp, kd, _, *gains = row
-    *signals, velocity, acceleration, coulomb, _, load = gains
+    velocity, acceleration, coulomb, _, load = gains[-5:]
     found = kp * told["error"] + kd * told["error_rate"] + load
-    pairs = zip(genome.on_one.regulator.signals, signals, strict=True)
+    pairs = zip(genome.on_one.regulator.signals, gains, strict=False)
     found += sum(gain * told[name] for name, gain in pairs)
     found += velocity * told["reference_rate"] + acceleration * told["reference_acceleration"]
     return found + coulomb * np.clip(told["reference_rate"] / width, -1.0, 1.0)

@@ -81,6 +81,8 @@ def test_the_start_is_a_stable_loop_that_follows_a_ramp(kind):
         ("pid+ff", "feed-drive-circle", {}),
         ("lqr", "feed-drive-line", {}),
         ("lqi", "c-axis-sine", {}),
+        ("pid+ff", "c-axis-sine", {"load_frequencies_rad_s": [2.0, 30.0]}),
+        ("lqi", "c-axis-sine", {"load_frequencies_rad_s": [2.0, 30.0]}),
     ],
 )
 def test_individuals_stay_in_their_ranges_and_become_their_records(kind, scenario, own):
@@ -100,13 +102,16 @@ def test_individuals_stay_in_their_ranges_and_become_their_records(kind, scenari
     assert record["feed_forward"]["velocity"] == gains.velocity[7]
     rows = () if gains.signals is None else gains.signals[:, 7]
     assert list(record["signals"].values()) == list(rows)
+    pairs = [[x["in_phase"], x["quadrature"]] for x in record["resonators"]]
+    assert np.array_equal(pairs, [pair[:, 7] for pair in gains.resonators])
     assert set(record.get("weights", {})) <= set(made.searched)
 
 
 def test_the_record_holds_what_the_law_does():
     """With a load that is expected: gain x load in the file is the constant of the law."""
     scenario = api.load_scenario(
-        "c-axis-ramp-cutting", {"controller": {"kind": "lqi", "expected_load": 5.0}}
+        "c-axis-ramp-cutting",
+        {"controller": {"kind": "lqi", "expected_load": 5.0, "load_frequencies_rad_s": [1, 50]}},
     )
     made = genome_of(scenario)
     one = taken(fresh(made), slice(5, 6))

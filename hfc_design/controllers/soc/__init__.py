@@ -1,0 +1,60 @@
+"""The fuzzy controller that begins without rules and learns them in the loop (Huang & Shy)."""
+
+from pathlib import Path
+
+from hfc_design.controllers.gains import genome_of_gains, settings_of
+from hfc_design.controllers.kind import Explain, Kind, Template, later
+from hfc_design.controllers.rules import fired, side
+from hfc_design.controllers.soc.law import HIGHEST, SETS, Parts, SocGains, SocMemory, soc
+from hfc_design.controllers.soc.record import SocDesign, of_gains
+from hfc_design.controllers.soc.saved import SAVED
+from hfc_design.core.numbers import Json
+
+LABELS = [f"{place:+d}" if place else "0" for place in range(-HIGHEST, HIGHEST + 1)]
+#: On a milling table, errors in mm and commands in V.
+RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
+
+
+def _remember(memory: SocMemory, readings: dict[str, float]) -> SocMemory:
+    return SocMemory(readings["error"], memory.rules)
+
+
+def _shown(record: SocDesign, parts: Parts) -> Json:
+    """What a sample's command is made of."""
+    column = side("error_change", parts.change, LABELS, parts.in_change)
+    row = side("error", parts.error, LABELS, parts.in_error)
+    unit = fired("rules", column, row, parts.rules, parts.inferred)
+    return {"units": [unit], "parts": {"rules": record.gains().gu * float(parts.inferred)}}
+
+
+KIND = Kind(
+    name="soc",
+    summary="fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)",
+    record=SocDesign,
+    settings=settings_of(RANGES),
+    gains=SocDesign.gains,
+    law=lambda record, limit: soc(record.table, record.sample_time_s, limit),
+    genome=genome_of_gains,
+    of_gains=of_gains,
+    reads=lambda record: ["error"],
+    adapted=SocDesign.adapted,
+    explain=Explain(
+        signals=lambda record: (["error"], ["previous_error"]),
+        remember=_remember,
+        shown=_shown,
+        held=SocDesign.held,
+        changes={"error_change": "previous_error"},
+    ),
+    saved=SAVED,
+    c=Template(
+        (Path(__file__).parent / "templates",),
+        lambda record: {
+            "gains": record.gains(),
+            "table": record.table,
+            "highest": HIGHEST,
+            "sets": SETS,
+            "in_place": True,
+        },
+    ),
+    sections=later("hfc_design.controllers.soc.section", "sections"),
+)

@@ -1,0 +1,59 @@
+"""The self-organising fuzzy controller in a design file. Never imports JAX."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field
+
+from hfc_design.controllers.kind import ControllerRecord
+from hfc_design.controllers.soc.law import SETS, SocGains, SocMemory
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import Finite, NotNegative, Positive, Record
+
+Row = Annotated[tuple[Finite, ...], Field(min_length=SETS, max_length=SETS)]
+Table = Annotated[tuple[Row, ...], Field(min_length=SETS, max_length=SETS)]
+#: The table of a controller that has learnt nothing.
+EMPTY: Table = ((0.0,) * SETS,) * SETS
+
+
+class AdaptationRecord(Record):
+    """How the rules are corrected, see ``SocGains``."""
+
+    gamma: NotNegative
+    xi: Annotated[float, Field(ge=0, le=1)]
+
+
+class SocDesign(ControllerRecord):
+    """A controller of kind ``soc``.
+
+    Its gains are of an error counted in ``error_unit`` and a command in ``command_unit``: those of
+    the scale and the converter that they are printed for, say.
+    """
+
+    kind: Literal["soc"] = "soc"
+    ge: Positive  # sets per ``error_unit`` of the error
+    gc: Positive  # sets per ``error_unit`` of its change in a sample
+    gu: Positive  # ``command_unit`` for a rule of 1
+    adaptation: AdaptationRecord
+    error_unit: Positive = 1.0  # in the drive's unit of the error
+    command_unit: Positive = 1.0  # in the drive's unit of the command
+    table: Table = EMPTY  # [error][change of error], both from -5 to 5: what it begins with
+
+    def gains(self) -> SocGains:
+        """On errors and commands in the drive's units."""
+        ge, gc = self.ge / self.error_unit, self.gc / self.error_unit
+        return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
+
+    def held(self) -> Self:
+        """The same without adaptation."""
+        still = self.adaptation.model_copy(update={"gamma": 0.0})
+        return self.model_copy(update={"adaptation": still})
+
+    def adapted(self, memory: SocMemory) -> Self:
+        """The same with the table that it has learnt."""
+        return self.model_copy(update={"table": tuple(map(tuple, memory.rules))})
+
+
+def of_gains(gains: dict[str, float]) -> Json:
+    """The record of searched gains, which begins with an empty table."""
+    adaptation = {key: gains[key] for key in AdaptationRecord.model_fields}
+    return {**{key: gains[key] for key in ("ge", "gc", "gu")}, "adaptation": adaptation}

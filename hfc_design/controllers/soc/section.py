@@ -1,0 +1,89 @@
+"""What the page shows of a self-organising controller: its rules as it learns them."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.soc.law import HIGHEST, SETS, SocMemory, soc
+from hfc_design.controllers.soc.record import SocDesign
+from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.pictures.figure import Drawing, Listing, Section, colour_strip, framed
+
+#: The rules are drawn after these shares of the motion.
+SHARES = (0.02, 0.25, 1.0)
+EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
+
+
+def sections(record: SocDesign, shown: Shown) -> list[Section]:
+    """Gains, the rules at the start, and what each axis has learnt by several moments."""
+    units = shown.units
+    text = (
+        f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
+        f"change since the last sample, both in {SETS} sets from -{HIGHEST} to {HIGHEST}. Of the "
+        f"{SETS} × {SETS} rules four fire; each is then corrected by the error and its change."
+    )
+    gains = record.gains()._asdict()
+    meanings = {
+        "ge": ("sets per unit of the error", f"1/{units['error']}"),
+        "gc": ("sets per unit of its change in a sample", f"1/{units['error']}"),
+        "gu": ("command of a rule of 1", units["command"]),
+        "gamma": ("share of the error that a correction removes", "1"),
+        "xi": ("weight of the change in a correction", "1"),
+    }
+    rows = [[f"{key}, {text}", f"{gains[key]:.5g}", unit] for key, (text, unit) in meanings.items()]
+    listing = Listing("Gains and steps.", ["parameter", "value", "unit"], rows)
+    found = [Section("The controller", text, listing, [])]
+    if shown.signals:
+        limits = shown.largest or (None,) * len(shown.signals)
+        drawings = [
+            Drawing(
+                tables(learnt(record, signals, limit), gains["gu"], axis, units["command"]),
+                f"Heat maps of the rules that {axis} has learnt",
+                f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
+            )
+            for (axis, signals), limit in zip(named(shown).items(), limits, strict=True)
+        ]
+        text = "Each axis begins with the rules of the design and learns its own while it moves."
+        found.append(Section("What it has learnt", text, None, drawings))
+    return found
+
+
+def named(shown: Shown) -> dict[str, dict[str, Floats]]:
+    """What each axis measured, by the axis' name for people."""
+    several = len(shown.machine.axes) > 1
+    signals = shown.signals or {}
+    return {axis.upper() if several else "the axis": own for axis, own in signals.items()}
+
+
+def learnt(
+    record: SocDesign, signals: dict[str, Floats], limit: float | None
+) -> dict[float, Floats]:
+    """Time [s] -> the rules (11, 11) by then: of some moments, and of the end.
+
+    Stepped over what the axis measured, some 0.1 ms a sample.
+    """
+    law, gains = soc(record.table, record.sample_time_s, limit), record.gains()
+    memory: SocMemory = law.initial_memory(0.0)
+    errors = signals["error"].tolist()
+    moments = {max(round(share * len(errors)), 1) for share in SHARES}
+    found: dict[float, Floats] = {}
+    for count, error in enumerate(errors, 1):
+        _, memory = law.step(SCALARS, gains, memory, {"error": error})
+        if count in moments:
+            found[count * record.sample_time_s] = np.array(memory.rules)
+    return found
+
+
+def tables(found: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
+    """The rules side by side, as commands [unit]."""
+    figure = framed(2.3, top=0.35, right=0.95)
+    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
+    limit = gu * max(float(np.abs(rules).max()) for rules in found.values()) or 1.0
+    for axes, (time, rules) in zip(panels, found.items(), strict=True):
+        mesh = axes.pcolormesh(EDGES, EDGES, gu * rules, cmap="RdBu_r", vmin=-limit, vmax=limit)
+        axes.set(xticks=(-HIGHEST, 0, HIGHEST), yticks=(-HIGHEST, 0, HIGHEST), aspect="equal")
+        axes.set_title(f"{axis}, {time:.3g} s", fontsize=9)
+        axes.set_xlabel("change [sets]", fontsize=8)
+    panels[0].set_ylabel("error [sets]", fontsize=8)
+    colour_strip(figure, panels[-1], mesh, f"command [{unit}]").outline.set_visible(False)
+    return figure
