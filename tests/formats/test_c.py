@@ -8,6 +8,7 @@ from math import exp
 import made_up
 import numpy as np
 import pytest
+from alike import ALIKE
 from c_program import built, commands
 from click.testing import CliRunner
 
@@ -15,7 +16,7 @@ from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
-from hfc_design.files.design import builtin_designs, design_json, parse_design
+from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
@@ -212,7 +213,7 @@ def test_what_is_nothing_in_float_compiles_in_double_alone(design, told, tmp_pat
 
 
 def test_the_built_in_designs_fit_into_float(tmp_path):
-    for name in builtin_designs():
+    for name in ALIKE:
         assert "#error" not in source(load_design(name), tmp_path / name)
 
 

@@ -5,12 +5,13 @@ The oracle of the anti-windup is a PID written down once more with NumPy.
 
 import numpy as np
 import pytest
+from alike import ALIKE
 from c_program import built, commands
 from structured_text import FunctionBlock
 from wiring import not_adapting
 
 import hfc_design.api as hfc
-from hfc_design.files.design import builtin_designs, design_json, parse_design
+from hfc_design.files.design import design_json, parse_design
 from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 
@@ -43,7 +44,7 @@ def stepped(design, signals):
 LINEAR = {"ki": 9e3, "signals": {"current": -2.0}, "feed_forward": {"velocity": 40.0}}
 SCHEDULED = {"kp": -30.0, "ki": -700.0, "signals": {"deflection": 9.0}}
 FORMS = {
-    **{name: (name, {}) for name in builtin_designs()},
+    **{name: (name, {}) for name in ALIKE},
     "flc that integrates": ("jee-koren-2004-flc", {"controller.integral_gain": 40.0}),
     "flc of form PI": ("jee-koren-2004-flc", {"controller.form": "PI"}),
     "aflc that integrates": ("jee-koren-2004-aflc", {"controller.integral_gain": 40.0}),

@@ -3,10 +3,11 @@
 import made_up
 import numpy as np
 import pytest
+from alike import ALIKE
 from scipy.io import loadmat
 
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Limits, builtin_designs, named_design
+from hfc_design.files.design import Limits, named_design
 from hfc_design.formats import FORMATS
 
 
@@ -32,7 +33,7 @@ def same(found, wanted, key=""):
     return np.array_equal(np.array(found), np.array(wanted))
 
 
-@pytest.mark.parametrize("name", builtin_designs())
+@pytest.mark.parametrize("name", ALIKE)
 def test_scipy_reads_the_design_file_back_bit_for_bit(name, read):
     design = named_design(name)
     found, wanted = read(design), design.model_dump(mode="json")

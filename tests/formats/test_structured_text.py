@@ -9,12 +9,13 @@ from itertools import product
 import made_up
 import numpy as np
 import pytest
+from alike import ALIKE
 from structured_text import FunctionBlock
 from wiring import design, not_adapting, silent, units
 
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, builtin_designs, named_design
+from hfc_design.files.design import Design, named_design
 from hfc_design.formats import FORMATS
 from hfc_design.formats.fcl import real
 from hfc_design.runtime import Controller
@@ -155,7 +156,7 @@ def test_a_literal_has_a_point(value, literal):
     assert real(value) == literal
 
 
-@pytest.mark.parametrize("name", [*builtin_designs(), "adapting hierarchy"])
+@pytest.mark.parametrize("name", [*ALIKE, "adapting hierarchy"])
 def test_the_head_says_when_the_adaptation_is_left_out(name, text):
     adapts = name.endswith(("aflc", "soflc", "hierarchy"))
     if name == "adapting hierarchy":

@@ -12,12 +12,12 @@ from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, builtin_designs
+from hfc_design.files.design import Design, builtin_designs, named_design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller, explain
 
-WITH_RULES = [name for name in builtin_designs() if name not in ("pd-only", "jee-koren-2004-pid")]
+WITH_RULES = [name for name in builtin_designs() if named_design(name).kind.explain]
 
 
 def changed(name, **update):
