@@ -136,9 +136,8 @@ def _spring(c: Joined, known: Scalar, *bodies: _Body) -> Scalar:
     side = jnp.sign(free)
     one, other = (body._replace(force=side * body.force) for body in bodies)
     known, free = (side * deflection - c.half_gap for deflection in (known, free))
-    return jnp.where(
-        free > 0.0, side * _crossing(1.0 / c.stiffness, known, free, (one, other)), 0.0
-    )
+    crossing = side * _crossing(1.0 / c.stiffness, known, free, (one, other))
+    return jnp.where(free <= 0.0, 0.0, crossing)  # what is no number shows in both bodies
 
 
 def _crossing(ease: Scalar, known: Scalar, free: Scalar, bodies: _Pair) -> Scalar:

@@ -225,6 +225,10 @@ def test_sensors_count_and_the_command_is_bound():
     )
 
 
+def test_command_that_is_no_number_shows_in_the_whole_state_even_at_rest():
+    assert np.isnan(path(NOMINAL, np.zeros(4), [np.nan])).all()
+
+
 @pytest.mark.parametrize(("dtype", "tolerance"), [(jnp.float64, 1e-9), (jnp.float32, 2e-4)])
 def test_population_moves_like_its_members(dtype, tolerance):
     random = np.random.default_rng(5)

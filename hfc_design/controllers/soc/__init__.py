@@ -16,7 +16,7 @@ RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.
 
 
 def _remember(memory: SocMemory, readings: dict[str, float]) -> SocMemory:
-    return SocMemory(readings["error"], memory.rules)
+    return memory._replace(error=readings.get("error", memory.error))
 
 
 def _shown(record: SocDesign, parts: Parts) -> Json:
