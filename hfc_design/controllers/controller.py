@@ -111,6 +111,11 @@ def limited(xp: Xp, limit: float | None, command: Scalar) -> Scalar:
     return command if limit is None else clipped(xp, command, -limit, limit)
 
 
+def outside(xp: Xp, dead_zone: Scalar | None, error: Scalar) -> Scalar:
+    """``error``, or 0 where it is within the dead zone; None: there is none."""
+    return error if dead_zone is None else xp.where(abs(error) <= dead_zone, 0.0, error)
+
+
 def held(xp: Xp, limit: float | None, command: Scalar, before: Scalar, after: Scalar) -> Scalar:
     """An integral that went from ``before`` to ``after``, or stays where that would wind it up.
 

@@ -8,20 +8,26 @@ import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from pydantic import Field
 
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis
 from hfc_design.controllers.rules import RuleBase
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Gains, Integers, Json, Memory, Own, Parameters
 from hfc_design.core.plugins import Group
-from hfc_design.core.records import Positive, Record, UserError
+from hfc_design.core.records import NotNegative, Positive, Record, UserError
 
 if TYPE_CHECKING:
     from plants import Machine  # which imports JAX
 
 #: Largest command of each axis by its name, in the machine's order; None: no limit.
 Limits = dict[str, float | None]
+
+
+#: An error no larger than this counts as 0 [of the position]; 0: every error counts.
+DeadZone = Annotated[NotNegative, Field(exclude_if=(0.0).__eq__)]
 
 
 class ControllerRecord(Record):

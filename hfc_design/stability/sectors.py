@@ -11,6 +11,7 @@ sectors. Terms (7, 3) are left edge, centre, right edge [BLU]; beside an infinit
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import reduce
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -184,6 +185,25 @@ class Rectangle(NamedTuple):
     k1_max: Scalar  # 0 <= u_1 / e <= k1_max [units/BLU]
     k2_max: Scalar  # 0 <= u_2 / de <= k2_max [units/BLU]
 
+    def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
+        """The largest K_2, whatever the ``slopes`` u_1 / e of the table are."""
+        return self.k2_max
+
+
+class Curve(NamedTuple):
+    """The same with a K_2 that falls with the K_1 that the table has (JK04 fig. 4)."""
+
+    k1_max: Scalar  # [units/BLU]
+    k2_max: Scalar  # [units/BLU]
+    points: Sequence[Sequence[Scalar]]  # (n, 2) K_1 rising, and the largest K_2 there
+
+    def k2(self, xp: Xp, slopes: Iterable[Scalar]) -> Scalar:
+        """The largest K_2 at the steepest of ``slopes``, on straight lines between the points."""
+        k1, found = xp.once(reduce(xp.maximum, slopes)), self.points[0][1]
+        for (a, b), (c, d) in pairwise(self.points):
+            found = found + (d - b) * clipped(xp, (k1 - a) / (c - a), 0.0, 1.0)
+        return xp.once(xp.minimum(self.k2_max, found))
+
 
 def reach(gain: Scalar, terms: Triangles, k: int) -> Scalar:
     """How far the output of term ``k`` may be from 0 by its sector [0, gain].
@@ -196,7 +216,7 @@ def reach(gain: Scalar, terms: Triangles, k: int) -> Scalar:
 
 def bounded(
     xp: Xp,
-    sectors: Rectangle,
+    sectors: Rectangle | Curve,
     error_terms: Triangles,
     change_terms: Triangles,
     singletons: RuleTable,
@@ -209,21 +229,23 @@ def bounded(
     another sign than in ``signs`` (7, 7), unless its sector demands it; one that is 0 there may
     take the sign of its row. The row e = ZR stays. ``xp`` as in ``core.numbers``.
     """
-    table = []
-    for i, row in enumerate(singletons):
-        bound = list(row)
-        table.append(bound)
-        if i == ZR:
-            continue
+    rows = [i for i in range(len(singletons)) if i != ZR]
+    middle = {}
+    for i in rows:
         most = reach(sectors.k1_max, error_terms, i)
         low, high = (0.0, most) if i > ZR else (most, 0.0)
-        own = bound[ZR] = xp.once(clipped(xp, row[ZR], low, high))
-        for j, singleton in enumerate(row):
+        middle[i] = xp.once(clipped(xp, singletons[i][ZR], low, high))
+    k2_max = sectors.k2(xp, (middle[i] / reach(1.0, error_terms, i) for i in rows))
+    table = [list(row) for row in singletons]
+    for i in rows:
+        bound = table[i]
+        own = bound[ZR] = middle[i]
+        for j, singleton in enumerate(singletons[i]):
             if j == ZR:
                 continue
             positive = signs[i][j] >= 0.0 if i > ZR else signs[i][j] > 0.0
             kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
-            most = reach(sectors.k2_max, change_terms, j)
+            most = reach(k2_max, change_terms, j)
             low, high = (own, own + most) if j > ZR else (own + most, own)
             bound[j] = clipped(xp, kept, low, high)
     return table

@@ -5,6 +5,7 @@ import subprocess
 from dataclasses import replace
 from math import exp
 
+import feed_oracle
 import made_up
 import numpy as np
 import pytest
@@ -186,6 +187,22 @@ def test_a_table_beyond_its_range_that_is_not_refused_is_equal(tmp_path):
     expected = [controller.step({"error": error}) for error in errors.tolist()]
     found = commands(built("gcc", design, tmp_path / "c"), errors[:, None])
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("kind", ["pid", "flc", "aflc", "soflc"])
+def test_options_are_in_c_too(kind, tmp_path):
+    """Dead zone, ZR that is narrowed, the curve of the stable range: as the runtime to the bit."""
+    design = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
+    if kind != "pid":
+        design = made_up.with_options(kind, 5)
+    names = list(code.signals(design))
+    errors = feed_oracle.errors(1500, 4)
+    samples = np.stack([errors, 300.0 * np.sin(np.arange(1500) / 70.0)][: len(names)], axis=1)
+    controller = Controller(design)
+    rows = (dict(zip(names, row, strict=True)) for row in samples.tolist())
+    expected = [controller.step(row) for row in rows]
+    found = commands(built("gcc", design, tmp_path / "c"), samples)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 NARROW = load_design("jee-koren-2004-flc").model_dump(mode="json")["controller"]["error_terms"]

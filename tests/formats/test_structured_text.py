@@ -47,6 +47,12 @@ def updated(name, **changes):
 CASES = {
     "pd": (named_design("pd-only"),) * 2,
     "pid": (named_design("jee-koren-2004-pid"),) * 2,
+    "pid with a dead zone": (updated("jee-koren-2004-pid", dead_zone=2.0),) * 2,
+    "flc with a dead zone": (made_up.with_options("flc", 3),) * 2,
+    "aflc with a dead zone": (
+        updated("jee-koren-2004-aflc", dead_zone=2.0),
+        not_adapting(updated("jee-koren-2004-aflc", dead_zone=2.0)),
+    ),
     "pid+ff": (made_up.linear("pid+ff", 1),) * 2,
     "lqi within a limit": (made_up.limited(made_up.linear("lqi", 2), 400.0),) * 2,
     "lqr of a feed drive": (made_up.linear("lqr", 3, "feed-drive"),) * 2,

@@ -62,15 +62,29 @@ def verdict_jk95(e, p, c, u0):
 
 
 class Adaptive:
-    """The whole controller; ``sectors`` is (k1_max, k2_max) or None."""
+    """The whole controller; ``sectors`` is (k1_max, k2_max), with a curve behind them, or None.
 
-    def __init__(self, error_terms, change_terms, table, steps, verdict, sectors, overlaps=None):
+    With ``narrows_zero`` the rules of ZR are narrowed when the error leaves it.
+    """
+
+    def __init__(
+        self,
+        error_terms,
+        change_terms,
+        table,
+        steps,
+        verdict,
+        sectors,
+        overlaps=None,
+        narrows_zero=False,
+    ):
         self.a = [list(t) for t in error_terms]
         self.b = [list(t) for t in change_terms]
         self.c = [list(row) for row in table]
         self.first = [list(row) for row in table]
         self.steps, self.verdict, self.sectors = steps, verdict, sectors
         self.overlaps = overlaps or steps[:2]
+        self.narrows_zero = narrows_zero
         self.e = self.de = self.u0 = 0.0
 
     def step(self, e):
@@ -92,6 +106,9 @@ class Adaptive:
                 if triangle(self.a, i, self.e) < 1e-4 or triangle(self.b, j, self.de) < 1e-4:
                     continue
                 p = INDEX[i][now]
+                if self.narrows_zero and i == 3 and now != 3 and self.e != 0:
+                    moves_a[i] += 1
+                    moves_b[j] += 1
                 if p == 0 or self.e == 0:
                     continue
                 contract, sign = self.verdict(self.e, p, self.c[i][j], self.u0)
@@ -106,13 +123,21 @@ class Adaptive:
             self.bound()
 
     def bound(self):
-        k1, k2 = self.sectors
+        k1, k2, *curve = self.sectors
+        steepest = 0.0
         for i in range(7):
             if i == 3:
                 continue
-            far = k1 * (self.a[i - 1][2] if i > 3 else self.a[i + 1][0])
-            own = min(max(self.c[i][3], min(0, far)), max(0, far))
-            self.c[i][3] = own
+            edge = self.a[i - 1][2] if i > 3 else self.a[i + 1][0]
+            far = k1 * edge
+            self.c[i][3] = min(max(self.c[i][3], min(0, far)), max(0, far))
+            steepest = max(steepest, self.c[i][3] / edge)
+        if curve:
+            k2 = min(k2, np.interp(steepest, *np.transpose(curve[0])))
+        for i in range(7):
+            if i == 3:
+                continue
+            own = self.c[i][3]
             for j in range(7):
                 if j == 3:
                     continue

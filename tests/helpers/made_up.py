@@ -115,6 +115,18 @@ def fuzzy(kind, seed, **changes):
     return _design("feed-drive", **(controller | changes))
 
 
+def with_options(kind, seed):
+    """A fuzzy controller with a dead zone; one that adapts below a curve, narrowing ZR too."""
+    changes = {"dead_zone": 1.0}
+    if kind != "flc":
+        curve = [[0.5, 5.0], [1.5, 4.0], [4.5, 1.0]]
+        limits = {"k1_max": 4.5, "k2_max": 4.8, "curve": curve}
+        least = {"error": 3.0, "error_change": 0.5}
+        changes["adaptation"] = {"k_a": 0.5, "k_b": 0.125, "k_c": 1.0, "narrows_zero": True}
+        changes["adaptation"] |= {"stable_range": limits, "smallest_overlap": least}
+    return fuzzy(kind, seed, **changes)
+
+
 def linear(kind, seed, plant="c-axis", **changes):
     """Random gains; a filter, signals, an expected load and parts of the feed-forward now and then.
 

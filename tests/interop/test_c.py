@@ -51,6 +51,8 @@ DESIGNS |= {
 }
 DESIGNS["pid+ff within a limit"] = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
 DESIGNS |= {f"aflc {seed}": made_up.fuzzy("aflc", seed) for seed in range(4)}
+DESIGNS |= {f"{k} with options": made_up.with_options(k, 5) for k in ("flc", "aflc", "soflc")}
+DESIGNS["pid with a dead zone"] = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
 DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
 #: How far the signals of a random run go: beyond the universe of a C-axis design.
 REACH = {"error": 0.03, "deflection": 0.02, "error_rate": 0.1, "velocity": 900.0}

@@ -24,33 +24,29 @@ KEPT = 1e-12
 ADAPTATION = (Path(__file__).parent / "templates",)
 
 
-def c_template(blamed: law.Blame) -> Template:
-    """The template of a controller whose rules are ``blamed`` so."""
-
-    def values(record: AdaptiveDesign) -> Json:
-        """It starts from what its law makes of the design at the first sample."""
-        start = record.gains()
-        memory = law.aflc(record.sample_time_s).initial_memory(0.0)
-        first = law.adapted(SCALARS, blamed, start, memory, 0.0)
-        values = c_values(record, first)
-        return values | {
-            "adaptive": True,
-            "in_place": True,
-            "widths": values["widths"] + _widths(start, first),
-            "start": "start_",
-            "current": "state->",
-            "rates": start.rates,
-            "sectors": start.sectors,
-            "positive": [
-                [int(u >= 0.0 if i > ZR else u > 0.0) for u in row]
-                for i, row in enumerate(start.flc.singletons)
-            ],
-            "blames_what_it_did": blamed is blamed_aflc,
-            "alike": ALIKE,
-            "performance": PERFORMANCE,
-        }
-
-    return Template((*ADAPTATION, HERE), values)
+def _c(record: AdaptiveDesign) -> Json:
+    """C starts from what the law makes of the design at the first sample."""
+    start, judge = record.gains(), record.judge()
+    memory = law.aflc(record.sample_time_s).initial_memory(0.0)
+    first = law.adapted(SCALARS, judge, start, memory, 0.0)
+    values = c_values(record, first)
+    return values | {
+        "adaptive": True,
+        "in_place": True,
+        "widths": values["widths"] + _widths(start, first),
+        "start": "start_",
+        "current": "state->",
+        "rates": start.rates,
+        "sectors": start.sectors,
+        "positive": [
+            [int(u >= 0.0 if i > ZR else u > 0.0) for u in row]
+            for i, row in enumerate(start.flc.singletons)
+        ],
+        "blames_what_it_did": judge.blamed is blamed_aflc,
+        "narrows_zero": judge.narrows_zero,
+        "alike": ALIKE,
+        "performance": PERFORMANCE,
+    }
 
 
 def _widths(start: law.AdaptiveGains, first: FlcGains) -> list[float]:
@@ -86,11 +82,11 @@ KIND = replace(
     record=AflcDesign,
     settings=AflcSettings,
     gains=AflcDesign.gains,
-    law=lambda record, limit: law.aflc(record.sample_time_s, limit),
+    law=lambda record, limit: law.aflc(record.sample_time_s, limit, record.judge()),
     genome=later("hfc_design.controllers.aflc.genome", "AflcGenome"),
     explain=EXPLAIN._replace(held=AflcDesign.held),
     adapted=AflcDesign.adapted,
-    c=c_template(blamed_aflc),
+    c=Template((*ADAPTATION, HERE), _c),
     table_gains=AflcDesign.table_gains,
     sections=later("hfc_design.controllers.aflc.section", "sections"),
 )

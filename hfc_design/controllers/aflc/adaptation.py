@@ -32,11 +32,6 @@ PERFORMANCE = tuple(
 )
 
 
-def performance(xp: Xp, in_error: Degrees) -> list[Scalar]:
-    """p(k) of the rules of each error term, from the degrees (7) of e(k) in the error terms."""
-    return performance_indices(xp, highest_term(xp, in_error))
-
-
 def highest_term(xp: Xp, in_error: Degrees) -> Scalar:
     """The term for which an error of degrees (7) counts, -3 to 3.
 

@@ -10,12 +10,19 @@ from collections.abc import Callable, Sequence
 from operator import add, sub
 from typing import NamedTuple, TypeAlias
 
-from hfc_design.controllers.aflc.adaptation import ALIKE, blamed_aflc, joined, performance
-from hfc_design.controllers.controller import AxisLaw, Signals
+from hfc_design.controllers.aflc.adaptation import (
+    ALIKE,
+    blamed_aflc,
+    highest_term,
+    joined,
+    performance_indices,
+)
+from hfc_design.controllers.controller import AxisLaw, Signals, outside
 from hfc_design.controllers.flc import law as flc
 from hfc_design.controllers.flc.law import FlcGains, FlcMemory, Parts, joints, memberships
 from hfc_design.core.numbers import Scalar, Triangles, Truth, Xp, each, total
-from hfc_design.stability.sectors import Rectangle, bounded
+from hfc_design.core.records import ZR
+from hfc_design.stability.sectors import Curve, Rectangle, bounded
 
 #: Rows of numbers: terms (7, 3), singletons (7, 7), or how far they have moved.
 Table: TypeAlias = Sequence[Sequence[Scalar]]
@@ -36,7 +43,7 @@ class AdaptiveGains(NamedTuple):
 
     flc: FlcGains
     rates: Rates
-    sectors: Rectangle | None  # None: no bound, as in JK95
+    sectors: Rectangle | Curve | None  # None: no bound, as in JK95
 
 
 class AdaptiveMemory(NamedTuple):
@@ -59,9 +66,21 @@ class AdaptiveMemory(NamedTuple):
 Blame = Callable[[Xp, Scalar, Scalar, Scalar], Truth]
 
 
-def aflc(sample_time: float, limit: float | None = None, blamed: Blame = blamed_aflc) -> AxisLaw:
+class Judge(NamedTuple):
+    """How rules are judged: code, and no numbers."""
+
+    blamed: Blame = blamed_aflc
+    #: Rules of ZR are narrowed by a step when the error leaves it (JK04 section 4.1, its end).
+    narrows_zero: bool = False
+
+
+#: As JK04 judges by its Table 2 alone.
+JK04 = Judge()
+
+
+def aflc(sample_time: float, limit: float | None = None, judge: Judge = JK04) -> AxisLaw:
     """The law of kind ``aflc``; with ``adaptation.blamed_soflc`` that of ``soflc``."""
-    return AxisLaw(sample, initial_memory, sample_time, limit, blamed, tells=True)
+    return AxisLaw(sample, initial_memory, sample_time, limit, judge, tells=True)
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> AdaptiveMemory:
@@ -74,7 +93,8 @@ def sample(
     xp: Xp, law: AxisLaw, gains: AdaptiveGains, memory: AdaptiveMemory, signals: Signals
 ) -> tuple[Scalar, AdaptiveMemory, Parts]:
     """As ``flc.sample``, with the table as it is by now."""
-    start, moved = gains.flc, adapted(xp, law.structure, gains, memory, signals["error"])
+    error = outside(xp, gains.flc.dead_zone, signals["error"])
+    start, moved = gains.flc, adapted(xp, law.structure, gains, memory, error)
     before = FlcMemory(memory.error, memory.action, memory.integral)
     command, after, parts = flc.sample(xp, law._replace(structure="PD"), moved, before, signals)
     remembered = AdaptiveMemory(
@@ -100,28 +120,35 @@ def current(gains: AdaptiveGains, memory: AdaptiveMemory) -> FlcGains:
 
 
 def adapted(
-    xp: Xp, blamed: Blame, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
+    xp: Xp, judge: Judge, gains: AdaptiveGains, memory: AdaptiveMemory, error: Scalar
 ) -> FlcGains:
     """The table after the sample k - 1 is judged by the ``error`` of sample k.
 
     Of a rule that is to blame both terms are narrowed and the singleton moves, of another both
     terms are widened, |p| steps each. Several rules that move the same term add up, so their
-    order does not matter; only then the edges are held between the neighbours' centres.
+    order does not matter; only then the edges are held between the neighbours' centres. An error
+    of 0 judges nothing.
     """
     table, rates = current(gains, memory), gains.rates
     in_error = memberships(xp, table.error_terms, memory.error)
     in_change = memberships(xp, table.change_terms, memory.change)
-    indices = [xp.once(p) for p in performance(xp, memberships(xp, table.error_terms, error))]
+    place = highest_term(xp, memberships(xp, table.error_terms, error))
+    indices = [xp.once(p) for p in performance_indices(xp, place)]
     narrowed, singletons = [], []  # by each rule, in steps; what it moves to
     for i, row in enumerate(table.singletons):
         judged = (in_error[i] > ALIKE) & (memory.error != 0.0)
         size = xp.once(xp.where(judged, abs(indices[i]), 0.0))
+        if i == ZR and judge.narrows_zero:
+            leaves = judged & (place != 0.0)
+            narrowed.append([xp.where(leaves & (d > ALIKE), 1.0, 0.0) for d in in_change])
+            singletons.append(list(row))
+            continue
         shift = rates.k_c * size
         # Down where a positive error fell too far or a negative one too slowly.
         shift = xp.once(xp.where(memory.error * indices[i] > 0.0, -shift, shift))
         steps, shifted = [], []
         for j, singleton in enumerate(row):
-            guilty = blamed(xp, memory.error, indices[i], singleton - memory.action)
+            guilty = judge.blamed(xp, memory.error, indices[i], singleton - memory.action)
             fired = in_change[j] > ALIKE
             steps.append(xp.where(fired, xp.where(guilty, size, -size), 0.0))
             shifted.append(singleton + xp.where(fired & guilty, shift, 0.0))

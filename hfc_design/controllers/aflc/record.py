@@ -1,14 +1,18 @@
 """Fuzzy controllers that adapt in a design file. Never imports JAX."""
 
 from itertools import pairwise
-from typing import ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Rates, current
+from hfc_design.controllers.aflc.adaptation import blamed_aflc
+from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Judge, Rates, current
 from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, terms_of
+from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import NotNegative, Positive, Record
-from hfc_design.stability.sectors import Rectangle
+from hfc_design.stability.sectors import Curve, Rectangle
+
+Point = tuple[NotNegative, NotNegative]
 
 
 class OverlapRecord(Record):
@@ -18,11 +22,28 @@ class OverlapRecord(Record):
     error_change: Positive  # [BLU]
 
 
-class RectangleRecord(Record):
+class RangeRecord(Record):
     """The sectors that the table may not leave."""
 
     k1_max: Positive  # [units/BLU]
     k2_max: Positive  # [units/BLU]
+    #: Points (K_1, K_2) of a line that K_2 may not pass, K_1 rising and K_2 falling; none: only
+    #: k2_max counts.
+    curve: Annotated[tuple[Point, ...], Field(exclude_if=().__eq__)] = ()
+
+    @model_validator(mode="after")
+    def _falls(self) -> "RangeRecord":
+        for (a, b), (c, d) in pairwise(self.curve):
+            if not (a < c and b >= d):
+                told = f"({a:g}, {b:g}), ({c:g}, {d:g})"
+                raise ValueError(f"curve: K_1 has to rise and K_2 may not, in {told}")
+        return self
+
+    def sectors(self) -> Rectangle | Curve:
+        """As the law wants them."""
+        if not self.curve:
+            return Rectangle(self.k1_max, self.k2_max)
+        return Curve(self.k1_max, self.k2_max, self.curve)
 
 
 class RatesRecord(Record):
@@ -32,13 +53,15 @@ class RatesRecord(Record):
     k_b: NotNegative  # [BLU]
     k_c: NotNegative  # units of the command
     smallest_overlap: OverlapRecord | None = None  # None: one step
-    stable_range: RectangleRecord | None = None  # None: the table has no bounds, as in JK95
+    stable_range: RangeRecord | None = None  # None: the table has no bounds, as in JK95
+    #: Rules of ZR are narrowed when the error leaves it, see ``aflc.Judge``.
+    narrows_zero: Annotated[bool, Field(exclude_if=False.__eq__)] = False
 
 
 class BoundedRatesRecord(RatesRecord):
     """Steps of the adaptation; JK04 has it stay inside a stable range."""
 
-    stable_range: RectangleRecord
+    stable_range: RangeRecord
 
 
 class AdaptiveDesign(FuzzyRecord):
@@ -75,7 +98,11 @@ class AdaptiveDesign(FuzzyRecord):
         least = steps.smallest_overlap
         overlaps = (steps.k_a, steps.k_b) if least is None else (least.error, least.error_change)
         rates = Rates(steps.k_a, steps.k_b, steps.k_c, *overlaps)
-        return AdaptiveGains(self.table(), rates, Rectangle(**dict(limits)) if limits else None)
+        return AdaptiveGains(self.table(), rates, limits.sectors() if limits else None)
+
+    def judge(self) -> Judge:
+        """How its rules are judged."""
+        return Judge(blamed_aflc, self.adaptation.narrows_zero)
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
         """The controller with its terms and its rule table as ``memory`` has them."""
@@ -98,7 +125,8 @@ class AflcDesign(AdaptiveDesign):
     def table_gains(self) -> dict[str, tuple[float, float]]:
         """With those that the adaptation may not pass."""
         stable = self.adaptation.stable_range
-        return {**super().table_gains(), "limit of the adaptation": (stable.k1_max, stable.k2_max)}
+        k2 = stable.sectors().k2(SCALARS, [stable.k1_max])
+        return {**super().table_gains(), "limit of the adaptation": (stable.k1_max, k2)}
 
 
 class AflcSettings(FuzzySettings):

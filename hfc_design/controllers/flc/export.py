@@ -41,6 +41,8 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
         "integral = sum of integral_gain * sample_time_s * error up to this sample",
         f"command = {action} + integral" + (" + compensation" if low else ""),
     ]
+    if record.dead_zone:
+        steps.insert(0, "an error no larger than dead_zone becomes 0")
     if low:
         steps += [
             f"v = {low.blu_mm:g} * velocity [BLU/s] in mm/s; at |v| < 0.5 compensation = "
@@ -57,6 +59,7 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
         "output": "rules",
         "integral_gain": record.integral_gain,
         "low_velocity": low.model_dump(mode="json") if low else None,
+        **({"dead_zone": record.dead_zone} if record.dead_zone else {}),
     }
 
 
@@ -137,6 +140,7 @@ def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
         "change_joints": joints(change_terms),
         "table": table.singletons,
         "integral": table.k_i * record.sample_time_s,
+        "dead_zone": record.dead_zone,
         "compensation": table.compensation,
         "standstill": STANDSTILL,
     }
@@ -157,6 +161,9 @@ def _st(record: FuzzyRecord) -> Json:
     if low:
         within += ["v", "compensation"]
         constants |= dict(low)
+    if record.dead_zone:
+        within += ["used_error"]
+        constants["dead_zone"] = record.dead_zone
     return {
         "constants": constants,
         "remembered": ["previous_error", "control_action", "integral"],

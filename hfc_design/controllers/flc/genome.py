@@ -167,12 +167,13 @@ class FuzzyGenome(Genome):
 
     def gains(self, population: FuzzyTables) -> Gains:
         """The population as the simulator wants it."""
-        compensation = jax.tree.map(
-            lambda number: np.full(len(population.tree), number), self.start.table().compensation
+        own = self.start.table()
+        given = jax.tree.map(
+            lambda number: np.full(len(population.tree), number), (own.compensation, own.dead_zone)
         )
         singletons: Any = np.moveaxis(population.singletons, 0, -1)
         error_terms, change_terms = terms_of_joints(population.joints)
-        return FlcGains(error_terms, change_terms, singletons, population.k_i, compensation)
+        return FlcGains(error_terms, change_terms, singletons, population.k_i, *given)
 
     def record(self, individual: FuzzyTables) -> Json:
         """The kind's record: as the start but for what was searched."""

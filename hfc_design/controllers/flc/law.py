@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.core.numbers import Degrees, RuleTable, Scalar, Triangles, Xp, dot, total
 
 #: An encoder that moved by less than half a BLU in 10 ms reads V = 0 [mm/s].
@@ -34,6 +34,7 @@ class FlcGains(NamedTuple):
     singletons: RuleTable  # (7, 7) [term of e][term of its change], units of the command
     k_i: Scalar  # integral gain [units/(BLU s)]: K_I T is the K_I of JK95 eq. 3
     compensation: Compensation | None = None
+    dead_zone: Scalar | None = None  # [BLU] an error no larger counts as 0; None: every one counts
 
 
 class FlcMemory(NamedTuple):
@@ -81,7 +82,7 @@ def sample(
     In every form the integral term of JK95 eq. 3 is added. ``signals``: error [BLU], and, with
     compensation, velocity [BLU/s].
     """
-    error = signals["error"]
+    error = outside(xp, gains.dead_zone, signals["error"])
     change = 0.0 * error if law.structure == "P" else error - memory.error
     in_error = memberships(xp, gains.error_terms, error)
     in_change = memberships(xp, gains.change_terms, change)

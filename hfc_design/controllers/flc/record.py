@@ -16,7 +16,12 @@ from pydantic import (
 )
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.kind import (
+    ControllerRecord,
+    ControllerSettings,
+    DeadZone,
+    Target,
+)
 from hfc_design.core.numbers import Floats, Json, Parameters, Plain, RuleTable, Triangles
 from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table, UserError
 from hfc_design.stability.sectors import sectors_at_centres, true_sectors
@@ -94,6 +99,7 @@ class FuzzyRecord(ControllerRecord):
     rules: RulesRecord
     integral_gain: Finite  # [units/(BLU s)]
     low_velocity: CompensationRecord | None = None
+    dead_zone: DeadZone = 0.0  # [BLU]
     adapts: ClassVar[bool] = False
 
     @model_validator(mode="after")
@@ -126,6 +132,7 @@ class FuzzyRecord(ControllerRecord):
             self.rules.centroids,
             self.integral_gain,
             Compensation(**dict(self.low_velocity)) if self.low_velocity else None,
+            self.dead_zone or None,
         )
 
     def table_gains(self) -> dict[str, tuple[float, float]]:

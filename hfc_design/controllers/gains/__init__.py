@@ -11,7 +11,7 @@ from pydantic import create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, later
-from hfc_design.core.numbers import Gains, Memory, Scalar, Xp
+from hfc_design.core.numbers import Gains, Memory, Own, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
 
 Range = tuple[float, float]
@@ -79,24 +79,26 @@ def kind_of_gains(
     sample: Callable[..., tuple[Scalar, Memory, None]],
     start: Callable[[AxisLaw, Scalar], Memory],
     key: str = "",
-    structure: Any = None,
+    structure: Callable[[Own], Any] = lambda record: None,
     tells: bool = False,
+    base: type[ControllerRecord] = ControllerRecord,
     **further: Any,
 ) -> Kind:
     """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
-    ``sample``, ``start``, ``structure`` and ``tells`` are of ``AxisLaw``, ``further`` of ``Kind``.
+    ``sample``, ``start``, ``structure`` of a record and ``tells`` are of ``AxisLaw``, ``base`` has
+    what a design may say beside its gains, ``further`` is of ``Kind``.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
     gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), ...)}
     return Kind(
         name=name,
-        record=create_model("Design", __base__=ControllerRecord, **gains),
+        record=create_model("Design", __base__=base, **gains),
         settings=settings_of(ranges),
         gains=lambda record: type(ranges)(**dict(getattr(record, key))),
         law=lambda record, limit: AxisLaw(
-            sample, start, record.sample_time_s, limit, structure, tells
+            sample, start, record.sample_time_s, limit, structure(record), tells
         ),
         genome=genome_of_gains,
         of_gains=lambda gains: {key: gains},
@@ -111,7 +113,12 @@ def kind_of(law: Law) -> Kind:
         raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
     checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
 
-    own: Any = {"key": "gains", "structure": law, "summary": "an own law", "reads": None}
+    own: Any = {
+        "key": "gains",
+        "structure": lambda record: law,
+        "summary": "an own law",
+        "reads": None,
+    }
     return kind_of_gains(law.name, law.ranges, _sample, _start, **own)
 
 

@@ -6,10 +6,16 @@ Its law, its gains and its templates; never imports JAX.
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import AxisLaw, Signals, held
+from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.controllers.gains import kind_of_gains
-from hfc_design.controllers.kind import Template
+from hfc_design.controllers.kind import ControllerRecord, DeadZone, Template
 from hfc_design.core.numbers import Json, Own, Scalar, Xp
+
+
+class PidRecord(ControllerRecord):
+    """What a design may say beside its gains."""
+
+    dead_zone: DeadZone = 0.0  # [BLU]
 
 
 class PidGains(NamedTuple):
@@ -35,8 +41,11 @@ def initial_memory(law: AxisLaw, zero: Scalar) -> PidMemory:
 def sample(
     xp: Xp, law: AxisLaw, gains: PidGains, memory: PidMemory, signals: Signals
 ) -> tuple[Scalar, PidMemory, None]:
-    """``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], with ``error`` [BLU]."""
-    error, every = signals["error"], law.sample_time
+    """``u = K_P e + K_I T sum(e) + K_D (e(k) - e(k-1)) / T`` [units], with ``error`` [BLU].
+
+    An error within the dead zone counts as 0.
+    """
+    error, every = outside(xp, law.structure, signals["error"]), law.sample_time
     whole = memory.sum + error
     rate = (error - memory.error) / every
     command = gains.k_p * error + gains.k_i * every * whole + gains.k_d * rate
@@ -48,11 +57,16 @@ def sample(
 
 def _st(record: Own) -> Json:
     kp, ki, kd = dict(record.pid).values()
+    zone = {"dead_zone": record.dead_zone} if record.dead_zone else {}
     return {
-        "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s},
+        "constants": {"kp": kp, "ki": ki, "kd": kd, "sample_time": record.sample_time_s, **zone},
         "remembered": ["previous_error", "error_sum"],
-        "within": ["new_sum"],
+        "within": ["new_sum", *(["used_error"] if zone else [])],
     }
+
+
+def _c(record: Own) -> Json:
+    return {"gains": record.pid, "integrates": True, "dead_zone": record.dead_zone}
 
 
 HERE = (Path(__file__).parent / "templates",)
@@ -63,9 +77,11 @@ KIND = kind_of_gains(
     RANGES,
     sample,
     initial_memory,
+    structure=lambda record: record.dead_zone or None,
     tells=True,
+    base=PidRecord,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
-    c=Template(HERE, lambda record: {"gains": record.pid, "integrates": True}),
+    c=Template(HERE, _c),
     st=Template(HERE, _st),
 )

@@ -4,9 +4,8 @@ from dataclasses import replace
 from typing import Literal
 
 from hfc_design.controllers.aflc import KIND as AFLC
-from hfc_design.controllers.aflc import c_template
 from hfc_design.controllers.aflc.adaptation import blamed_soflc
-from hfc_design.controllers.aflc.law import aflc
+from hfc_design.controllers.aflc.law import Judge
 from hfc_design.controllers.aflc.record import AdaptiveDesign
 from hfc_design.controllers.kind import later
 
@@ -16,6 +15,10 @@ class SoflcDesign(AdaptiveDesign):
 
     kind: Literal["soflc"] = "soflc"
 
+    def judge(self) -> Judge:
+        """As JK95 prints it."""
+        return super().judge()._replace(blamed=blamed_soflc)
+
 
 KIND = replace(
     AFLC,
@@ -24,8 +27,6 @@ KIND = replace(
     record=SoflcDesign,
     settings=None,
     genome=None,
-    law=lambda record, limit: aflc(record.sample_time_s, limit, blamed_soflc),
-    c=c_template(blamed_soflc),
     table_gains=SoflcDesign.table_gains,
     sections=later("hfc_design.controllers.flc.section", "table_sections"),
 )

@@ -10,16 +10,29 @@ from hfc_design.controllers.aflc.adaptation import (
     PERFORMANCE,
     blamed_aflc,
     blamed_soflc,
-    performance,
+    highest_term,
+    performance_indices,
 )
-from hfc_design.controllers.aflc.law import AdaptiveGains, Rates
+from hfc_design.controllers.aflc.law import AdaptiveGains, Judge, Rates
 from hfc_design.controllers.flc.law import FlcGains, infer, memberships
 from hfc_design.core.numbers import SCALARS
 from hfc_design.core.records import ZR
-from hfc_design.stability.sectors import Rectangle
+from hfc_design.stability.sectors import Curve, Rectangle, true_sectors
+from hfc_design.stability.stable_range import stable_range
 
 PS, PM, PL = 4, 5, 6
 WIDE = Rectangle(1e6, 1e6)
+#: Below JK04 fig. 4 for the printed drive.
+FIG_4 = (
+    (2.2, 9.3),
+    (2.6, 9.0),
+    (3.0, 8.5),
+    (3.5, 7.6),
+    (4.0, 6.7),
+    (5.0, 5.0),
+    (6.0, 3.5),
+    (7.2, 2),
+)
 
 
 def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I", overlaps=None):
@@ -27,24 +40,24 @@ def gains_of(rates=(0.5, 0.125, 1.0), sectors=WIDE, base="I", overlaps=None):
     return AdaptiveGains(table, Rates(*rates, *(overlaps or rates[:2])), sectors)
 
 
-def sampled(gains, blamed, memory, error):
+def sampled(gains, blamed, memory, error, narrows_zero=False):
     """The command of one sample, what to remember, and what it is made of."""
-    law = aflc.aflc(0.01, blamed=blamed)
+    law = aflc.aflc(0.01, judge=Judge(blamed, narrows_zero))
     return law.sample(SCALARS, law, gains, memory, {"error": error})
 
 
-def stepped(gains, blamed, errors):
+def stepped(gains, blamed, errors, narrows_zero=False):
     """Command, memory after each sample of errors."""
-    memory = aflc.aflc(0.01, blamed=blamed).initial_memory(0.0)
+    memory = aflc.aflc(0.01).initial_memory(0.0)
     for error in errors:
-        command, memory, _ = sampled(gains, blamed, memory, error)
+        command, memory, _ = sampled(gains, blamed, memory, error, narrows_zero)
         yield command, memory
 
 
-def after(errors, blamed=blamed_aflc, gains=None):
+def after(errors, blamed=blamed_aflc, gains=None, narrows_zero=False):
     """Error terms, change terms and singletons after the last of errors."""
     gains = gains or gains_of()
-    *_, (_, memory) = stepped(gains, blamed, errors)
+    *_, (_, memory) = stepped(gains, blamed, errors, narrows_zero)
     return aflc.current(gains, memory)[:3]
 
 
@@ -61,7 +74,8 @@ def test_performance_indices_are_table_2():
     ],
 )
 def test_the_term_of_the_highest_degree_counts(degrees, place):
-    assert performance(SCALARS, degrees) == [row[place] for row in feed_oracle.INDEX]
+    found = performance_indices(SCALARS, highest_term(SCALARS, degrees))
+    assert found == [row[place] for row in feed_oracle.INDEX]
 
 
 def test_example_1_of_jk04():
@@ -125,23 +139,35 @@ def test_soflc_steps_of_jk95():
 
 
 @pytest.mark.parametrize(
-    ("blamed", "verdict", "rates", "sectors", "base", "overlaps"),
+    ("paper", "rates", "sectors", "base", "overlaps", "narrows_zero"),
     [
-        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", None),
-        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5)),
-        (blamed_aflc, feed_oracle.verdict_jk04, (0.5, 0.125, 1.0), (2.0, 3.0), "III", (7.0, 1.5)),
-        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), None, "I", None),
-        (blamed_soflc, feed_oracle.verdict_jk95, (0.5, 0.2, 1.0), (4.0, 6.79), "I", (5.0, 1.0)),
+        (2004, (0.5, 0.125, 1.0), (4.5, 5.9), "I", None, False),
+        (2004, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5), False),
+        (2004, (0.5, 0.125, 1.0), (4.5, 5.9), "I", (3.0, 0.5), True),
+        (2004, (0.5, 0.125, 1.0), (7.2, 9.0, FIG_4), "I", (3.0, 0.5), False),
+        (2004, (0.5, 0.125, 1.0), (2.0, 3.0), "III", (7.0, 1.5), False),
+        (1995, (0.5, 0.2, 1.0), None, "I", None, False),
+        (1995, (0.5, 0.2, 1.0), (4.0, 6.79), "I", (5.0, 1.0), True),
     ],
 )
 @pytest.mark.parametrize("seed", [1, 2])
-def test_equals_a_plain_transcription(blamed, verdict, rates, sectors, base, overlaps, seed):
-    gains = gains_of(rates, sectors and Rectangle(*sectors), base, overlaps)
+def test_equals_a_plain_transcription(paper, rates, sectors, base, overlaps, narrows_zero, seed):
+    of_2004 = (blamed_aflc, feed_oracle.verdict_jk04)
+    blamed, verdict = of_2004 if paper == 2004 else (blamed_soflc, feed_oracle.verdict_jk95)
+    own = sectors and (Curve if len(sectors) == 3 else Rectangle)(*sectors)
+    gains = gains_of(rates, own, base, overlaps)
     plain = feed_oracle.Adaptive(
-        ERROR_TERMS, CHANGE_TERMS, rule_singletons(base), rates, verdict, sectors, overlaps
+        ERROR_TERMS,
+        CHANGE_TERMS,
+        rule_singletons(base),
+        rates,
+        verdict,
+        sectors,
+        overlaps,
+        narrows_zero,
     )
     errors = feed_oracle.errors(2000, seed)
-    commands, memories = zip(*stepped(gains, blamed, errors), strict=True)
+    commands, memories = zip(*stepped(gains, blamed, errors, narrows_zero), strict=True)
     expected = [plain.step(error) for error in errors]
     np.testing.assert_allclose(commands, expected, rtol=1e-9, atol=1e-9)
     error_terms, change_terms, table = aflc.current(gains, memories[-1])[:3]
@@ -215,3 +241,51 @@ def test_terms_keep_the_overlap_that_they_are_told():
     *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(1000, 7))
     error_terms, _, _ = aflc.current(gains_of(), memory)[:3]
     assert error_terms[PS][2] - error_terms[PM][0] < 3.0  # else one step is enough
+
+
+def test_an_error_that_leaves_zr_narrows_its_rules():
+    """At 1 the rule (ZR, ZR) alone fires; 10 is more PS (0.4) than PM (0.2): a step, no more."""
+    errors = [1.0, 1.0, 10.0]
+    error_terms, change_terms, table = after(errors, narrows_zero=True)
+    assert error_terms[ZR] == (-5.0 + 0.5, 0.0, 5.0 - 0.5)
+    assert change_terms[ZR] == (-1.0 + 0.125, 0.0, 1.0 - 0.125)
+    assert np.array_equal(table, rule_singletons("I"))
+    others = [k for k in range(7) if k != ZR]
+    assert [error_terms[k] for k in others] == [ERROR_TERMS[k] for k in others]
+    assert [change_terms[k] for k in others] == [CHANGE_TERMS[k] for k in others]
+    assert after(errors) == after([0.0])  # Table 2 alone does not consider ZR
+    assert after([0.0, 0.0, 10.0], narrows_zero=True) == after([0.0])  # 0 judges nothing
+    assert after([1.0, 1.0, 3.0], narrows_zero=True) == after([0.0])  # more ZR (0.4) than PS (0.2)
+
+
+def test_k2_falls_with_k1_on_straight_lines():
+    """By hand: half way from (2, 9) to (4, 5) it is 7; before the first point 9, at the end 1."""
+    curve = Curve(8.0, 8.5, ((2.0, 9.0), (4.0, 5.0), (8.0, 1.0)))
+    steepest = {1.0: 8.5, 2.5: 8.0, 3.0: 7.0, 4.0: 5.0, 5.0: 4.0, 9.0: 1.0}
+    for k1, k2 in steepest.items():
+        assert curve.k2(SCALARS, [0.5, k1, 0.1]) == pytest.approx(k2)
+
+
+def test_driven_hard_it_stays_below_the_curve_of_fig_4():
+    """Of every table that it comes to the exact gains lie in the printed range."""
+    stable = stable_range(28.3, 0.055, 0.01)
+    fine = np.linspace(0.01, 7.2, 500)
+    assert (np.interp(fine, *np.transpose(FIG_4)) <= stable.k2_printed(fine)).all()
+    gains = gains_of((0.5, 0.125, 4.0), Curve(7.2, 9.0, FIG_4), overlaps=(3.0, 0.5))
+    found = []
+    for k, (_, memory) in enumerate(stepped(gains, blamed_aflc, feed_oracle.errors(1500, 10))):
+        if k % 50 == 0:
+            own = true_sectors(*aflc.current(gains, memory)[:3])
+            assert own.k1_low >= 0.0
+            assert own.k2 <= stable.k2(own.k1) * (1 + 1e-8)  # the oracle rounds edges
+            found.append(own.k1)
+    assert max(found) > 4.0  # where the curve allows less than at the start
+
+
+def test_an_error_within_the_dead_zone_is_none():
+    flc = gains_of().flc._replace(dead_zone=1.0, k_i=8.0)
+    gains = gains_of()._replace(flc=flc)
+    *_, (_, dead) = stepped(gains, blamed_aflc, [7.0, 1.0, -1.0, -7.0])
+    *_, (_, plain) = stepped(gains_of()._replace(flc=flc), blamed_aflc, [7.0, 0.0, 0.0, -7.0])
+    assert dead == plain
+    assert dead.integral == pytest.approx(0.0)

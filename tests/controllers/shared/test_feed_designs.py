@@ -6,6 +6,7 @@ from functools import partial
 import feed_oracle
 import jax
 import jax.numpy as jnp
+import made_up
 import numpy as np
 import pytest
 from jax import lax
@@ -51,6 +52,8 @@ for kind in ("2004-flc", "2004-aflc", "1995-soflc"):
     DESIGNS[f"{kind} with all terms"] = changed(
         f"jee-koren-{kind}", integral_gain=8.0, low_velocity=X_AXIS
     )
+DESIGNS["2004-aflc with options"] = made_up.with_options("aflc", 5)
+DESIGNS["pid with a dead zone"] = changed("jee-koren-2004-pid", dead_zone=1.0)
 for form in ("P", "PI"):
     DESIGNS[f"flc {form}"] = changed("jee-koren-2004-flc", form=form)
 #: Of these also populations are compiled.
