@@ -18,6 +18,7 @@ from hfc_design.core.records import UserError
 from hfc_design.report.plots import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
 from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.repeats import range_told
 
 Floats = NDArray[np.float64]
 COLORS = (OTHER, OWN, "#009E73")
@@ -55,10 +56,26 @@ class Batch:
         return [[*cells[:5], cells[6]] for cells in found]
 
 
+def chaotic(batch: Batch) -> str:
+    """The fitness of every run that a millionth of the command moves by more than 1 %."""
+    found = {run.settings[LABEL]: run.ranges for run in batch.runs if "fitness" in run.ranges}
+    rows = [[label, range_told(own["fitness"])] for label, own in found.items()]
+    return markdown(("chaotic run", "fitness [1/BLU]"), rows)
+
+
 def markdown(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """A table of a page."""
     rows = [header, ["---"] * len(header), *lines]
     return "".join(f"| {' | '.join(cells)} |\n" for cells in rows)
+
+
+def calculated(
+    figure: str, quantity: str, published: float | None, found: float, remark: str = ""
+) -> list[str]:
+    """A row of ``HEAD`` that no run stands behind."""
+    ratio = found / published if published else None
+    told = (number(published), number(found), number(ratio, ".2f"))
+    return [figure, quantity, *told, remark]
 
 
 def number(value: float | None, form: str = ".3g") -> str:
@@ -80,9 +97,11 @@ def curves(
     """
     figure = framed(1.9 * len(panels) + 0.9, top=0.35)
     grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    names = dict.fromkeys(name for found in panels.values() for name in found)
+    colors = dict(zip(names, COLORS, strict=False))
     for axes, (label, found) in zip(grid, panels.items(), strict=True):
-        for (name, values), color in zip(found.items(), COLORS, strict=False):
-            _draw(axes, time, values, color, name)
+        for name, values in found.items():
+            _draw(axes, time, values, colors[name], name)
         for name, level in (levels or {}).get(label, {}).items():
             axes.axhline(level, color="black", lw=1, ls="--", label=name)
         axes.set_ylabel(label)

@@ -28,10 +28,10 @@ _Y = _X._replace(
     negative_slope=-0.68,
     negative_curvature=-0.02,
 )
-#: JK04 prints neither F_c nor the gain of each figure, and no single pair gives all of them.
-#: "coulomb" has the printed K = 28.3 and gives the PID's contour errors of Fig. 12; "start" has
-#: only the nonlinear part of the friction and, with K = 40, gives the FLC's axial error of Fig. 10
-#: (with K = 28.3 its largest singleton, 32 units, cannot keep up with that circle's 44).
+#: JK04 prints no F_c. "coulomb" has the printed K = 28.3 and gives the PID's contour errors of Fig.
+#: 12, and with doubled singletons those of the fuzzy controllers; "start" has only the nonlinear
+#: part of the friction and, with K = 40, gives the FLC's axial error of Fig. 10 with the printed
+#: singletons (with K = 28.3 the largest, 32 units, cannot keep up with that circle's 44).
 PARAMETER_SETS = {
     "x-coulomb": _X,
     "y-coulomb": _Y,

@@ -53,9 +53,15 @@ def test_friction_is_the_one_printed(axis):
     for v in (1e-9, 0.5, 3.0, 8.0, 11.9, 12.1, 40.0):
         assert friction(c, 1.0, 100 * v) == pytest.approx(printed_friction(axis, v), rel=1e-12)
         assert -friction(c, -1.0, 100 * v) == pytest.approx(printed_friction(axis, -v), rel=1e-12)
+    every = np.linspace(0.0, 40.0, 4001)
+    assert (
+        min(friction(c, sign, 100 * every).min() for sign in (1.0, -1.0)) > 14.0
+    )  # it never pushes
     start_only = coefficients(PARAMETER_SETS[f"{axis}-start"])
     assert friction(start_only, 1.0, 0.0) == pytest.approx(START[axis][0])
     assert friction(start_only, -1.0, 0.0) == pytest.approx(START[axis][1])
+    if axis == "y":  # eq. 28 alone does, by hand: 0.04 * 144 - 1.12 * 12 + 7.23
+        assert friction(start_only, 1.0, 1200.0 - 1e-9) == pytest.approx(-0.45)
 
 
 def test_without_friction_the_step_is_exact():

@@ -84,7 +84,7 @@ RULES = [  # rule base I: rows e, columns the change of e
 SINGLETONS = {"NL": -32, "NM": -16, "NS": -8, "ZR": 0, "PS": 8, "PM": 16, "PL": 32}
 
 
-def flc():
+def flc(factor=1.0):
     """FLC of JK04 Tables 1 and 3 without an integral; 0 where no rule fires."""
     previous = 0.0
 
@@ -98,7 +98,7 @@ def flc():
         weighed = total = 0.0
         for i, a in enumerate(grades(e, 7.0, 5.0)):
             for j, b in enumerate(grades(change, 1.5, 1.0)):
-                weighed += a * b * SINGLETONS[RULES[i][j]]
+                weighed += a * b * factor * SINGLETONS[RULES[i][j]]
                 total += a * b
         return weighed / total if total else 0.0
 
@@ -119,7 +119,7 @@ def test_pid_with_coulomb_friction_has_the_published_contour_errors():
 
 
 def test_pid_without_friction():
-    """Independently found: 0.88 BLU; the paper prints 1.5, which no reading of it gives here."""
+    """Independently found: 0.88 BLU; the paper prints 1.5, which needs a dead zone."""
     _, contour = circle(pid, ["frictionless", "frictionless"], 2000.0, 2)
     np.testing.assert_allclose(rms(contour), 0.88, atol=0.02)
 
@@ -128,3 +128,22 @@ def test_flc_with_start_friction_has_the_published_axial_error():
     """Fig. 10(a): approximately 16.2 BLU in every cycle."""
     axial, _ = circle(flc, ["x-start", "y-start"], 4000.0, 3)
     np.testing.assert_allclose(rms(axial), 16.2, atol=0.3)
+
+
+def test_flc_with_doubled_singletons_needs_no_other_plant():
+    """Fig. 10(a) on the plant of Fig. 12: independently found 17.1 BLU, printed 16.2."""
+    axial, contour = circle(lambda: flc(2.0), ["x-coulomb", "y-coulomb"], 4000.0, 2)
+    np.testing.assert_allclose(rms(axial), 16.2, rtol=0.07)
+    np.testing.assert_allclose(rms(axial)[1], 17.1, atol=0.05)
+    assert rms(contour)[-1] > 5.0
+
+
+def test_pid_with_a_dead_zone_without_friction():
+    """Fig. 12(b): 1.5 BLU; independently found for errors up to 1 BLU that count as 0: 1.65."""
+
+    def dead_zoned():
+        law = pid()
+        return lambda e: law(e if abs(e) > 1.0 else 0.0)
+
+    _, contour = circle(dead_zoned, ["frictionless", "frictionless"], 2000.0, 2)
+    np.testing.assert_allclose(rms(contour)[1], 1.65, atol=0.02)
