@@ -23,6 +23,8 @@ SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: (K_1, K_2) of rule tables [unit/BLU], by how they were found.
 Points = Mapping[str, tuple[float, float]]
 MARKERS = "os^Dv*"
+#: A K_2 beyond so many times the range's is left out of the picture: there it has no limit.
+BEYOND = 4.0
 #: Height of a line of the legend [in].
 LINE = 0.19
 
@@ -103,7 +105,8 @@ def stability_figure(found: StableRange, points: Points) -> "Figure":
     for marker, (name, (k1, k2)) in zip(cycle(MARKERS), points.items(), strict=False):
         axes.plot([k1], [k2], color="black", mfc="none", ls="", marker=marker, ms=6, label=name)
     axes.set(xlabel="$K_1$ [unit/BLU]", ylabel="$K_2$ [unit/BLU]", axisbelow=True)
-    axes.set(xlim=(0.0, None), ylim=(0.0, None))
+    highest, end = max(k2 for _, k2 in points.values()) if points else 0.0, BEYOND * bound[0]
+    axes.set(xlim=(0.0, None), ylim=(0.0, end if highest > end else None))
     axes.grid(color="0.9")
     figure.legend(fontsize=9, frameon=False, ncols=2, loc="upper center")
     return figure

@@ -207,3 +207,10 @@ def test_a_linear_design_is_drawn_and_judged_on_its_own_drive(tmp_path):
     refused = hfc(linear(tmp_path), "--gain", 40)
     assert refused.exit_code == 2
     assert refused.stderr.startswith("hfc: --gain: design made-up is judged on its own drive")
+
+
+def test_a_gain_without_a_limit_does_not_flatten_the_picture():
+    found = stable_range(28.3, 0.055, 0.01)
+    near, free = (stability_figure(found, {"table": (3.0, k2)}).axes[0] for k2 in (16.0, 1000.0))
+    assert 16.0 < near.get_ylim()[1] < 20.0
+    assert free.get_ylim() == pytest.approx((0.0, 4 * 9.4125), abs=0.01)

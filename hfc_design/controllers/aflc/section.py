@@ -21,6 +21,11 @@ def sections(record: AflcDesign, shown: Shown) -> list[Section]:
         ("limit of the adaptation, K₁", steps.stable_range.k1_max, "unit/BLU"),
         ("limit of the adaptation, K₂", steps.stable_range.k2_max, "unit/BLU"),
     ]
+    for k1, k2 in steps.stable_range.curve:
+        parameters = [*parameters, (f"limit of K₂ where K₁ is {k1:g}", k2, "unit/BLU")]
+    if steps.narrows_zero:
+        narrowed = ("rules of ZR, when the error leaves it", "a step narrower", "\u2013")
+        parameters = [*parameters, narrowed]
     adapted = at_the_end(record, shown)
     return [
         flc.controller(record, JUDGES, behind=parameters),

@@ -65,6 +65,8 @@ def controller(
         "the error. One BLU is a step of the encoder, one unit a step of the converter."
     )
     rows = [*before, ("integral gain", record.integral_gain, "unit/(BLU s)"), *behind]
+    if record.dead_zone:
+        rows.append(("an error up to this counts as 0", record.dead_zone, "BLU"))
     low = record.low_velocity
     if low is not None:
         for name, curve in (("forward", low.forward), ("backward", low.backward)):
