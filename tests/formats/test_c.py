@@ -16,7 +16,7 @@ from hfc_design import api
 from hfc_design.cli import main
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.core.records import UserError
-from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.design import builtin_designs, design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller

@@ -20,6 +20,7 @@ from wiring import DESIGNS, clamped, controller_error, design, silent, unit_erro
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, named_design, parse_design
+from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS
 from hfc_design.formats.fcl import real
 
@@ -232,3 +233,13 @@ def test_a_unit_gives_0_where_no_rule_fires(rate, target, tmp_path):
         previous_spindle_velocity=at, spindle_velocity=at
     )
     assert found.tolist() == [0.0, 0.4853]
+
+
+def test_a_dead_zone_stands_beside_the_table(tmp_path):
+    design = load_design("jee-koren-2004-flc", {"controller.dead_zone": 1.0})
+    FORMATS["fis"].write(design, tmp_path / "out")
+    beside = json.loads((tmp_path / "out" / "controller.json").read_text())
+    assert beside["dead_zone"] == 1.0
+    assert beside["steps"][0] == "an error no larger than dead_zone becomes 0"
+    script = (tmp_path / "out" / "controller.m").read_text()
+    assert "if abs(signals.error) <= 1.0\n    signals.error = 0.0;\nend\n" in script

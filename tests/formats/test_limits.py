@@ -10,7 +10,7 @@ from structured_text import FunctionBlock
 from wiring import not_adapting
 
 import hfc_design.api as hfc
-from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.design import builtin_designs, design_json, parse_design
 from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.io import loadmat
 
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Limits, named_design
+from hfc_design.files.design import Limits, builtin_designs, named_design
 from hfc_design.formats import FORMATS
 
 

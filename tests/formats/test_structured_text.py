@@ -14,7 +14,7 @@ from wiring import design, not_adapting, silent, units
 
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.core.records import UserError
-from hfc_design.files.design import Design, named_design
+from hfc_design.files.design import Design, builtin_designs, named_design
 from hfc_design.formats import FORMATS
 from hfc_design.formats.fcl import real
 from hfc_design.runtime import Controller
