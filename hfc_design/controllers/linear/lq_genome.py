@@ -15,6 +15,8 @@ from hfc_design.core.numbers import Floats, Json
 WIDER = 100.0
 #: Weight of a signal in a good individual, in shares of the gain that it has without any.
 LIGHT = 0.03
+#: Weight of a resonator as a share of another one: lowest, highest, where it starts.
+RESONANT = (1e-3, 1e4, 1.0)
 #: States of ``plain`` that are no signal of the drive.
 ERRORS = ("error", "error_rate")
 
@@ -27,8 +29,8 @@ class LqGenome(LinearGenome):
         self.states = plain = regulator.measured(self.model, told, self.drive.name)
         if self.settings.kind == "lqi":
             self.states = plain.with_integral(self.every)
-        #: What has a weight; of a resonator one state, what it weighs comes round in the other.
-        self.weighted = (*self.states.names, *self.settings.resonators)
+        #: What has a weight of its own; that of a resonator is a share of another one.
+        self.weighted = self.states.names
         angles = [x * self.every for x in self.settings.load_frequencies_rad_s]
         self.states = self.states.with_resonators(angles, self.every)
         self.plain = plain
@@ -42,7 +44,7 @@ class LqGenome(LinearGenome):
         return tuple(name for name in self.plain.names if name not in ERRORS)
 
     def designed(self, bandwidths: Floats) -> dict[str, Floats]:
-        """The weights of a PID on error, integral and resonators, light ones on the rest.
+        """The weights of a PID on error and integral, light ones on the rest.
 
         What has a tolerance gets the weight of Bryson's rule instead: as bad as the largest
         command.
@@ -51,9 +53,6 @@ class LqGenome(LinearGenome):
         own = regulator.first_regulators(self.plain, kp, kd)
         found = {"integral": ki, "error": kp, "error_rate": LIGHT * kd}
         found |= {name: LIGHT * abs(own[name]) for name in self.signals}
-        each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
-        for name, frequency in each:  # as the integral; a mass answers faster frequencies less
-            found[name] = ki * np.maximum(1.0, frequency / bandwidths) ** 2
         for name, weight in self.tolerated.items():
             found[name] = np.full_like(kp, weight)
         return {name: found[name] for name in self.weighted}
@@ -66,21 +65,35 @@ class LqGenome(LinearGenome):
         own |= regulator.first_regulators(self.plain, kp, kd)
         self.scale = np.array([abs(own[name][0]) for name in self.states.names])
         each = zip(start, low.values(), high.values(), start.values(), strict=True)
-        return {
+        found = {
             name: Searched(min(ends) / WIDER, max(ends) * WIDER, begin)
             for name, *ends, begin in each
         }
+        return found | dict.fromkeys(self.settings.resonators, Searched(*RESONANT))
+
+    def weights(self, values: dict[str, Floats]) -> dict[str, Floats]:
+        """Of every state that has one.
+
+        Of a resonator it is the first one, a share of the weight of the integral; without that, of
+        the error's times the frequency. Loops that hold well have much the same on all of them.
+        """
+        found = {name: values[name] for name in self.weighted}
+        each = zip(self.settings.resonators, self.settings.load_frequencies_rad_s, strict=True)
+        for name, frequency in each:
+            whole = values.get("integral", values["error"] * frequency)
+            found[name] = values[name] * whole
+        return found
 
     def _feedback(self, values: dict[str, Floats]) -> dict[str, Floats]:
-        nothing = np.zeros_like(values["error"])
-        weights = np.stack([values.get(name, nothing) for name in self.states.names], axis=1)
+        own, nothing = self.weights(values), np.zeros_like(values["error"])
+        weights = np.stack([own.get(name, nothing) for name in self.states.names], axis=1)
         found = regulator.regulators(self.states, weights, self.scale)
-        own = dict(zip(self.states.names, found.T, strict=True))
-        named = {"kp": own.pop("error"), "kd": own.pop("error_rate"), "kept": 0.0}
-        return {**named, "ki": own.pop("integral", 0.0), **own}
+        gains = dict(zip(self.states.names, found.T, strict=True))
+        named = {"kp": gains.pop("error"), "kd": gains.pop("error_rate"), "kept": 0.0}
+        return {**named, "ki": gains.pop("integral", 0.0), **gains}
 
     def record(self, individual: GainVectors) -> Json:
         """With the weights."""
-        values = self.values(individual)
-        weights = {name: float(values[name][0]) for name in self.weighted}
+        found = self.weights(self.values(individual))
+        weights = {name: float(weight[0]) for name, weight in found.items()}
         return super().record(individual) | {"weights": weights}

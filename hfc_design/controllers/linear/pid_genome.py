@@ -6,6 +6,7 @@ from hfc_design.controllers.gains.genome import GainVectors
 from hfc_design.controllers.linear import model as of_drive
 from hfc_design.controllers.linear import regulator
 from hfc_design.controllers.linear.genome import LinearGenome
+from hfc_design.controllers.linear.record import LEAD
 from hfc_design.controllers.linear.regulator import BEHIND
 from hfc_design.controllers.linear.searched import Searched
 from hfc_design.core.numbers import Floats, Json
@@ -23,8 +24,6 @@ LARGEST = 3.0
 RESONANT = (1e-3, 10.0, 0.3)
 #: What its command may lead or lag what the nominal loop asks for, at most [rad].
 ASIDE = 1.2
-#: What that number is called behind a resonator's name.
-LEAD = "_lead"
 #: Share of the half of a range that is finer than the gain where a search starts.
 FINE = 10.0
 

@@ -18,6 +18,8 @@ MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
 #: Names of these multiples among what a search varies.
 FORWARD = tuple(f"{name}_multiple" for name in MULTIPLES)
 Pair = Annotated[tuple[Finite, Finite], ordered]
+#: By what the command of a resonator leads, behind its name among what is searched.
+LEAD = "_lead"
 #: Frequencies for which a control has resonators, at most.
 MOST_FREQUENCIES = 8
 #: Two frequencies have to be so far apart, in shares of the higher one: else none of the gains
@@ -232,7 +234,8 @@ class PidSettings(LinearSettings):
 
     def names(self, told: list[str]) -> list[str]:
         """With its own gains."""
-        return ["kp", "ki", "kd", "derivative_hz", *super().names(told)]
+        leads = (f"{name}{LEAD}" for name in self.resonators)
+        return ["kp", "ki", "kd", "derivative_hz", *super().names(told), *leads]
 
 
 class WeightedSettings(LinearSettings):
@@ -251,10 +254,12 @@ class WeightedSettings(LinearSettings):
             return found
         drive = target.machine.drives[0]
         known = self.names([name for name in drive.inputs if name not in ERRORS])
+        further = (*FORWARD, "coulomb_width", *self.resonators)
+        weighted = [name for name in known if name not in further]
         for name in self.tolerances:
-            if name not in known or name in (*FORWARD, "coulomb_width"):
-                own = ", ".join(x for x in known if x not in (*FORWARD, "coulomb_width"))
-                return f"controller.tolerances.{name}: unknown; there is {own}"
+            if name not in weighted:
+                told = f"controller.tolerances.{name}: unknown"
+                return f"{told}; there is {', '.join(weighted)}"
         limit = next(iter(target.limits.values()))
         if self.tolerances and math.isinf(drive.largest_commands(target.parameters[0], limit)[1]):
             return "controller.tolerances: need limits.command, the largest command"
