@@ -118,7 +118,6 @@ def block(design: Design) -> str:
         UserError: the kind has no such code, or a name is none of the language.
     """
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
-    checked_numbers(design)
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
@@ -133,6 +132,7 @@ def block(design: Design) -> str:
     names = [*signals, *constants, *remembered, *within, *kept, "greatest", "fault"]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
+    checked_numbers(design)
     notes = [LEFT_OUT] if values.get("leaves_out") else []
     values |= {
         "signals": signals,

@@ -191,7 +191,7 @@ def test_the_path_error_leaves_out_what_follows_a_start_or_a_reversal():
     """The circle above: a second after 0 s, of both axes, and after each of its quadrants."""
     circle = Circle(radius_mm=40.0, feed_mm_min=60 * 2 * pi * 40 / 20, cycles=1.3)
     time = np.arange(0.0, 26.0, 0.01)
-    found = undisturbed(time, circle.samples(time))
+    found = undisturbed(time, circle.samples(time).velocity)
     left_out = [(begin, begin + 1.0) for begin in (0, 5, 10, 15, 20, 25)]
     for begin, end in left_out:
         inside = (time > begin + 0.011) & (time < end - 0.011)
