@@ -91,10 +91,10 @@ class Group(Generic[Thing]):
             return self.known[name]
         found = tuple(metadata.entry_points(group=self.entry_points, name=name))
         if not found:
-            known = ", ".join(repr(other) for other in self.names())
+            known = ", ".join(self.names())
             raise UserError(
-                f"{short(name)} is no {self.what} known here; there is {known}; add an own one "
-                f"with --{self.what} module:OBJECT, by api.register, runtime.use or its package"
+                f"{short(name)} is no {self.what} known here; there is {known}; own ones by "
+                f"--{self.what} module:OBJECT, api.register, runtime.use"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
