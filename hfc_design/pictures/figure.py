@@ -162,7 +162,7 @@ def drawable(values: Any) -> NDArray[Any]:
 def round_above(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below a positive value."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(power * next(step for step in (1, 2, 5, 10) if step * power >= value))
+    return float(power * next((step for step in (1, 2, 5) if step * power >= value), 10))
 
 
 #: Units that have names for a thousandth and a millionth, in which small numbers are read.

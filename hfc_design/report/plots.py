@@ -197,7 +197,8 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
     trajectory, length = found.planar, found.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
-    division = round_above(max(np.hypot(*away).max() / 2, SMALLEST * length))
+    furthest = np.nan_to_num(np.hypot(*away)).max()  # at the centre of a circle nobody knows
+    division = round_above(max(furthest / 2, SMALLEST * length))
     enlarged = SHARE * size / division
     axes.plot(*outline.position, color="black", lw=0.8, label="path")
     drawn = base + enlarged * away

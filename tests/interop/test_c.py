@@ -8,10 +8,10 @@ from pathlib import Path
 import made_up
 import numpy as np
 import pytest
-from alike import ALIKE
 from c_program import MAIN, WARNINGS, built, commands
 
 from hfc_design.controllers.hierarchical.code import lookup
+from hfc_design.files.design import builtin_designs
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import DEFAULT_SCENARIOS, load_design
 from hfc_design.formats import FORMATS, code
@@ -21,7 +21,9 @@ from hfc_design.simulation.evaluating import evaluate
 pytestmark = pytest.mark.interop
 
 ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
-DESIGNS = {name: load_design(name) for name in ALIKE}
+#: Built-in laws of an axis; what commands a whole machine: tests/formats/test_machine_c.py.
+DESIGNS = {name: load_design(name) for name in builtin_designs()}
+DESIGNS = {name: design for name, design in DESIGNS.items() if design.kind.law}
 DESIGNS |= {f"hierarchy of {n} inputs": made_up.hierarchy(n, n) for n in range(2, 7)}
 DESIGNS |= {
     f"adapting hierarchy of {n} inputs": made_up.hierarchy(n + 9, n, adaptation=ADAPTING)
