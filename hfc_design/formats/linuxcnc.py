@@ -43,6 +43,9 @@ def components(design: Design) -> dict[str, str]:
     Raises:
         UserError: the design cannot run on HAL.
     """
+    if design.kind.controller and not design.kind.axes:
+        told = "commands a whole machine, a component is of one axis; --to c has its code"
+        raise UserError(f"design {design.name} is of kind {design.kind.name}: {told}")
     values, files = _values(design), code.sources(design)
     templates = {f"{values['component']}.comp": "controller.comp"}
     templates |= {name: name for name in ("controller.hal", "README.md")}

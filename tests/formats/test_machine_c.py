@@ -259,3 +259,9 @@ def test_an_axis_that_c_takes_for_something_else_is_refused(axis, tmp_path):
     data["plant"]["axes"] = {axis: {}, "y": {}}
     with pytest.raises(UserError, match=f"an axis named {axis} cannot be one in C"):
         FORMATS["c"].write(Design.model_validate(data), tmp_path / "c")
+
+
+def test_hal_has_no_component_of_a_whole_machine(tmp_path):
+    with pytest.raises(UserError, match="kind cross-coupled: commands a whole machine, a compo"):
+        FORMATS["linuxcnc"].write(DESIGNS["pid"], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
