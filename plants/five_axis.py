@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
-from plants.blocks import bell
+from plants.blocks import bell, once
 from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 from plants.machine import Each, coupled, side_by_side
 from plants.sliding import Slide, slid
@@ -209,15 +209,17 @@ def forces(fixed: Each, states: Each, commands: Each) -> Each:
     mass, and so is what their loads take from the slides' acceleration.
     """
     (x, y, z, a, c), metre = fixed, 1e-3
-    pulled = [metre * acceleration(own, states[k], commands[k]) for k, own in enumerate((x, y))]
+    each = enumerate((x, y))
+    pulled = [once(metre * acceleration(own, states[k], commands[k])) for k, own in each]
     tilt, angle = (jnp.deg2rad(states[k].position) for k in (3, 4))
-    across = jnp.cos(tilt) * pulled[1] + jnp.sin(tilt) * GRAVITY  # in the table, where Y was [m/s2]
+    # in the table, where Y was [m/s2]
+    across = once(jnp.cos(tilt) * pulled[1] + jnp.sin(tilt) * GRAVITY)
     return (
         0.0 * pulled[0],
         0.0 * pulled[1],
         z.unbalance * GRAVITY + 0.0 * tilt,
         a.unbalance * across,
-        c.unbalance * (jnp.cos(angle) * across - jnp.sin(angle) * pulled[0]),
+        once(c.unbalance * (jnp.cos(angle) * across - jnp.sin(angle) * pulled[0])),
     )
 
 

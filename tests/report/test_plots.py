@@ -125,3 +125,21 @@ def test_the_names_of_motions_touch_nothing():
         others = [*axes.get_yticklabels(), axes._right_title]
         others += [other.yaxis.label for other in first if other is not axes]
         assert not any(name.overlaps(other.get_window_extent()) for other in others)
+
+
+def test_a_program_of_five_axes_has_both_errors_off_its_path_and_every_axis():
+    found = evaluate("lin-gai-2009-pid", "five-axis-program")
+    figure = plots.motion(found, "PID")
+    titles = [axes.get_title(loc="right") for axes in figure.axes]
+    assert titles[:2] == ["contour error [mm]", "orientation error [deg]"]
+    names = [f"{axis} {what}" for axis in "xyzac" for what in ("position", "error", "voltage")]
+    assert [title.partition(" [")[0] for title in titles[2:]] == names
+    error = figure.axes[0].lines[0].get_ydata()
+    assert max(error) == found.metrics["max_contour_error_mm"]
+    labels = [axes.get_ylabel() for axes in plots.errors({"PID": found}).axes]
+    assert labels[:3] == [
+        "largest contour error [mm]",
+        "largest orientation error [deg]",
+        "largest x error [mm]",
+    ]
+    assert len(labels) == 7
