@@ -48,7 +48,7 @@ def refused(*arguments):
         (["constraints.late_error='1 kg'"], ["constraints.late_error = '1 kg': ", "in rad"]),
         (["constraints.band_time=1"], ["constraints.band_time: needs constraints.band"]),
         (["constraints.rms_contour_error=1"], ["constraints.rms_contour_error: is of a machine"]),
-        (["fitness.kind=fun"], ["fitness.kind = 'fun': is no fitness", "'contour', 'lin-lee', "]),
+        (["fitness.kind=fun"], ["fitness.kind = 'fun': is no fitness", "contour, lin-lee, "]),
         (
             [*TOLERANCES, "fitness.tolerances={fast=1}"],
             ["fitness.tolerances.fast: is no measure; there is rms_error, "],

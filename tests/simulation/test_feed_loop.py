@@ -94,7 +94,7 @@ def test_trajectory_csv_names_axes_and_units(tmp_path):
         (["reference={kind='ramp'}"], ["reference.kind = 'ramp'", "2 axes", "X-Y"]),
         (["plant.axes={}"], ["reference.kind = 'circle'", "1 axes"]),
         (["plant.axes.x.gain=-1.0"], ["plant.axes.x", "gain = -1.0", "more than zero"]),
-        (["fitness.kind='best'"], ["fitness", "'best'", "'contour'"]),
+        (["fitness.kind='best'"], ["fitness", "'best'", " contour,"]),
     ],
 )
 def test_machines_that_cannot_follow_are_refused(changes, words):

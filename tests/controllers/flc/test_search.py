@@ -198,7 +198,7 @@ def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
     ("scenario", "changes", "words"),
     [
         ("c-axis-ramp", ["controller={kind='flc'}"], ["controller.kind = 'flc'", "c-axis"]),
-        (CIRCLE, ["controller.kind='fuzzy'"], ["controller", "'fuzzy'", "'aflc'"]),
+        (CIRCLE, ["controller.kind='fuzzy'"], ["controller", "'fuzzy'", " aflc,"]),
         (CIRCLE, ["controller.start=nobody"], ["controller", "nobody", "no such design"]),
         (CIRCLE, ["controller.start=jee-koren-2004-pid"], ["controller", "start"]),
         (CIRCLE, ["simulation.sample_time_s=0.005"], ["controller.start", "0.01", "0.005"]),
