@@ -39,6 +39,8 @@ DESIGNS = {
     "huang-pid": "milling-table-circle",
     "huang-soc": "milling-table-circle",
     "lin-gai-2009-pid": "five-axis-program",
+    "lin-gai-2009-fuzzy-sliding": "five-axis-program",
+    "lin-gai-2009-fuzzy-sliding-compensated": "five-axis-program",
 }
 SPREAD = 0.02  # of every gain
 

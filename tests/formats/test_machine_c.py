@@ -7,6 +7,7 @@ import made_up
 import numpy as np
 import pytest
 from c_program import WARNINGS
+from sliding import EVERY
 
 import hfc_design.api as hfc
 from hfc_design.controllers.controller import PathView
@@ -80,6 +81,7 @@ def compensated(inner):
 AFLC = record_of(hfc.load_design("jee-koren-2004-aflc"))
 SOFLC = record_of(hfc.load_design("jee-koren-1995-soflc")) | {"integral_gain": 3.0}
 NETWORK = record_of(made_up.network(2, 5))
+SLIDING = record_of(EVERY["beside a pid within a limit"])
 UNLIKE = {"kind": "per-axis", "axes": {"x": AFLC, "y": NETWORK}}
 DESIGNS = {
     "pid": machine("coupled", coupled(PID), {"command": 60.0}),
@@ -90,6 +92,7 @@ DESIGNS = {
     "one learns": machine("one", coupled({"kind": "per-axis", "axes": {"x": SOFLC, "y": PID}})),
     "unlike": machine("unlike", coupled(UNLIKE), {"command": 90.0}),
     "compensated": machine("outer", compensated(PID), {"command": 60.0}),
+    "sliding": machine("sliding", compensated(SLIDING), {"command": 60.0}),
     "nested": machine("nested", compensated(coupled(UNLIKE, **AHEAD))),
 }
 LEARNING = [name for name, design in DESIGNS.items() if saving.learns(design)]
@@ -140,6 +143,7 @@ def happenings(design, count=600):
         told = {}
         for axis, e, r in zip("xy", errors[k], rates[k], strict=True):
             told[axis] = {"error": float(e), "reference_rate": float(r), "velocity": float(r) + 3.0}
+            told[axis]["error_rate"] = 2.0 * told[axis]["error"] - 0.1 * told[axis]["velocity"]
         tangent, bent = (float(np.cos(angle[k])), float(np.sin(angle[k]))), float(curvature[k])
         off = local_error(-errors[k][0], -errors[k][1], *tangent, bent)
         found.append((told, PathView(tangent, bent, float(off))))

@@ -9,6 +9,7 @@ import made_up
 import numpy as np
 import pytest
 from c_program import MAIN, WARNINGS, built, commands
+from sliding import EVERY
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
@@ -69,6 +70,7 @@ DESIGNS["pid with a dead zone"] = load_design("jee-koren-2004-pid", {"controller
 DESIGNS |= {f"soflc {seed}": made_up.fuzzy("soflc", seed) for seed in range(4)}
 DESIGNS |= {f"network of {n} units": made_up.network(n, n) for n in (1, 25)}
 DESIGNS["network within a limit"] = made_up.limited(made_up.network(3), 8.0)
+DESIGNS |= {f"fuzzy sliding {name}": design for name, design in EVERY.items()}
 #: How far the signals of a random run go: beyond the universe of a C-axis design.
 REACH = {"error": 0.03, "deflection": 0.02, "error_rate": 0.1, "velocity": 900.0}
 
@@ -89,6 +91,7 @@ def wandering(design, seed=0, count=3000):
     error[1000:1100] = 0.0
     error[2000:] = np.round(error[2000:])  # as an encoder counts, where degrees are alike
     signals = {"error": error, "velocity": 900.0 * np.sin(np.arange(count) / 70.0)}
+    signals["error_rate"] = 100.0 * np.gradient(error)
     return np.stack([signals[name] for name in names], axis=1)
 
 

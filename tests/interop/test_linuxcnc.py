@@ -8,6 +8,7 @@ import made_up
 import numpy as np
 import pytest
 from hal_session import open_loop
+from sliding import EVERY
 
 from hfc_design import runtime
 from hfc_design.files.design import design_json, named_design
@@ -112,6 +113,22 @@ def test_feed_drive_controllers_do_what_the_runtime_does(hal, design, tmp_path):
     controller = runtime.Controller(design)
     for k, (seen, command, fault) in enumerate(found):
         wanted = controller.step({name: float(values[k]) for name, values in sample.items()})
+        assert (seen, fault) == (error[k], 0)
+        assert abs(command - wanted) <= 1e-6
+
+
+@pytest.mark.parametrize("name", ["within a limit", "beside a pid"])
+def test_fuzzy_sliding_does_what_the_runtime_does(hal, name, tmp_path):
+    design = with_controller(EVERY[name], sample_time_s=0.001)
+    folder = exported(hal, design, tmp_path / "out")
+    error = np.array(feed_oracle.errors(2000, 5))
+    rate = np.round(1500.0 * np.cos(np.arange(2000) / 40.0))
+    pins = {"reference": error + 7.0, "position": np.full(2000, 7.0)}
+    pins |= {"reference-rate": rate + 100.0, "velocity": np.full(2000, 100.0)}
+    found = open_loop(hal, folder, 1000000, pins)
+    controller = runtime.Controller(design)
+    for k, (seen, command, fault) in enumerate(found):
+        wanted = controller.step({"error": float(error[k]), "error_rate": float(rate[k])})
         assert (seen, fault) == (error[k], 0)
         assert abs(command - wanted) <= 1e-6
 
