@@ -27,6 +27,8 @@ FREE, EVERYTHING = 0.15, 0.02
 #: A gain may become so many times larger or smaller in a stage (its logarithm).
 FAR = 4.0
 FORWARD = ("velocity", "acceleration", "coulomb", "width", "load")
+#: The narrowest width that blending makes, in shares of the narrower one: it has to stay above 0.
+NARROWEST = 0.01
 
 
 class LinearHierarchies(NamedTuple):
@@ -84,7 +86,7 @@ class LinearHierarchyGenome(Genome):
     def blended(
         self, one: LinearHierarchies, other: LinearHierarchies, share: Floats
     ) -> LinearHierarchies:
-        """Gains on a straight line: some have another sign."""
+        """Gains on a straight line, also beyond its ends: some have another sign."""
 
         def mixed(a: Floats, b: Floats) -> Floats:
             return np.asarray(a + share[:, None] * (b - a))
@@ -92,7 +94,11 @@ class LinearHierarchyGenome(Genome):
         with np.errstate(all="ignore"):  # of kp and kd by their logarithm, which are not taken
             fuzzy = self.fuzzy.blended(one.fuzzy, other.fuzzy, share)
         fuzzy = fuzzy._replace(gains=mixed(one.fuzzy.gains, other.fuzzy.gains))
-        return LinearHierarchies(one.tree, mixed(one.linear, other.linear), fuzzy)
+        linear = mixed(one.linear, other.linear)
+        width = self.ends[-1] + self.forward.index("width")
+        narrower = np.minimum(one.linear[:, width], other.linear[:, width])
+        linear[:, width] = np.maximum(linear[:, width], NARROWEST * narrower)
+        return LinearHierarchies(one.tree, linear, fuzzy)
 
     def nudged(self, population: LinearHierarchies, rng: np.random.Generator) -> LinearHierarchies:
         """Other kp and kd by a millionth."""

@@ -245,6 +245,25 @@ def test_what_the_population_does_the_design_file_does():
     assert gains.load[0] != 0.0
 
 
+def test_a_blend_beyond_its_ends_is_a_design():
+    """Of a width of 1 and one of 2 mrad/s, a quarter and more beyond: none is 0 or below it."""
+    genome = genome_of(on_linear("c-axis-ramp-cutting", {}))
+    found = genome.fresh(np.zeros(9, int), np.random.default_rng(1))
+    width = genome.ends[-1] + 3
+    ends = []
+    for value in (1e-3, 2e-3):
+        linear = found.linear.copy()
+        linear[:, width] = value
+        ends.append(found._replace(linear=linear))
+    blended = genome.blended(*ends, np.linspace(-2.0, 2.0, 9))
+    expected = np.maximum(1e-3 + 1e-3 * np.linspace(-2.0, 2.0, 9), 1e-5)
+    np.testing.assert_allclose(blended.linear[:, width], expected)
+    for k in range(9):
+        record = {**genome.record(taken(blended, slice(k, k + 1))), "sample_time_s": 0.001}
+        plant = {"name": "c-axis", "parameters": {}}
+        Design.model_validate({"name": "one", "plant": plant, "controller": record})
+
+
 FEED = {
     "kind": "pd+hierarchical-fuzzy",
     "inputs": [
