@@ -5,7 +5,7 @@ distance from the centre less the radius: positive outside (JK04 section 5). All
 the unit of the positions [mm].
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats, Indices, Mask, Scalar
 from hfc_design.motion.paths import Path
 from hfc_design.motion.program import Program
+from hfc_design.motion.reversals import GLITCH_TIME, Glitch, glitches, undisturbed
 from hfc_design.motion.samples import PathFrame, PathSamples
 from hfc_design.motion.trajectories import Circle, Line, Trajectory
 from plants import Drive
@@ -20,8 +21,6 @@ from plants import Drive
 #: The nearest point is looked for this many tracking errors before and after the commanded place:
 #: far enough for a machine halfway around a corner of 30 deg, and not yet on another branch.
 REACH = 4.0
-#: From a sign change of an axis' velocity on, its quadrant glitch is looked for so long [s].
-GLITCH_TIME = 1.0
 
 
 def local_error(dx: Scalar, dy: Scalar, tx: Scalar, ty: Scalar, curvature: Scalar) -> Scalar:
@@ -153,52 +152,6 @@ def _nearest_on(path: Path, k: Indices, actual: Floats, lowest: Floats, highest:
     back = around - turned < beyond  # nearer to the lowest than to the highest length
     on_arc = np.where(back, lowest, lowest + np.minimum(turned, highest - lowest))
     return np.where(bent, on_arc, np.clip(ahead, lowest, highest))
-
-
-class Glitch(NamedTuple):
-    """What follows when an axis reverses."""
-
-    time_s: float  # of the first sample with the new direction
-    axis: str  # that reverses
-    error: float  # the contour error that is largest in magnitude soon after
-    worst_s: float  # when that is
-
-
-def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
-    """The sign changes of the commanded velocities with what they do to the contour error.
-
-    Args:
-        time: (steps,) [s].
-        samples: the trajectory in X-Y at these times.
-        error: (steps,) contour error.
-    """
-    return after_reversals(time, dict(zip("XY", samples.velocity, strict=True)), error)
-
-
-def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Floats) -> list[Glitch]:
-    """The same of axes with (steps,) ``velocities`` by their names."""
-    found, largest = [], max(np.abs(velocity).max() for velocity in velocities.values())
-    for axis, velocity in velocities.items():
-        # The component that a tangent keeps by rounding is no motion.
-        moving = np.flatnonzero(np.abs(velocity) > 1e-9 * largest)
-        reversed_ = np.diff(np.sign(velocity[moving])) != 0
-        for index in moving[1:][reversed_]:
-            window = error[index : np.searchsorted(time, time[index] + GLITCH_TIME)]
-            worst = index + int(np.abs(window).argmax())
-            found.append(Glitch(float(time[index]), axis, float(error[worst]), float(time[worst])))
-    return sorted(found)
-
-
-def undisturbed(time: Floats, velocities: Floats) -> Mask:
-    """(steps,) samples that are not within ``GLITCH_TIME`` of an axis' start or reversal."""
-    found, largest = np.ones(len(time), bool), np.abs(velocities).max()
-    for velocity in velocities:
-        signs = np.sign(np.where(np.abs(velocity) > 1e-9 * largest, velocity, 0.0))
-        moving = np.flatnonzero(signs)
-        begins = np.diff(signs[moving], prepend=0) != 0
-        for index in moving[begins]:
-            found[index : np.searchsorted(time, time[index] + GLITCH_TIME)] = False
-    return found
 
 
 def contour_meanings(drives: Sequence[Drive]) -> dict[str, str]:

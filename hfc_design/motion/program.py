@@ -11,6 +11,7 @@ from hfc_design.motion.axis_path import AxisPath, other_axis_fault, travel_fault
 from hfc_design.motion.limits import AxisLimits, MovedAxis, bounds_of
 from hfc_design.motion.look_ahead import Bounds, look_ahead
 from hfc_design.motion.paths import Motion
+from hfc_design.motion.reversals import reversing, undisturbed
 from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
@@ -58,7 +59,11 @@ class Program(NamedTuple):
         tangents = tuple(t * unit / u for t, u in zip(found.tangent, units, strict=True))
         each = zip(self.axes, self.path.at(way).bend * unit, strict=True)
         bends = tuple(None if axis.rotary else bend for axis, bend in each)
-        return axes, PathFrame(tangents, found.curvature, speed / unit, feed / unit, bends)
+        marks = undisturbed(time, found.velocity), reversing(time, found.velocity[self.linear])
+        quiet, turning = (np.where(mark, 1.0, 0.0) for mark in marks)
+        return axes, PathFrame(
+            tangents, found.curvature, speed / unit, feed / unit, bends, quiet, turning
+        )
 
 
 def program(

@@ -43,6 +43,8 @@ class PathFrame(NamedTuple):
     #: Change of the tangent along the path [1/unit], where there may be other axes than X and Y;
     #: None of a rotary one.
     bend: tuple[Series | None, ...] = ()
+    undisturbed: Series = None  # (steps,) 1 but soon after an axis starts or reverses, there 0
+    reversing: Series = None  # (steps,) 1 soon after a linear axis reverses, else 0
 
 
 class PathSamples(NamedTuple):

@@ -11,8 +11,9 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.axis_path import AxisPath
-from hfc_design.motion.contour import REACH, Contour, after_reversals, undisturbed
+from hfc_design.motion.contour import REACH, Contour
 from hfc_design.motion.program import Program
+from hfc_design.motion.reversals import after_reversals, undisturbed
 from hfc_design.motion.samples import PathSamples
 
 #: A degree counts as so many mm in what is near: where the tool tip hardly moves, tables decide.

@@ -30,6 +30,7 @@ from hfc_design.motion import gcode
 from hfc_design.motion.limits import AxisLimits, Limits, MovedAxis
 from hfc_design.motion.paths import SAME_PLACE, Motion, Path, Segment, arc, line, motion
 from hfc_design.motion.program import Program, program
+from hfc_design.motion.reversals import reversing, undisturbed
 from hfc_design.motion.samples import AxisSamples, PathFrame, PathSamples
 
 
@@ -86,7 +87,11 @@ class Trajectory(Record):
         path, along = self.path, self.motion
         speed = along.at(time)[1] / unit
         feed = path.feed[path.segment(way.distance)] / 60.0 / unit
-        return axes, PathFrame(tuple(way.tangent), way.curvature * unit, speed, feed)
+        marks = undisturbed(time, way.velocity), reversing(time, way.velocity)
+        quiet, turning = (np.where(mark, 1.0, 0.0) for mark in marks)
+        return axes, PathFrame(
+            tuple(way.tangent), way.curvature * unit, speed, feed, (), quiet, turning
+        )
 
 
 class Circle(Trajectory):

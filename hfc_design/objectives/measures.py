@@ -102,12 +102,13 @@ def _integral(name: str, unit: str, meaning: str, term: Term) -> Measure:
     return Measure(name, unit, meaning, lambda zero: zero, update, lambda sums: sums)
 
 
-def _contour(one: Measure) -> Measure:
-    """The measure of a motion's error as one of its contour error."""
+def _contour(one: Measure, where: Callable[[PathFrame], Scalar] | None = None) -> Measure:
+    """The measure of a motion's error as one of its contour error; ``where`` else than 1, of 0."""
 
     def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
         assert path is not None  # it is measured on paths only
         off = off_path(path, [moment.deviation for moment in moments]).contour
+        off = off if where is None else where(path) * off
         return one.update(sums, (moments[0]._replace(error=off),), None)
 
     return one._replace(update=update, path=True)
@@ -212,6 +213,16 @@ MEASURES: dict[str, Measure] = {
         _integral("iae", "error s", "integral of the error's magnitude", _error),
         _contour(rms("rms_contour_error", "error", f"root mean square of the {_OFF}", _error)),
         _contour(largest("max_contour_error", "error", f"largest {_OFF}", _error)),
+        _contour(
+            largest(
+                "path_error", "error", f"largest {_OFF} away from starts and reversals", _error
+            ),
+            lambda path: path.undisturbed,
+        ),
+        _contour(
+            largest("worst_glitch", "error", f"largest {_OFF} after an axis reverses", _error),
+            lambda path: path.reversing,
+        ),
         largest("overshoot", "error", "how far beyond where it is to stand", lambda x: x.beyond),
         rms(
             "velocity_ripple", "error_rate", "rms of the velocity's, once settled", _rate, _settled

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats
-from hfc_design.motion.contour import Contour, Glitch
+from hfc_design.motion.contour import Contour
 from hfc_design.motion.program import Program
+from hfc_design.motion.reversals import GLITCH_TIME, Glitch
 from plants import Drive, Machine, in_a_name
 
 
@@ -40,6 +41,8 @@ def program_meanings(machine: Machine) -> dict[str, str]:
             f"rms_contour_error_{own}": f"root mean square of the contour error [{unit}]",
             f"max_contour_error_{own}": f"largest contour error [{unit}]",
             f"worst_glitch_{own}": f"largest contour error after a linear axis reverses [{unit}]",
+            f"path_error_{own}": f"largest contour error but for the {GLITCH_TIME:g} s after an "
+            f"axis starts or reverses [{unit}]",
         }
     if not all(lengths):
         found |= {
@@ -87,6 +90,8 @@ def program_metrics(
     values: list[float | None] = []
     if program.linear.any():
         values += [_rms(off.error), float(off.error.max()), _worst(off.glitches)]
+        quiet = off.error[off.undisturbed]
+        values.append(float(quiet.max()) if len(quiet) else None)
     if off.turned is not None:
         values += [_rms(off.turned), float(off.turned.max()), _worst(off.turned_glitches)]
     errors = [axis.reference - axis.position for axis in axes]

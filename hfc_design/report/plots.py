@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats, Mask
-from hfc_design.motion.contour import Contour, glitches, nearest
+from hfc_design.motion.contour import Contour, nearest
+from hfc_design.motion.reversals import glitches
 from hfc_design.motion.samples import PathSamples
 from hfc_design.pictures.figure import (
     OTHER,

@@ -294,4 +294,5 @@ def _path_view(loop: Loop, seen: tuple[State, ...], row: Samples) -> PathView | 
     off = [getattr(state, drive.seen[0]) - axis.reference for drive, state, axis in each]
     contour, orientation, _ = off_path(path, off)
     turned = 0.0 if orientation is None else orientation
-    return PathView(contour_error=contour, orientation_error=turned, **path._asdict())
+    tangent, curvature, speed, feed, bend, *_ = path
+    return PathView(tangent, curvature, contour, turned, speed, feed, bend)

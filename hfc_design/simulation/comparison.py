@@ -19,7 +19,8 @@ from hfc_design.simulation.repeats import chaos_told
 
 #: Parts of the names of the metrics that are compared, in the order of every table.
 COMPARED = (
-    *("rms_contour_error", "max_contour_error", "worst_glitch", "orientation", "rms_error"),
+    *("rms_contour_error", "max_contour_error", "worst_glitch", "path_error", "orientation"),
+    "rms_error",
     *("max_error", "overshoot", "settling_time", "_change", "peak_", "stick_share"),
 )
 #: Of these more is better, of every metric less.

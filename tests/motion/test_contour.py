@@ -10,13 +10,12 @@ from hypothesis import strategies as st
 
 from hfc_design.motion.contour import (
     REACH,
-    glitches,
     local_error,
     nearest,
     nearest_on_path,
-    undisturbed,
 )
 from hfc_design.motion.paths import Path, arc, line
+from hfc_design.motion.reversals import glitches, reversing, undisturbed
 from hfc_design.motion.trajectories import Circle, Line, PathSamples, Polyline
 
 SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]
@@ -197,3 +196,6 @@ def test_the_path_error_leaves_out_what_follows_a_start_or_a_reversal():
         inside = (time > begin + 0.011) & (time < end - 0.011)
         assert not found[inside].any()
     assert (~found).sum() == pytest.approx(600, abs=12)
+    turns = reversing(time, circle.samples(time).velocity)
+    assert (turns[time < 4.9].any(), turns.sum()) == (False, pytest.approx(500, abs=12))
+    assert not (turns & found).any()

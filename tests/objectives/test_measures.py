@@ -77,8 +77,8 @@ def test_measures_of_one_axis(design):
     assert dict(zip(expected, found, strict=True)) == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert expected["limit_share"] > 0.1  # there is something to see
     assert expected["overshoot"] > 0.01
-    left_out = {"rms_contour_error", "max_contour_error", "unsettled"}
-    assert {*MEASURES, "band_time"} == {*expected, *left_out}
+    of_paths = {name for name, one in MEASURES.items() if one.path}
+    assert {*MEASURES, "band_time"} == {*expected, *of_paths, "unsettled"}
 
 
 @pytest.mark.parametrize("gain", [1.0, 2.0])
@@ -156,7 +156,9 @@ def test_contour_error_and_vectors_of_two_axes():
     """A circle: the errors of the page's metrics, which are read off the recorded motion."""
     circle = load_scenario("feed-drive-circle", {"simulation.duration_s": 8.0})
     names = ("rms_contour_error", "max_contour_error", "rms_error", "peak_command")
-    rms, most, vector, peak = measured("jee-koren-2004-pid", circle, [measure(x) for x in names])
+    names += ("path_error", "worst_glitch")
+    found = measured("jee-koren-2004-pid", circle, [measure(x) for x in names])
+    rms, most, vector, peak, quiet, glitch = found
     evaluation = evaluate("jee-koren-2004-pid", circle)
     x, y = (axis.motion for axis in evaluation.axes)
     assert vector == pytest.approx(np.sqrt(np.mean(x.error**2 + y.error**2)))
@@ -165,6 +167,9 @@ def test_contour_error_and_vectors_of_two_axes():
     # The measure linearises about where the machine should be, the page finds the nearest point.
     assert rms == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-3)
     assert most == pytest.approx(abs(off).max(), rel=1e-3)
+    assert quiet == pytest.approx(evaluation.metrics["path_error_BLU"], rel=1e-3)
+    assert glitch == pytest.approx(evaluation.metrics["worst_glitch_BLU"], rel=1e-3)
+    assert 0.0 < quiet < glitch
 
 
 def test_nothing_counts_where_nothing_slides():

@@ -1,0 +1,77 @@
+"""Where axes reverse: the quadrant glitches that follow, and where nothing disturbs the path."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Indices, Mask
+from hfc_design.motion.samples import PathSamples
+
+#: From a sign change of an axis' velocity on, its quadrant glitch is looked for so long [s].
+GLITCH_TIME = 1.0
+#: A component of the velocity below this share of the largest is rounding of a tangent, no motion.
+MOVES = 1e-9
+
+
+class Glitch(NamedTuple):
+    """What follows when an axis reverses."""
+
+    time_s: float  # of the first sample with the new direction
+    axis: str  # that reverses
+    error: float  # the contour error that is largest in magnitude soon after
+    worst_s: float  # when that is
+
+
+def glitches(time: Floats, samples: PathSamples, error: Floats) -> list[Glitch]:
+    """The sign changes of the commanded velocities with what they do to the contour error.
+
+    Args:
+        time: (steps,) [s].
+        samples: the trajectory in X-Y at these times.
+        error: (steps,) contour error.
+    """
+    return after_reversals(time, dict(zip("XY", samples.velocity, strict=True)), error)
+
+
+def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Floats) -> list[Glitch]:
+    """The same of axes with (steps,) ``velocities`` by their names."""
+    found, largest = [], _largest([*velocities.values()])
+    for axis, velocity in velocities.items():
+        for index in _reversals(velocity, largest)[1:]:
+            window = error[_soon_after(time, index)]
+            worst = index + int(np.abs(window).argmax())
+            found.append(Glitch(float(time[index]), axis, float(error[worst]), float(time[worst])))
+    return sorted(found)
+
+
+def reversing(time: Floats, velocities: Floats) -> Mask:
+    """(steps,) samples within ``GLITCH_TIME`` of a reversal of an axis; ``velocities`` of each."""
+    return _within(time, velocities, first=1)
+
+
+def undisturbed(time: Floats, velocities: Floats) -> Mask:
+    """(steps,) samples that are not within ``GLITCH_TIME`` of an axis' start or reversal."""
+    return ~_within(time, velocities, first=0)
+
+
+def _within(time: Floats, velocities: Floats, first: int) -> Mask:
+    found, largest = np.zeros(len(time), bool), _largest(velocities)
+    for velocity in velocities:
+        for index in _reversals(velocity, largest)[first:]:
+            found[_soon_after(time, index)] = True
+    return found
+
+
+def _largest(velocities: Sequence[Floats] | Floats) -> float:
+    return max((float(np.abs(velocity).max()) for velocity in velocities), default=0.0)
+
+
+def _reversals(velocity: Floats, largest: float) -> Indices:
+    """First samples in a new direction: that of the start, and those of each reversal."""
+    moving = np.flatnonzero(np.abs(velocity) > MOVES * largest)
+    return moving[np.diff(np.sign(velocity[moving]), prepend=0.0) != 0]
+
+
+def _soon_after(time: Floats, index: int) -> slice:
+    return slice(index, int(np.searchsorted(time, time[index] + GLITCH_TIME)))
