@@ -1,6 +1,5 @@
 """What is read off the recorded motion of a machine of any axes through a program."""
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -114,17 +113,21 @@ def program_metrics(
 def overshoot(reference: Floats, position: Floats) -> float:
     """How far ``position`` goes beyond where the ``reference`` (steps,) turns back or ends.
 
-    Beyond a reversal until the next one; 0 where it never does, and where nothing is to move.
+    Beyond a reversal until the next one; 0 where it never does, and where nothing is to move. An
+    axis that was beyond the place all along, as friction holds it or it lags, has not gone there:
+    it counts from the place nearest to the reversal since the reference set out for it.
     """
     change = np.diff(reference)
     moving = np.flatnonzero(change)
     turns = np.flatnonzero(np.diff(np.sign(change[moving]))) if len(moving) else moving
     # a change from sample to sample is between them: it turns where the last change had led
-    places = [*(moving[turns] + 1), *moving[-1:] + 1]
+    places = [0, *(moving[turns] + 1), *moving[-1:] + 1, len(reference)]
     found = 0.0
-    for place, until in pairwise([*places, len(reference)]):
-        beyond = np.sign(change[place - 1]) * (position[place:until] - reference[place])
-        found = max(found, float(beyond.max(initial=0.0)))
+    for before, place, until in zip(places, places[1:], places[2:], strict=False):
+        forwards = np.sign(change[place - 1])
+        own = forwards * position[before:until]
+        since = np.maximum(forwards * reference[place], np.minimum.accumulate(own))
+        found = max(found, float((own - since)[place - before :].max(initial=0.0)))
     return found
 
 

@@ -65,3 +65,12 @@ def test_overshoot_is_beyond_a_reversal_or_the_end():
     assert overshoot(reference, np.clip(late, 0.0, 2.0)) == 0.0
     assert overshoot(np.zeros(5), np.ones(5)) == 0.0
     assert overshoot(np.array([3.0, 2.0, 2.0]), np.array([3.0, 2.5, 1.8])) == pytest.approx(0.2)
+
+
+def test_an_axis_that_never_went_beyond_a_reversal_has_no_overshoot():
+    reference = np.array([0.0, -7.0, -2.0, -3.0, -99.0, -99.0])  # down, up to -2, down again
+    assert overshoot(reference, np.array([0.0, 0.0, 0.0, 0.0, -50.0, -99.0])) == 0.0  # held at 0
+    rises = np.array([0.0, -1.0, -0.7, -1.0, -50.0, -99.0])  # by 0.3 beyond -2, from where it was
+    assert overshoot(reference, rises) == pytest.approx(0.3)
+    comes = np.array([0.0, -5.0, -1.5, -2.0, -50.0, -99.0])  # from before -2 to 0.5 beyond
+    assert overshoot(reference, comes) == pytest.approx(0.5)
