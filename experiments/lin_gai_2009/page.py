@@ -16,6 +16,7 @@ from hfc_design.pictures.figure import save
 
 AXES = {"x": "mm", "y": "mm", "z": "mm", "a": "deg", "c": "deg"}
 CONTROLLERS = ("PID", "PID + compensation", "fuzzy sliding", "compensated")
+LINEAR = ("PID of that gain", "PID of that gain + compensation")
 PROGRAMS = ("corrected", "printed", "blade")
 SHOWN = ("PID", "compensated")
 ENDS = {"corrected": 0.7, "printed": 0.9}  # of what is drawn [s]; nothing moves after it
@@ -115,7 +116,7 @@ def each_axis(batch: Batch, name: str) -> str:
     """Errors of every axis under every controller on one program."""
     header = [f"{axis.upper()} [{unit}]" for axis, unit in AXES.items()]
     lines = []
-    for told in CONTROLLERS:
+    for told in (*CONTROLLERS, *LINEAR):
         for what, label in (
             ("rms_error", "rms"),
             ("max_error", "largest"),
@@ -132,7 +133,7 @@ def machine(batch: Batch) -> str:
     lines = []
     for before in ("", "coupled, "):
         for name in PROGRAMS:
-            for told in CONTROLLERS:
+            for told in CONTROLLERS if before else (*CONTROLLERS, *LINEAR):
                 label = f"{before}{name}, {told}"
                 lines.append([label, *map(number, batch.values(label, *WHOLE.values()))])
     return markdown(["program, controller", *WHOLE], lines)
