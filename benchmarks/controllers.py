@@ -18,11 +18,12 @@ import click
 import jax
 import numpy as np
 import report
+from designs import CROSS_COUPLED, NEURAL, design_of
 from rich.console import Console
 from rich.table import Table
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
+from hfc_design.files.pairing import controller_of
 from hfc_design.simulation import compiled
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import Loop, closed_loop
@@ -38,6 +39,8 @@ DESIGNS = {
     "jee-koren-1995-soflc": "feed-drive-circle",
     "huang-pid": "milling-table-circle",
     "huang-soc": "milling-table-circle",
+    NEURAL: "milling-table-circle",
+    CROSS_COUPLED: "milling-table-circle",
     "lin-gai-2009-pid": "five-axis-program",
     "lin-gai-2009-fuzzy-sliding": "five-axis-program",
     "lin-gai-2009-fuzzy-sliding-compensated": "five-axis-program",
@@ -57,7 +60,7 @@ class Work(NamedTuple):
 def prepared(design: str, scenario: str, machines: int) -> Work:
     """A population around ``design``, scored once."""
     found = load_scenario(scenario, ["search.stick_penalty=0"])  # the fitness alone
-    controller, one = controller_of(load_design(design), found)
+    controller, one = controller_of(design_of(design), found)
     loop = closed_loop(found, controller)
     nominal, samples = simulate.one_machine(found.plant.values()), found.samples()
     generator = np.random.default_rng(0)

@@ -3,7 +3,8 @@
     python benchmarks/runtime.py [--repeats 7] [--json FILE]
 
 Every contender steps through the same signals, recorded in a closed loop, and is checked against
-the Python runtime before it is timed. They take their turns one after the other.
+the Python runtime before it is timed. They take their turns one after the other. A step is that of
+one axis, or of all axes of a controller that commands a whole machine.
 """
 
 import ctypes
@@ -17,8 +18,10 @@ from typing import NamedTuple
 
 import click
 import fuzzylite_peer
+import machine_steps
 import numpy as np
 import report
+from designs import CROSS_COUPLED, NEURAL, design_of
 from rich.console import Console
 from rich.table import Table
 
@@ -26,7 +29,6 @@ from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, code
 from hfc_design.formats.writing import rule_units
 from hfc_design.runtime import Controller
@@ -39,6 +41,10 @@ DESIGNS = {
     "jee-koren-1995-soflc": "feed-drive-circle",
     "jee-koren-2004-pid": "feed-drive-circle",
     "huang-soc": "milling-table-circle",
+    NEURAL: "milling-table-circle",
+    "lin-gai-2009-fuzzy-sliding": "five-axis-program",  # X
+    CROSS_COUPLED: "milling-table-circle",
+    "lin-gai-2009-fuzzy-sliding-compensated": "five-axis-program",
 }
 POINTS = 257  # of the table variant
 FEW = 100  # steps of the interpreted contenders
@@ -63,7 +69,7 @@ class Contender(NamedTuple):
 
 
 def recorded(design: Design, scenario: str) -> np.ndarray:
-    """What the controller read at every sample of a closed loop, (samples, signals)."""
+    """What the first axis read at every sample of a closed loop, (samples, signals)."""
     motion = evaluate(design, load_scenario(scenario)).axes[0].motion
     known = {"error": motion.error, "error_rate": motion.error_rate}
     if design.plant.name == "c-axis":
@@ -71,11 +77,34 @@ def recorded(design: Design, scenario: str) -> np.ndarray:
         known["deflection"] = state.rotor_angle - state.spindle_angle
         known["deflection_rate"] = state.rotor_velocity - state.spindle_velocity
         known["spindle_velocity"] = state.spindle_velocity
-    return np.stack([known[name] for name in code.signals(design)], axis=1)
+    return np.stack([known[name] for name in code.signals(first_axis(design))], axis=1)
 
 
-def contenders(design: Design, samples: np.ndarray) -> dict[str, Contender]:
+def first_axis(design: Design) -> Design:
+    """The design of its first axis, or itself where all have the same."""
+    return next(iter(design.by_axis().values()))
+
+
+def contenders(design: Design, scenario: str) -> dict[str, Contender]:
     """Those that can step the design here, ready to run."""
+    if design.kind.controller and not design.kind.axes:
+        return _of_machines(design, scenario)
+    return _of_axes(first_axis(design), recorded(design, scenario))
+
+
+def _of_machines(design: Design, scenario: str) -> dict[str, Contender]:
+    seen = machine_steps.moments(design, scenario)
+    expected, _ = machine_steps.expected(design, seen)
+    samples, text = machine_steps.rows(design, seen), machine_steps.loop
+    few = seen[:FEW]
+    return {
+        "C double": _c(design, samples, expected, loop=text),
+        "C float": _c(design, samples, expected, "-DHFC_FLOAT", loop=text),
+        "Python runtime": Contender(lambda: machine_steps.expected(design, few)[1], 0.0),
+    }
+
+
+def _of_axes(design: Design, samples: np.ndarray) -> dict[str, Contender]:
     rows = [dict(zip(code.signals(design), row, strict=True)) for row in samples.tolist()]
     controller = Controller(design)
     expected = np.array([controller.step(row) for row in rows])
@@ -105,6 +134,7 @@ def _c(
     expected: np.ndarray,
     *flags: str,
     lookup: int | None = None,
+    loop: Callable[[Path, str], str] = lambda _, name: LOOP.format(name=name),
 ) -> Contender:
     """The exported code, built with gcc into a temporary directory."""
     real = np.float32 if flags else np.float64
@@ -115,12 +145,12 @@ def _c(
             FORMATS["c"].write(design, folder)
         else:
             code.write_lookup(design, folder, lookup)
-        (folder / "loop.c").write_text(LOOP.format(name=name), encoding="ascii")
-        sources = [folder / f"{name}.c", folder / "loop.c"]
+        (folder / "loop.c").write_text(loop(folder, name), encoding="ascii")
+        sources = sorted(folder.glob("*.c"))
         command = ["gcc", "-std=c99", "-O2", "-shared", "-fPIC", *flags, *sources, "-lm"]
         subprocess.run([*command, "-o", folder / "loop.so"], check=True)
         library = ctypes.CDLL(str(folder / "loop.so"))  # stays mapped when the file is gone
-    inputs, commands = np.ascontiguousarray(samples, real), np.empty(len(samples), real)
+    inputs, commands = np.ascontiguousarray(samples, real), np.empty(expected.shape, real)
 
     def turn() -> float:
         begun = time.perf_counter()
@@ -190,8 +220,7 @@ def main(repeats: int, target: Path | None) -> None:
     console.print(report.machine_table(facts := report.machine()))
     rows = {}
     for name, scenario in DESIGNS.items():
-        design = load_design(name)
-        ready = contenders(design, recorded(design, scenario))
+        ready = contenders(design_of(name), scenario)
         turns = np.array([[one.turn() for one in ready.values()] for _ in range(repeats)])
         table = Table(name, "ns a step", "it / C double", "deviation")
         for k, (who, one) in enumerate(ready.items()):
