@@ -99,7 +99,7 @@ def _operations(loop: Loop, machines: Machines, samples: Any, one: Any) -> float
 @click.option("--json", "target", type=click.Path(path_type=Path), help="Write the numbers there.")
 def main(machines: int, repeats: int, target: Path | None) -> None:
     """Time the evaluator with every kind of controller, turn by turn."""
-    console = Console(width=100)
+    console = Console(width=115)  # the longest name in a line
     console.print(report.machine_table(facts := report.machine()))
     works = {name: prepared(name, scenario, machines) for name, scenario in DESIGNS.items()}
     turns = np.array(

@@ -41,7 +41,7 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
     default=0,
     help="Of the draw of the machines [default: 0].",
 )
-@output("--out", help="Folder for page, CSV and JSON.")
+@output("--out", folder=True, help="Folder for page, CSV and JSON.")
 @output("--html", help="Write the page alone.")
 @output("--plot", help="Draw the errors on all machines.")
 @output("--csv", "csv_file", help="A row for each design, motion and machine.")

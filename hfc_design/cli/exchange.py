@@ -20,7 +20,7 @@ from hfc_design.cli.options import (
 @click.argument("design")
 @changing_design
 @click.option("--to", "target", required=True, help="Format; see hfc list formats.")
-@output("--out", help="File or folder to write.")
+@output("--out", folder=True, help="File or folder to write.")
 @force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
 @click.option("--anyway", is_flag=True, help="Even a design that diverged where it was scored.")

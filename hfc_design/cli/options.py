@@ -24,12 +24,13 @@ Texts = tuple[str, ...]
 PATH = click.Path(path_type=Path)
 
 
-def free(path: Path, option: str = "--out") -> Path:
-    """Where a command is to write.
+def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
+    """Where a command is to write a file, or a ``folder``, which comes with those around it.
 
     Raises:
         UserError: something is there already, and no --force; or it is a device, a pipe, or what
-            another option names too.
+            another option names too; or a file in a folder that is not there, which would only
+            be found once everything has been computed.
     """
     from hfc_design.core.records import UserError
 
@@ -38,17 +39,19 @@ def free(path: Path, option: str = "--out") -> Path:
         raise UserError(f"{told}: is neither a file nor a folder; name another path")
     if exists(path) and not meta["hfc.force"]:
         raise UserError(f"{told}: exists already; name another path, or add --force")
+    if not folder and not isdir(path.absolute().parent):
+        raise UserError(f"{told}: there is no folder {path.parent}")
     other = meta.setdefault("hfc.named", {}).setdefault(realpath(path), option)
     if other != option:
         raise UserError(f"{told}: {other} names it too")
     return path
 
 
-def output(*names: str, **others: Any) -> Callable[[Command], Command]:
+def output(*names: str, folder: bool = False, **others: Any) -> Callable[[Command], Command]:
     """An option that names what to write, which is ``free``; of a command that has ``force``."""
 
     def checked(_: click.Context, option: click.Parameter, path: Path | None) -> Path | None:
-        return path and free(path, option.opts[0])
+        return path and free(path, option.opts[0], folder)
 
     return click.option(*names, type=PATH, callback=checked, **others)
 

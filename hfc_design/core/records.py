@@ -123,6 +123,8 @@ PLAIN = {
     **dict.fromkeys(("dict_type", "model_type"), "has to be a table of keys and values"),
     "callable_type": "has to be a function",
 }
+#: The same of lists and tables of another length -> what bounds it, and how that is said.
+LENGTHS = {"too_short": ("min_length", "at least"), "too_long": ("max_length", "at most")}
 
 
 def _explained(error: ValidationError, data: Plain) -> str:
@@ -130,6 +132,10 @@ def _explained(error: ValidationError, data: Plain) -> str:
     missing = first["type"] == "missing"
     keys, value = _place(first["loc"], data, missing)
     message = PLAIN.get(first["type"], first["msg"].removeprefix("Value error, "))
+    if first["type"] in LENGTHS:
+        bound, words = LENGTHS[first["type"]]
+        counts = first["ctx"]
+        message = f"has to have {words} {counts[bound]} entries, not {counts['actual_length']}"
     if missing:
         message = f"{keys}: is missing"
     elif first["type"] == "value_error" and isinstance(value, dict):

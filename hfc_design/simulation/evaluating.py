@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Gains, Memory
+from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.learning import learned
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -71,10 +72,16 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     Of several motions that is the first; the others are in ``evaluation.motions``.
 
     Raises:
-        UserError: it does not adapt, or has diverged.
+        UserError: it does not adapt, has diverged, or the evaluation is of another controller.
     """
+    design, axes = load_design(design), evaluation.machine.axes
+    controller = design.kind.controller_of(design.controller, design.limits.commands(axes))
+    begun = jax.tree.structure(controller.initial_memory(0.0))
+    if jax.tree.structure(evaluation.memory) != begun:
+        why = "the evaluation is of another controller: what it remembers has other parts"
+        raise UserError(f"design {design.name}: {why}")
     told = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
-    return learned(load_design(design), evaluation.machine.axes, evaluation.memory, told)
+    return learned(design, axes, evaluation.memory, told)
 
 
 def evaluations(

@@ -46,6 +46,15 @@ def test_a_file_is_overwritten_with_force_alone(arguments, option, suffix, tmp_p
     assert [*tmp_path.iterdir()] == [file]
 
 
+def test_a_folder_that_is_not_there_is_found_before_anything_is_computed(tmp_path):
+    file = tmp_path / "nowhere" / "mine.json"
+    for arguments in (("simulate", "jee-koren-2004-aflc", "--learned"), ("train", PD, "--out")):
+        done = hfc(*arguments, file)
+        told = f"hfc: {arguments[-1]} {file}: there is no folder {file.parent}\n"
+        assert (done.exit_code, done.stderr) == (2, told)
+    assert hfc("export", PD, "--to", "c", "--out", tmp_path / "new" / "folder").exit_code == 0
+
+
 def test_a_pipe_or_a_device_is_never_replaced_by_a_file(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)

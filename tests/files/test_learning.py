@@ -94,6 +94,16 @@ def test_axes_that_have_learnt_other_things_have_controllers_of_their_own(level,
         assert own.level != levels[name]
 
 
+def test_what_another_controller_has_learnt_is_refused(level):
+    scenario = hfc.load_scenario("feed-drive-circle", SHORT)
+    other = hfc.evaluate("jee-koren-2004-pid", scenario)
+    told = (
+        "design level: the evaluation is of another controller: what it remembers has other parts"
+    )
+    with pytest.raises(UserError, match=told):
+        hfc.learned_in(level, scenario, other)
+
+
 def test_one_axis_has_one_controller(level):
     machine = Machine(level)
     machine.step({"axis": {"error": 2.0}})

@@ -30,14 +30,13 @@ int main(int count, char **files)
     {name}_real command[{name}_AXES];
     PATH
     FILE *file;
+    int taken = 1;
     {name}_init(&state);
     if (count == 3 && strcmp(files[1], "-") != 0) {{
         file = fopen(files[1], "rb");
         const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
         fclose(file);
-        if (!LOAD(&state, numbers, size)) {{
-            return 3;
-        }}
+        taken = LOAD(&state, numbers, size);
     }}
     while (fread(inputs, sizeof inputs, 1, stdin) == 1 && READ) {{
         {name}_step(&state, inputs, GIVEcommand);
@@ -49,7 +48,7 @@ int main(int count, char **files)
         fwrite(numbers, sizeof numbers[0], SIZE, file);
         fclose(file);
     }}
-    return 0;
+    return taken ? 0 : 3;
 }}
 """
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"
@@ -118,7 +117,7 @@ def built(tmp_path_factory):
         for word, by in (words if name in LEARNING else none).items():
             main = main.replace(word, by)
         if name not in LEARNING:
-            main = main.replace("!(void)(&state, numbers, size)", "size > 0")
+            main = main.replace("(void)(&state, numbers, size)", "size == 0")
             main = main.replace("(void)(&state, numbers);", "")
         (folder / "main.c").write_text(main.format(name=own))
         flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
@@ -217,6 +216,22 @@ def test_half_a_motion_and_the_rest_in_another_process(name, built, tmp_path):
     np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
     _, fresh = of_the_runtime(design, samples)
     assert (one != fresh).any()
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, built, tmp_path):
+    """Of any of the controllers inside: none has taken its part of them then."""
+    run, kept, end, fresh = built(name), *(tmp_path / own for own in ("kept", "end", "fresh"))
+    commands(run, DESIGNS[name], happenings(DESIGNS[name])[:100], "-", kept)
+    subprocess.run([run, "-", fresh], input=b"", check=True)
+    good = np.fromfile(kept)
+    odd = [good[:-1], np.append(good, 0.0), good[:0], good.copy(), good.copy()]
+    odd[-2][0] = odd[-1][-1] = nan
+    for numbers in odd:
+        numbers.tofile(kept)
+        done = subprocess.run([run, kept, end], input=b"", capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (3, b"")
+        assert end.read_bytes() == fresh.read_bytes()
 
 
 def test_the_contour_error_by_the_path(tmp_path, built):

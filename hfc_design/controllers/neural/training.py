@@ -52,7 +52,7 @@ def begun(
             allowed = f"{low} to {high}" if high else f"{low} or more"
             raise UserError(f"--{key} {value}: has to be {allowed}")
     if not 0.0 < lesson.rate < np.inf:
-        raise UserError(f"--training-rate {lesson.rate:g}: has to be more than 0")
+        raise UserError(f"--training-rate {lesson.rate:g}: has to be a number more than 0")
     if start is not None:
         data = start.model_dump()
     else:

@@ -123,7 +123,7 @@ def test_one_that_diverges_is_counted_and_stops_safely():
     ("arguments", "told"),
     [
         (("--training-rate", "500"), "--training-rate 500: the network diverges; take a lower one"),
-        (("--training-rate", "0"), "--training-rate 0: has to be more than 0"),
+        (("--training-rate", "0"), "--training-rate 0: has to be a number more than 0"),
         (("--hidden", "101"), "--hidden 101: has to be 1 to 100"),
         (("--passes", "0"), "--passes 0: has to be 1 or more"),
         (("--network", "slope=-1"), "--network: slope = -1: Input should be greater than 0"),
@@ -149,5 +149,5 @@ def test_weights_of_another_size_are_one_line(tmp_path):
     told = "mine.json: weights.output: has 25 numbers; 25 hidden units and a threshold make 26"
     assert str(found.value) == told
     data["weights"]["hidden"][3] = [1.0, 2.0]
-    with pytest.raises(UserError, match=r"weights.hidden.3 = .*at least 3 items"):
+    with pytest.raises(UserError, match=r"weights.hidden.3 = .*at least 3 entries"):
         checked(NeuralDesign, data, "mine.json", tmp_path)

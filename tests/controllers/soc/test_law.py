@@ -108,7 +108,11 @@ def test_what_was_learnt_is_a_design_that_goes_on():
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"controller.table": [[0.0] * 11] * 10}, "controller.table"),
+        ({"controller.table": [[0.0] * 11] * 10}, "has to have at least 11 entries, not 10$"),
+        (
+            {"controller.table": [[0.0] * 12] * 11},
+            "controller.table.0 = .*at most 11 entries, not 12",
+        ),
         ({"controller.table": [[0.0] * 10 + [float("inf")]] * 11}, "finite number"),
         ({"controller.ge": 0.0}, "controller.ge = 0.0: Input should be greater than 0"),
         ({"controller.adaptation.xi": 1.2}, "controller.adaptation.xi = 1.2"),
