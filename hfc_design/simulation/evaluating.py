@@ -76,8 +76,9 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     """
     design, axes = load_design(design), evaluation.machine.axes
     controller = design.kind.controller_of(design.controller, design.limits.commands(axes))
-    begun = jax.tree.structure(controller.initial_memory(0.0))
-    if jax.tree.structure(evaluation.memory) != begun:
+    remembered: list[Memory] = [controller.initial_memory(0.0), evaluation.memory]
+    begun, found = map(str, map(jax.tree.structure, remembered))
+    if found != begun:
         why = "the evaluation is of another controller: what it remembers has other parts"
         raise UserError(f"design {design.name}: {why}")
     told = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}
