@@ -54,6 +54,7 @@ lint: $(VENV)/installed
 bench: $(VENV)/installed
 	$(BIN)/python benchmarks/evaluator.py
 	$(BIN)/python benchmarks/controllers.py
+	$(BIN)/python benchmarks/drives.py
 	$(BIN)/python benchmarks/populations.py
 	$(BIN)/python benchmarks/ensembles.py
 	$(BIN)/python benchmarks/gradients.py

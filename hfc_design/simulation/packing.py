@@ -40,8 +40,9 @@ def packed(tree: PyTree, dtype: DTypeLike, chunk: int | None = None) -> tuple[Fo
         rows = [array.reshape(-1, count, chunk).swapaxes(0, 1) for array in own]
         found = np.empty((count, sum(part.shape[1] for part in rows), chunk), kind)
         begin = 0
-        for part in rows:
-            found[:, begin : (begin := begin + part.shape[1])] = part
+        with np.errstate(over="ignore"):  # infinite in float32: that individual has diverged
+            for part in rows:
+                found[:, begin : (begin := begin + part.shape[1])] = part
         return found
 
     shapes = [array.shape if chunk is None else array.shape[:-1] for array in arrays]
