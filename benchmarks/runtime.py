@@ -88,11 +88,11 @@ def first_axis(design: Design) -> Design:
 def contenders(design: Design, scenario: str) -> dict[str, Contender]:
     """Those that can step the design here, ready to run."""
     if design.kind.controller and not design.kind.axes:
-        return _of_machines(design, scenario)
-    return _of_axes(first_axis(design), recorded(design, scenario))
+        return of_machines(design, scenario)
+    return of_axes(first_axis(design), recorded(design, scenario))
 
 
-def _of_machines(design: Design, scenario: str) -> dict[str, Contender]:
+def of_machines(design: Design, scenario: str) -> dict[str, Contender]:
     seen = machine_steps.moments(design, scenario)
     expected, _ = machine_steps.expected(design, seen)
     samples, text = machine_steps.rows(design, seen), machine_steps.loop
@@ -104,7 +104,7 @@ def _of_machines(design: Design, scenario: str) -> dict[str, Contender]:
     }
 
 
-def _of_axes(design: Design, samples: np.ndarray) -> dict[str, Contender]:
+def of_axes(design: Design, samples: np.ndarray) -> dict[str, Contender]:
     rows = [dict(zip(code.signals(design), row, strict=True)) for row in samples.tolist()]
     controller = Controller(design)
     expected = np.array([controller.step(row) for row in rows])

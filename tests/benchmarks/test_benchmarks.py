@@ -23,9 +23,19 @@ assert work.operations > 50 and work.run().merit.shape == (2, 1, 1)
 """
 RUNTIME = """
 import runtime, numpy as np
-design = runtime.load_design("jee-koren-2004-pid")
+design = runtime.design_of("jee-koren-2004-pid")
 samples = np.linspace(-30.0, 30.0, 150)[:, None]
-assert all(one.deviation < 1e-4 for one in runtime.contenders(design, samples).values())
+assert all(one.deviation < 1e-4 for one in runtime.of_axes(design, samples).values())
+design = runtime.design_of("lin-gai-2009-fuzzy-sliding-compensated")
+assert all(one.deviation < 1e-6 for one in runtime.contenders(design, "five-axis-program").values())
+"""
+DRIVES = """
+import drives, numpy as np
+axes = drives.axes_of("lin-gai-2009-pid", "five-axis-program", 3)
+for flags, real, close in ((["-DDOUBLE"], np.float64, 1e-9), ([], np.float32, 1e-3)):
+    found = drives.scored(drives.built(*flags), axes, real)
+    np.testing.assert_allclose(found[:, 0], [axis.rms for axis in axes], rtol=close)
+    assert (found[:, 1] != found[:, 0]).all()
 """
 POLISH = """
 import polish, numpy as np
@@ -44,7 +54,7 @@ for k in (0, 3, 60):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", [EVALUATOR, CONTROLLERS, RUNTIME, POLISH])
+@pytest.mark.parametrize("code", [EVALUATOR, CONTROLLERS, RUNTIME, DRIVES, POLISH])
 def test_a_benchmark_runs(code):
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=BENCHMARKS, capture_output=True, check=False)
