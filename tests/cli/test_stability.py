@@ -72,7 +72,7 @@ def test_a_gain_that_is_no_number():
 
 def test_a_folder_that_is_not_there(tmp_path):
     done = hfc("--plot", tmp_path / "none" / "range.png")
-    assert done.exit_code == 1
+    assert done.exit_code == 2
     assert done.stderr.count("\n") == 1
 
 
