@@ -283,5 +283,5 @@ class Scenario(Record):
         rest = (settled, self.simulation.sample_time_s, time, late_samples(time), start)
         begun = zip(axes, places.values(), strict=True)
         ways = [way(own.target - place, own.reference_rate) for own, place in begun]
-        pairs = [(axis.resolution, self.sensors.of(axis.name).encoder_resolution) for axis in each]
-        return Samples(tuple(axes), frame, *rest, beside(each, start, ways, [max(pair) for pair in pairs]))
+        finest = [self.sensors.of(axis.name).encoder_resolution for axis in each]
+        return Samples(tuple(axes), frame, *rest, beside(each, start, ways, finest))
