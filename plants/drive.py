@@ -73,6 +73,8 @@ class Drive:
     accepted: Callable[[Coefficients, Scalar], Scalar] = lambda fixed, command: command
     #: The state as the control's own sensors report it, in their resolution.
     measured: Callable[[Coefficients, State], State] = lambda fixed, state: state
+    #: The parameter that is the step of an encoder, by the name of its angle; others read finely.
+    resolutions: dict[str, str] = field(default_factory=dict)
     #: A reference (steps,) as the control is told it, in the steps of its interpolator.
     commanded: Callable[[Scalar], Scalar] = lambda reference: reference
     #: State field that the control measures and feeds back, and that of its rate: an encoder at
@@ -189,6 +191,11 @@ def drive_fault(drive: Drive) -> str | None:
         *(
             f"parameter_units: no parameter is called {x!r}"
             for x in drive.parameter_units
+            if x not in dir(parameters)
+        ),
+        *(
+            f"resolutions: no parameter is called {x!r}"
+            for x in drive.resolutions.values()
             if x not in dir(parameters)
         ),
         *(f"meanings: units has no {x!r}" for x in drive.meanings if x not in drive.units),

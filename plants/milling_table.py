@@ -173,6 +173,7 @@ MILLING_TABLE = Drive(
     encoders={"position": "velocity", "motor_position": "motor_velocity"},
     accepted=accepted,
     measured=measured,
+    resolutions={"position": "scale_resolution", "motor_position": "motor_resolution"},
     millimetres=lambda p: 1.0,
     top_speed=top_speed,
 )

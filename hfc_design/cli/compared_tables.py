@@ -57,7 +57,7 @@ def show(found: Comparison) -> None:
 
 
 def _show_lines(found: Comparison, bout: Bout) -> None:
-    console, machines = terminal(), f"{found.machines} machines within ±{100 * found.spread:g} %"
+    console, machines = terminal(), f"{found.machines} machines within {found.within}"
     count, most = len(found.designs), max((console.width - NAMES) // NARROWEST, 1)
     at_once = ceil(count / ceil(count / most))
     for start in range(0, count, at_once):

@@ -30,6 +30,14 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
     "--spread", type=float, default=0.2, help="Of the machines' parameters [default: 0.2]."
 )
 @click.option(
+    "--tolerance",
+    "tolerances",
+    multiple=True,
+    metavar="PARAMETER=SHARE",
+    callback=lambda context, option, values: _shares(values),
+    help="Spread of a single parameter; can be given several times.",
+)
+@click.option(
     "--machines",
     type=click.IntRange(min=1),
     default=200,
@@ -54,6 +62,7 @@ def compare(
     scenarios: Texts,
     changes: Texts,
     spread: float,
+    tolerances: dict[str, float],
     machines: int,
     seed: int,
     out: Path | None,
@@ -65,10 +74,11 @@ def compare(
     """Put DESIGNS side by side: built-in names, design files, run folders.
 
     All run in the same scenarios, on the nominal machine and on the same others, each physical
-    parameter within --spread of its value. Tables with the best of each row marked, then how the
-    first design differs from every other machine by machine: median ratio and its interval, on
-    how many it is better, and p of Wilcoxon's signed ranks, by Holm for all that is compared. A
-    design that does not keep a machine stable has lost there. The page has the motions as well.
+    parameter within --spread of its value, or within its --tolerance. Tables with the best of each
+    row marked, then how the first design differs from every other machine by machine: median ratio
+    and its interval, on how many it is better, and p of Wilcoxon's signed ranks, by Holm for all
+    that is compared. A design that does not keep a machine stable has lost there. The page has the
+    motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
     from hfc_design.core.records import harmless
@@ -85,9 +95,10 @@ def compare(
         where = [own_scenario(first, designs[0], changes)]
     begun = time.monotonic()
     with Progress() as bar:
-        found = compare(designs, where, spread, machines, seed, bar.chunk)
+        found = compare(designs, where, spread, machines, seed, bar.chunk, tolerances)
     print(f"simulated in {time.monotonic() - begun:.1f} s", file=sys.stderr)
     options = {"--scenario": scenarios, "--set": changes, "--spread": (f"{spread:g}",)}
+    options["--tolerance"] = tuple(f"{name}={own:g}" for name, own in tolerances.items())
     options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
     again = ["hfc", "compare", *designs]
     again += [part for option, values in options.items() for x in values for part in (option, x)]
@@ -101,6 +112,20 @@ def compare(
     show(found)
     for path in written:
         click.echo(path)
+
+
+def _shares(values: Texts) -> dict[str, float]:
+    """Spreads of single parameters, as in ``backlash=0.5``."""
+    found = {}
+    for value in values:
+        name, _, share = value.partition("=")
+        try:
+            found[name] = float(share)
+        except ValueError:
+            raise click.BadParameter(f"{value!r}: has to be as in backlash=0.5") from None
+        if not 0.0 < found[name] < 1.0:
+            raise click.BadParameter(f"{value!r}: has to lie between 0 and 1")
+    return found
 
 
 def _written(found: "Comparison", again: str, wanted: dict[Path | None, str]) -> list[Path]:

@@ -35,6 +35,12 @@ class Axis(NamedTuple):
         return self.drive.millimetres and self.drive.millimetres(self.parameters)
 
     @property
+    def resolution(self) -> float:
+        """Step of the encoder that is fed back, of the machine's own [unit]; 0: it has none."""
+        name = self.drive.resolutions.get(self.drive.seen[0])
+        return float(getattr(self.parameters, name)) if name else 0.0
+
+    @property
     def moved(self) -> MovedAxis:
         """What a program has to know of it."""
         own, rotary = self.length, self.drive.millimetres is None and self.drive.degrees is not None

@@ -96,12 +96,14 @@ def beside(
 ) -> tuple[State, ...]:
     """``start`` with the whole of each axis moved by a little, see ``measures.unsettled``.
 
-    ``ways`` are how far each axis goes, ``finest`` the steps of its encoder, in its units.
+    ``ways`` are how far each axis goes, ``finest`` the steps that its sensors
+    make beside those of its own encoder, in its units.
     """
     found = []
     for axis, state, way, step in zip(axes, start, ways, finest, strict=True):
         still = STILL_MM / axis.length if axis.length else STILL_RAD
-        counts = float(axis.drive.commanded(np.array(0.25))) != 0.25  # whole units, and no less
-        off = max(DISTURBANCE * way, LEAST_STEPS * max(step, float(counts))) or still
+        whole = float(axis.drive.commanded(np.array(0.25))) != 0.25
+        coarsest = max(step, axis.resolution, float(whole))
+        off = max(DISTURBANCE * way, LEAST_STEPS * coarsest) or still
         found.append(_put(axis.drive, state, off))
     return tuple(found)

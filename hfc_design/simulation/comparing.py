@@ -1,6 +1,6 @@
 """Designs are put side by side: everybody in every motion on every machine, then pair by pair."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -15,6 +15,7 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine
 from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side
 from hfc_design.simulation.evaluating import meanings
+from hfc_design.simulation.machines import NONE
 from hfc_design.simulation.monte_carlo import MAX_SAMPLES, Robustness, robustness
 
 #: What stands for all motions together.
@@ -29,11 +30,13 @@ def compare(
     machines: int = 200,
     seed: int = 0,
     progress: Progress = lambda what, done, total: None,
+    tolerances: Mapping[str, float] = NONE,
 ) -> Comparison:
     """Simulate every design in every motion, on the nominal machine and on ``machines`` others.
 
     The machine is that of the first design with what each scenario sets laid over it, and each
-    one that ``monte_carlo.drawn`` draws meets all designs. Without ``scenarios`` it is the one that
+    one that ``machines.drawn`` draws meets all designs; ``tolerances`` are the spreads of single
+    parameters. Without ``scenarios`` it is the one that
     the first design was made for. ``progress(what, done, total)`` hears of every chunk of machines.
 
     Raises:
@@ -67,7 +70,7 @@ def compare(
             def more(chunk: int, _: int, what: str = f"{name} in {motion.name}") -> None:
                 progress(what, done + min(chunk, machines), total)  # noqa: B023 - called at once
 
-            found[name] = robustness(design, motion, spread, machines, seed, more)
+            found[name] = robustness(design, motion, spread, machines, seed, more, tolerances)
             done += machines + 1
         sides = {name: _side(x) for name, x in found.items()}
         told = {**motion.judge().titles, **meanings(motion)}
@@ -77,7 +80,8 @@ def compare(
     )
     said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
     said += [told for bout in bouts for told in bout.chaos()]
-    return Comparison(named, spread, seed, machines, bouts, _differences(bouts), said)
+    told = bouts, _differences(bouts), said
+    return Comparison(named, spread, seed, machines, *told, dict(tolerances))
 
 
 def _scenarios(

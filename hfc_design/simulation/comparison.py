@@ -154,6 +154,13 @@ class Comparison(NamedTuple):
     bouts: list[Bout]  # one a motion, and if there are several one of all
     differences: list[Difference]
     notes: list[str]  # what is not alike
+    tolerances: dict[str, float] = {}  # spreads of single parameters
+
+    @property
+    def within(self) -> str:
+        """How far the machines are from the nominal one, in words."""
+        single = (f", {name} ±{100 * own:g} %" for name, own in self.tolerances.items())
+        return f"±{100 * self.spread:g} %{''.join(single)}"
 
     def of(self, motion: str, metric: str) -> list[Difference]:
         """The differences by a metric in a motion."""
@@ -171,6 +178,7 @@ class Comparison(NamedTuple):
         return {
             "designs": list(self.designs),
             "spread": self.spread,
+            "tolerances": self.tolerances,
             "seed": self.seed,
             "machines": self.machines,
             "notes": self.notes,

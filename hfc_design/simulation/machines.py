@@ -19,6 +19,8 @@ from hfc_design.simulation.population import Machines
 
 #: A spread is refused if it needs more than this many draws a machine.
 MAX_DRAWS = 100
+#: The option by which a user tells the spread.
+KEY = "--spread"
 NONE: Mapping[str, float] = MappingProxyType({})
 
 
@@ -29,7 +31,7 @@ def drawn(
     seed: int,
     tolerances: Mapping[str, float] = NONE,
     even: bool = False,
-    key: str = "--spread",
+    key: str = KEY,
 ) -> tuple[Machines, int]:
     """The nominal machine and ``samples`` others, and how many draws gave no possible one.
 
@@ -45,7 +47,8 @@ def drawn(
     names = [name for own in nominal for name in own._fields]
     for name in tolerances:
         if name not in names:
-            raise UserError(f"robust.tolerances.{name}: no parameter of {settings.machine.name}")
+            where = "--tolerance " if key == KEY else "robust.tolerances."
+            raise UserError(f"{where}{name}: no parameter of {settings.machine.name}")
     exact = [name in drive.exact for drive in drives for name in drive.parameters._fields]
     width = np.where(exact, 0.0, [tolerances.get(name, spread) for name in names])
     generator = np.random.default_rng(seed)

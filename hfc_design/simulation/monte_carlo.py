@@ -1,6 +1,6 @@
 """One design on many machines, whose parameters are spread about the nominal ones."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.evaluating import evaluate, evaluations
 from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.simulation.machines import drawn
+from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.settling import measuring, settled
 
@@ -98,8 +98,11 @@ def robustness(
     samples: int,
     seed: int = 0,
     progress: Progress = lambda done, total: None,
+    tolerances: Mapping[str, float] = NONE,
 ) -> Robustness:
     """Simulate ``design`` on the nominal machine and ``samples`` others.
+
+    ``tolerances`` are the spreads of single parameters.
 
     A motion that diverges is simulated again in finer steps, as ``evaluate`` does.
     ``progress(done, total)`` hears of every chunk of machines.
@@ -112,7 +115,7 @@ def robustness(
     check_draw(spread, samples, seed)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
-    machines, refused = drawn(machine(design, scenario), spread, samples, seed)
+    machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
     _check_steps(scenario, machines)
     found = list(_motions(design, scenario, machines, progress, min(CHUNK, machines.size)))
     refined = sum(one.diverged for one, _ in found)

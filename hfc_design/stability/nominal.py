@@ -79,13 +79,14 @@ def _found(
     slides: Slides, drive: Drive, parameters: Parameters, sample_time: float, speed: float | None
 ) -> tuple[Motion, Step, int]:
     """A steady motion, a step from it, and how many of them make a control sample."""
-    speed = speed or slides.sliding_speed(sample_time / SUBSTEPS)
+    near = slides.slowest(sample_time / SUBSTEPS)
+    speed = speed or (None if near is None else near.speed)
     if speed is None:
         raise _refused(drive, "no steady motion was found at any speed")
     substeps = SUBSTEPS
     while drive.fastest(parameters, sample_time / substeps) < speed and substeps < MOST_SUBSTEPS:
         substeps *= 2
-    motion = slides.motion(speed, sample_time / substeps)
+    motion = slides.motion(speed, sample_time / substeps, near)
     if motion is None:
         at = f"{speed:g} {drive.units['error_rate']}"
         raise _refused(drive, f"no steady motion was found at {at}")

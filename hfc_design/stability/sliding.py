@@ -63,9 +63,20 @@ class Slides:
         after, slopes = self._step(state, command, dt)
         return Step(*map(np.asarray, (after, *slopes)))
 
-    def motion(self, speed: float, dt: float) -> Motion | None:
-        """The steady motion with a speed, in steps of ``dt`` [s]; None where none is found."""
-        state, command, unit = speed * self._moving, 0.0, np.eye(len(self.seen))
+    def motion(self, speed: float, dt: float, near: Motion | None = None) -> Motion | None:
+        """The steady motion with a speed, in steps of ``dt`` [s]; None where none is found.
+
+        Newton's method begins with no force anywhere and, where that leads nowhere, with what is in
+        contact in the motion ``near`` it: within a backlash no command moves what is behind.
+        """
+        found = self._from(speed * self._moving, 0.0, speed, dt)
+        if found is None and near is not None:
+            state = near.state + (speed - near.speed) * self._moving
+            found = self._from(state, near.command, speed, dt)
+        return found
+
+    def _from(self, state: Floats, command: float, speed: float, dt: float) -> Motion | None:
+        unit = np.eye(len(self.seen))
         for _ in range(TRIES):
             one = self.step(state, command, dt)
             if not all(np.isfinite(part).all() for part in one):
@@ -98,22 +109,23 @@ class Slides:
         found = np.linalg.solve(matrix, np.append(change, 0.0))
         return Steady(float(found[-1]), found[:-1])
 
-    def sliding_speed(self, dt: float) -> float | None:
-        """The lowest speed, of those tried, from which on the command's growing part is larger.
+    def slowest(self, dt: float) -> Motion | None:
+        """That of the lowest speed, of those tried, from which on the command's growing part is
+        larger.
 
         That is ``v du/dv`` beside ``u - v du/dv`` of the command u of steady motion with the speed
         v. Without Coulomb friction it is the lowest of all, without viscous friction the highest.
         """
         found = None
         for speed in SPEEDS.tolist():
-            motion = self.motion(speed, dt)
+            motion = self.motion(speed, dt, found)
             if motion is None:
                 continue
             one = self.step(motion.state, motion.command, dt)
             growing = speed * self.asks(one.a, one.b, dt * motion.along).command
             if found is not None and abs(motion.command - growing) > abs(growing):
                 break
-            found = speed
+            found = motion
         return found
 
 

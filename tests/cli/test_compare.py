@@ -4,6 +4,7 @@ import csv
 import json
 import shutil
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -11,6 +12,7 @@ from hfc_design.cli import main
 from hfc_design.files.design import BUILTIN
 
 SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
+PARAMETERS = "backlash", "table_mass"
 TWO = ["lin-lee-1999-table-1", "pd-only"]
 
 
@@ -31,6 +33,25 @@ def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
     assert mark == "*"
     assert "c-axis-ramp, rms error: lin-lee-1999-table-1 over" in found.stdout
     assert "simulated in" in found.stderr
+
+
+def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
+    table = tmp_path / "machines.csv"
+    single = ["--spread", "0.01", "--tolerance", "backlash=0.5"]
+    few = ["--set", "simulation.duration_s=0.3", "--machines", "20"]
+    found = hfc("compare", "huang-pid", "huang-soc", *few, *single, "--csv", table)
+    assert found.exit_code == 0, found.output
+    assert "20 machines within ±1 %, backlash ±50 %" in " ".join(found.stdout.split())
+    with table.open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["design"] == "huang-pid"]
+    backlash, mass = (np.array([float(row[f"x_{name}"]) for row in rows]) for name in PARAMETERS)
+    assert (backlash[0], mass[0]) == (0.4, 100.0)
+    assert 0.2 <= backlash.min() < 0.25
+    assert 0.55 < backlash.max() <= 0.6
+    assert 99.0 <= mass.min() < mass.max() <= 101.0
+    for told in ("backlash=2", "backlash=x", "gap=0.5"):
+        found = hfc("compare", "huang-pid", "huang-soc", *few, "--tolerance", told)
+        assert (found.exit_code, told.split("=")[0] in found.stderr) == (2, True)
 
 
 def test_a_folder_of_page_table_and_numbers(tmp_path):

@@ -10,6 +10,7 @@ from scipy.signal import cont2discrete
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 from plants import C_AXIS, FEED_DRIVE, Drive, only_positive, rk4
+from plants.milling_table import MILLING_TABLE
 
 
 class Parameters(NamedTuple):
@@ -114,6 +115,25 @@ def test_the_feed_drive_by_hand():
     # tau dv/dt = K (u - friction) - v; the mean of the friction at the ends of a step is held
     settled = np.exp(-(1.0 + 40.0 * slope) * 0.01 / 0.055)
     assert found.a[1, 1] == pytest.approx(settled, rel=1e-3)
+
+
+@pytest.mark.parametrize("backlash", [0.0, 0.4])
+def test_the_milling_table_by_hand_whatever_its_backlash(backlash):
+    """The flanks touch while it slides: motor and table are one mass behind the screw."""
+    p = MILLING_TABLE.parameters(backlash=backlash)
+    turn = 2.0 * np.pi / 5.0  # [rad/mm]
+    force = 1e3 * 0.14 * turn  # [N/V]
+    damping = 1e3 * 0.06 * turn**2 + 5.0
+    model = nominal(MILLING_TABLE, p, 0.005)
+    assert 2.0 < model.speed < 10.0  # of 363 N and 100 N s/mm
+    assert model.velocity.command == pytest.approx(damping / force, rel=1e-6)
+    assert model.coulomb.command == pytest.approx((300.0 + 50.0 * turn) / force, rel=1e-3)
+    # A sample's command acts half a sample late.
+    mass = 1e3 * 8e-4 * turn**2 + 0.1
+    assert model.acceleration.command == pytest.approx(
+        mass / force + 0.0025 * damping / force, rel=0.01
+    )
+    assert nominal(MILLING_TABLE, p, 0.005, 1.0).speed == 1.0
 
 
 @pytest.mark.parametrize("width", [1e-4, 0.01])

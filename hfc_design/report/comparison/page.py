@@ -30,7 +30,7 @@ def page(comparison: Comparison, command: str = "") -> bytes:
         small_address,
         names=names,
         machines=comparison.machines,
-        percent=f"{100 * comparison.spread:g}",
+        within=comparison.within,
         seed=comparison.seed,
         failures=list(failures(comparison)),
         together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
