@@ -45,6 +45,23 @@ def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Float
     return sorted(found)
 
 
+def turned_back(reference: Floats) -> tuple[Floats, Floats]:
+    """Where a ``reference`` (steps,) has last turned back or come to its end, and to which side.
+
+    Returns:
+        The place (steps,); 1 or -1 where the axis came from below or above, 0 before the first.
+    """
+    change = np.diff(reference)
+    moving = np.flatnonzero(change)
+    turns = np.flatnonzero(np.diff(np.sign(change[moving]))) if len(moving) else moving
+    # a change from sample to sample is between them: it turns where the last change had led
+    places = [*(moving[turns] + 1), *moving[-1:] + 1]
+    end, side = np.zeros(len(reference)), np.zeros(len(reference))
+    for place in places:
+        end[place:], side[place:] = reference[place], np.sign(change[place - 1])
+    return end, side
+
+
 def reversing(time: Floats, velocities: Floats) -> Mask:
     """(steps,) samples within ``GLITCH_TIME`` of a reversal of an axis; ``velocities`` of each."""
     return _within(time, velocities, first=1)

@@ -1,6 +1,5 @@
 """What is read off the recorded motion of a machine of any axes through a program."""
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.program import Program
-from hfc_design.motion.reversals import GLITCH_TIME, Glitch
+from hfc_design.motion.reversals import GLITCH_TIME, Glitch, turned_back
 from plants import Drive, Machine, in_a_name
 
 
@@ -116,16 +115,8 @@ def overshoot(reference: Floats, position: Floats) -> float:
 
     Beyond a reversal until the next one; 0 where it never does, and where nothing is to move.
     """
-    change = np.diff(reference)
-    moving = np.flatnonzero(change)
-    turns = np.flatnonzero(np.diff(np.sign(change[moving]))) if len(moving) else moving
-    # a change from sample to sample is between them: it turns where the last change had led
-    places = [*(moving[turns] + 1), *moving[-1:] + 1]
-    found = 0.0
-    for place, until in pairwise([*places, len(reference)]):
-        beyond = np.sign(change[place - 1]) * (position[place:until] - reference[place])
-        found = max(found, float(beyond.max(initial=0.0)))
-    return found
+    end, side = turned_back(reference)
+    return float((side * (position - end)).max(initial=0.0))
 
 
 def _worst(found: list[Glitch]) -> float | None:
