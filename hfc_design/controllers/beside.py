@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfc_design.controllers.genome import Genome, Members, taken
+from hfc_design.controllers.genome import Genome, Members, Stage, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Gains, Integers, Own
 from hfc_design.core.records import UserError
@@ -40,6 +40,37 @@ class BesideGenome(Genome):
                 f"controller.{key}: have {self.structures} structures together; allowed are "
                 f"{MOST}: give fewer inputs"
             )
+
+    @property
+    def stages(self) -> tuple[tuple[float, bool], ...]:
+        """Those of the part that has the most; none where a part has none.
+
+        Others stay in their last one; structures compete where those of any part do.
+        """
+        each = [genome.stages for genome in self.parts]
+        if not all(each):
+            return ()
+        every = [own[min(k, len(own) - 1)][1] for own in each for k in range(max(map(len, each)))]
+        longest = max(each, key=len)
+        competing = np.array(every).reshape(len(each), -1).any(axis=0)
+        return tuple(
+            (share, bool(any_)) for (share, _), any_ in zip(longest, competing, strict=True)
+        )
+
+    def stage(self, number: int, about: SideBySide | None) -> Stage:
+        """Coordinates of every part in its stage, one after the other, in the finest of steps."""
+        parts = about.parts if about is not None else (None,) * len(self.parts)
+        numbers = [min(number, len(genome.stages) - 1) for genome in self.parts]
+        each = self.each("stage", numbers, parts)
+        step = min(own.step for own in each)
+        wider = np.concatenate([np.full(len(own.start), own.step / step) for own in each])
+        ends = np.cumsum([len(own.start) for own in each])[:-1]
+
+        def members(points: Floats, tree: Integers) -> SideBySide:
+            own = zip(each, np.split(wider * points, ends, axis=1), self.trees(tree), strict=True)
+            return SideBySide(tree, tuple(one.members(*at) for one, *at in own))
+
+        return Stage(np.concatenate([own.start for own in each]) / wider, step, members)
 
     def trees(self, tree: Integers) -> tuple[Integers, ...]:
         """The structure of each part, (n,)."""

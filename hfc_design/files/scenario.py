@@ -26,6 +26,7 @@ from hfc_design.files.motions import AnyReference, Motion, Start, beside, starte
 from hfc_design.files.robust import RobustSettings
 from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
+from hfc_design.motion.reversals import turned_back
 from hfc_design.motion.samples import Samples, Simulation
 from hfc_design.motion.trajectories import Trajectory
 from hfc_design.objectives.constraints import Constraints, constraints_on
@@ -275,9 +276,11 @@ class Scenario(Record):
             loads = np.stack([load.at(moment) for moment in self.simulation.moments])
             own = {"loads": loads, "noise": np.vstack([noise, *others])}
             own |= {"sliding": settled * slides(motion.reference_rate)}
-            end = float(motion.target[-1])
-            own |= {"end": np.full_like(time, end)}
-            own |= {"heading": np.full_like(time, np.sign(end - places[axis.name]))}
+            end = motion.target[-1]
+            ends = np.full_like(time, end), np.full_like(time, np.sign(end - places[axis.name]))
+            if isinstance(path, Program):
+                ends = turned_back(motion.target)
+            own |= dict(zip(("end", "heading"), ends, strict=True))
             axes.append(motion._replace(reference=axis.drive.commanded(motion.target), **own))
         start = started(self.plant.machine, self.start, places)
         rest = (settled, self.simulation.sample_time_s, time, late_samples(time), start)

@@ -45,6 +45,27 @@ def after_reversals(time: Floats, velocities: Mapping[str, Floats], error: Float
     return sorted(found)
 
 
+def turns(reference: Floats) -> list[int]:
+    """The samples at which a ``reference`` (steps,) turns back, and the one at which it ends."""
+    moving = np.flatnonzero(change := np.diff(reference))
+    back = np.flatnonzero(np.diff(np.sign(change[moving])))
+    # a change from sample to sample is between them: it turns where the last change had led
+    return [*(moving[back] + 1).tolist(), *(moving[-1:] + 1).tolist()]
+
+
+def turned_back(reference: Floats) -> tuple[Floats, Floats]:
+    """Where a ``reference`` (steps,) has last turned back or come to its end, and to which side.
+
+    Returns:
+        The place (steps,); 1 or -1 where the axis came from below or above, 0 before the first.
+    """
+    change = np.diff(reference)
+    end, side = np.zeros(len(reference)), np.zeros(len(reference))
+    for place in turns(reference):
+        end[place:], side[place:] = reference[place], np.sign(change[place - 1])
+    return end, side
+
+
 def reversing(time: Floats, velocities: Floats) -> Mask:
     """(steps,) samples within ``GLITCH_TIME`` of a reversal of an axis; ``velocities`` of each."""
     return _within(time, velocities, first=1)

@@ -7,7 +7,7 @@ import numpy as np
 from hfc_design.core.numbers import Floats
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.program import Program
-from hfc_design.motion.reversals import GLITCH_TIME, Glitch
+from hfc_design.motion.reversals import GLITCH_TIME, Glitch, turns
 from plants import Drive, Machine, in_a_name
 
 
@@ -118,10 +118,7 @@ def overshoot(reference: Floats, position: Floats) -> float:
     it counts from the place nearest to the reversal since the reference set out for it.
     """
     change = np.diff(reference)
-    moving = np.flatnonzero(change)
-    turns = np.flatnonzero(np.diff(np.sign(change[moving]))) if len(moving) else moving
-    # a change from sample to sample is between them: it turns where the last change had led
-    places = [0, *(moving[turns] + 1), *moving[-1:] + 1, len(reference)]
+    places = [0, *turns(reference), len(reference)]
     found = 0.0
     for before, place, until in zip(places, places[1:], places[2:], strict=False):
         forwards = np.sign(change[place - 1])

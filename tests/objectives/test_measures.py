@@ -81,6 +81,24 @@ def test_measures_of_one_axis(design):
     assert {*MEASURES, "band_time"} == {*expected, *of_paths, "unsettled"}
 
 
+def test_overshoot_on_a_program_is_beyond_every_reversal(tmp_path):
+    """X turns round at 6 mm and ends at 0; before it does so, nothing is beyond."""
+    (tmp_path / "there.ngc").write_text("G1 X6 F6000\nX0\n")
+    limits = {axis: {"acceleration_per_s2": 800.0} for axis in "xyzac"}
+    scenario = {
+        "plant": {"name": "five-axis"},
+        "reference": {"kind": "gcode", "file": str(tmp_path / "there.ngc"), "limits": limits},
+        "simulation": {"duration_s": 0.5, "sample_time_s": 0.002},
+        "controller": {"kind": "pid"},
+    }
+    x, y = load_scenario(scenario).samples().axes[:2]
+    turn, stands = int(x.target.argmax()), x.target == 0.0
+    assert not x.heading[:turn].any()
+    assert x.end[turn:] == pytest.approx(np.where(stands[turn:], 0.0, 6.0), abs=1e-3)
+    assert (x.heading[turn:] == np.where(stands[turn:], -1.0, 1.0)).all()
+    assert not y.heading.any()  # it never moves
+
+
 @pytest.mark.parametrize("gain", [1.0, 2.0])
 def test_what_a_disturbance_of_the_start_leaves_is_that_of_two_motions(gain):
     """Of one that settles, and of one beyond the limit of its gain."""

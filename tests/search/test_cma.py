@@ -165,7 +165,33 @@ def test_gains_are_one_stage():
     assert gains.k_d[0] == pytest.approx(-0.5, abs=1e-3)
 
 
+def test_axes_of_unlike_kinds_are_searched_together():
+    """X has three stages, Y one; of a score with its best at k_p = 1200 V/mm and k_i = 6 of Y."""
+    hierarchy = {
+        "kind": "pd+hierarchical-fuzzy",
+        "inputs": [{"name": "error", "scale": 1.0}, {"name": "velocity", "scale": 1.0}],
+        "linear": {},
+    }
+    axes = {"x": hierarchy, "y": {"kind": "pid", "ranges": {"k_p": (0.1, 1e3), "k_i": (0.0, 8.0)}}}
+    own = {"controller": {"kind": "per-axis", "axes": axes}, "search.preset": "cma"}
+    genome = genome_of(api.load_scenario("feed-drive-circle", own))
+    assert genome.stages == genome.parts[0].stages
+
+    def score(population, generation):
+        x, y = genome.gains(population)
+        far = np.log(x.kp / first) ** 2 + np.log(y.k_p / 30.0) ** 2 + (y.k_i - 6.0) ** 2
+        return 1.0 / (1.0 + far)
+
+    first = 2.0 * genome.gains(genome.empty())[0].kp[0]
+    found = searched(genome, CmaSettings(generations=200), evaluate=score)
+    x, y = genome.gains(found.state.population)
+    assert x.kp[0] == pytest.approx(first, rel=0.05)
+    assert y.k_p[0] == pytest.approx(30.0, rel=0.05)
+    assert y.k_i[0] == pytest.approx(6.0, abs=0.05)
+
+
 EACH = {"kind": "per-axis", "axes": {"x": {"kind": "pid"}, "y": {"kind": "pid"}}}
+ONE_HAS_NONE = {"kind": "per-axis", "axes": {"x": {"kind": "pid"}, "y": {"kind": "flc"}}}
 SETTINGS = {
     "c-axis-ramp": [
         {"kind": "pd"},
@@ -180,6 +206,7 @@ SETTINGS = {
         {"kind": "flc"},
         {"kind": "aflc"},
         EACH,
+        ONE_HAS_NONE,
     ],
 }
 

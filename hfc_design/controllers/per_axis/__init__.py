@@ -83,6 +83,11 @@ class PerAxisSettings(ControllerSettings):
     kind: Literal["per-axis"]
     axes: Annotated[dict[Label, OwnSettings], Field(min_length=1)]
 
+    @property
+    def staged(self) -> bool:
+        """Where the controllers of all axes are."""
+        return all(own.staged for own in self.axes.values())
+
     def fault(self, target: Target) -> str | None:
         """Other axes than the machine's, or one that its kind cannot be searched for."""
         if tuple(self.axes) != target.machine.axes:

@@ -194,11 +194,9 @@ def _fault(settings: CmaSettings, controller: ControllerSettings) -> str | None:
         return None
     if "linear" in type(controller).model_fields:
         return "searches hierarchies on a linear part: add [controller.linear], or use race"
-    if hasattr(controller, "axes"):
-        return (
-            "searches one kind for all axes, as controller.kind = 'pid+ff'; "
-            f"for {controller.kind} use race"
-        )
+    for axis, own in getattr(controller, "axes", {}).items():
+        if fault := _fault(settings, own):
+            return f"axis {axis}: {fault}"
     return f"does not search controllers of kind {controller.kind}; use race"
 
 
