@@ -79,20 +79,22 @@ def _last(time: Floats, error: Floats, limit: float) -> float:
     return float(time[np.flatnonzero(np.abs(error) > limit)[-1]])
 
 
+def drawn(name: str, scenario: str, key: str, count: int) -> Floats:
+    """(count, 2) ``PEAKS`` [mm] of a design whose gain ``key`` differs by millionths."""
+    gain = reduce(lambda part, word: part[word], key.split("."), load_design(name).model_dump())
+    found = []
+    for k in range(count):
+        metrics = evaluate(load_design(name, {key: gain * (1 + 1e-6 * k)}), scenario).metrics
+        found.append([metrics[peak] for peak in PEAKS])
+    return np.array(found, np.float64)
+
+
 def draws(count: int = 15) -> str:
     """Medians and ranges of ``DRAWN`` with a gain that differs by millionths: chaotic loops."""
     rows = []
     for label, radius, name, key in DRAWN:
-        data = load_design(name).model_dump()
-        gain = reduce(lambda part, word: part[word], key.split("."), data)
-        scenario, found = SCENARIOS[radius], []
-        for k in range(count):
-            metrics = evaluate(load_design(name, {key: gain * (1 + 1e-6 * k)}), scenario).metrics
-            found.append([metrics[peak] for peak in PEAKS])
-        told = [
-            f"{np.median(peak):.3g} ({min(peak):.3g} to {max(peak):.3g})"
-            for peak in zip(*found, strict=True)
-        ]
+        found = drawn(name, SCENARIOS[radius], key, count)
+        told = [f"{np.median(peak):.3g} ({min(peak):.3g} to {max(peak):.3g})" for peak in found.T]
         rows.append([label, f"{radius} mm", *told])
     return markdown(("controller", "circle", "path error [mm]", "impulse [mm]"), rows)
 

@@ -29,8 +29,10 @@ def test_peaks_are_in_the_printed_order_and_within_a_factor_of_two(batch):
     assert (np.diff(peaks, axis=0) < 0).all()
     assert peaks[0] == pytest.approx(printed[0], rel=0.2)
     assert peaks[1] == pytest.approx(printed[1], rel=0.1)
-    # What learns is chaotic: the impulse of the network is 0.039 to 0.041 from draw to draw.
-    assert (np.abs(np.log(peaks[2:] / printed[2:])) < np.log(2.1)).all()
+    for (_, _, name, key), wanted in zip(tables.DRAWN[2:4], printed[2:], strict=True):
+        # What learns is chaotic: the impulse of the network is 0.039 to 0.041 from draw to draw.
+        middle = np.median(tables.drawn(name, tables.SCENARIOS["60"], key, 5), axis=0)
+        assert np.abs(np.log(middle / wanted)).max() < np.log(2.0)
     small = [batch.values(f"25 mm, {label} goes on", *tables.PEAKS) for label in ("SOC", "neural")]
     assert np.abs(np.log(np.array(small) / [[0.01, 0.03], [0.007, 0.02]])).max() < np.log(2.0)
     assert small[1][0] < small[0][0]

@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from experiment_pages import EXPERIMENTS, page_of, table
 
 from experiments.designed_tables import page as designed_tables
+from experiments.huang_shy import page as huang
 from experiments.jee_koren_1995 import page as jk95
 from experiments.jee_koren_2004 import page as jk04
 from hfc_design.batch.plan import read_batch
@@ -15,20 +16,20 @@ from hfc_design.files.pairing import load_design
 
 SCENARIOS = [
     file
-    for file in sorted(EXPERIMENTS.glob("jee*/*.toml"))
+    for file in sorted(EXPERIMENTS.glob("*/*.toml"))
     if "[plant]" in file.read_text(encoding="utf-8")
 ]
 BATCHES = [file for file in sorted(EXPERIMENTS.glob("*/*.toml")) if file not in SCENARIOS]
 
 
-@pytest.mark.parametrize("module", [jk04, jk95, designed_tables])
+@pytest.mark.parametrize("module", [jk04, jk95, huang, designed_tables])
 def test_a_page_without_its_batch_says_so(module, tmp_path):
     found = CliRunner().invoke(module.main, ["--runs", str(tmp_path)])
     assert found.exit_code == 2
     assert "run its batch first, with hfc batch" in found.output
 
 
-@pytest.mark.parametrize("module", [jk04, jk95])
+@pytest.mark.parametrize("module", [jk04, jk95, huang])
 def test_pages_show_pictures_that_are_there(module):
     place = Path(module.__file__).parent
     for picture in place.glob("*.svg"):
@@ -40,8 +41,9 @@ def test_pages_show_pictures_that_are_there(module):
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: f"{file.parent.name}-{file.stem}")
 def test_scenarios_can_be_used_by_hand(file):
     scenario = load_scenario(str(file))
-    assert scenario.plant.name == load_design("jee-koren-2004-flc").plant.name
-    assert scenario.simulation.sample_time_s == 0.01
+    beside = {"huang_shy": "huang-soc"}.get(file.parent.name, "jee-koren-2004-flc")
+    assert scenario.plant.name == load_design(beside).plant.name
+    assert scenario.simulation.sample_time_s == load_design(beside).controller.sample_time_s
 
 
 @pytest.mark.parametrize(
@@ -64,16 +66,17 @@ def test_batch_files_are_plans(path):
 def test_expected_numbers_stand_in_the_pages():
     """Which are compared with runs above, as far as a reduced budget can."""
     pages = {"Lin & Lee 1999": "lin_lee_1999", "Jee & Koren 2004": "jee_koren_2004",
-             "Jee & Koren 1995": "jee_koren_1995", "this project": "designed_tables"}  # fmt: skip
+             "Jee & Koren 1995": "jee_koren_1995", "Huang & Shy": "huang_shy",
+             "this project": "designed_tables"}  # fmt: skip
     rows = [
         row
         for row in table((EXPERIMENTS / "README.md").read_text(encoding="utf-8"))
         if row[0] in pages
     ]
-    assert len(rows) == 16
+    assert len(rows) == 24
     for experiment, quantity, published, here in rows:
         page = (EXPERIMENTS / pages[experiment] / "README.md").read_text(encoding="utf-8")
-        if "Koren" in experiment:
+        if "&" in experiment and experiment != "Lin & Lee 1999":
             same = [row for row in table(page) if row[1] == quantity.partition(", that of")[0]]
             assert (published, here) in [(row[2], row[3]) for row in same], quantity
         else:
