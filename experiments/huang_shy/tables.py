@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.shared import Batch, Floats, calculated, markdown
 from hfc_design.files.pairing import load_design
-from hfc_design.motion.contour import after_reversals, undisturbed
+from hfc_design.motion.reversals import after_reversals, undisturbed
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.evaluation import Evaluation
 
