@@ -21,7 +21,7 @@ from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.repeats import range_told
 
 Floats = NDArray[np.float64]
-COLORS = (OTHER, OWN, "#009E73")
+COLORS = (OTHER, OWN, "#009E73", "#7A3E9D")
 #: A curve of more than twice as many samples is drawn as its extent in each of so many slices.
 SLICES = 120
 HEAD = ("figure", "quantity", "published", "simulated", "ratio", "remark")

@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from experiment_pages import EXPERIMENTS, page_of, table
 
 from experiments.designed_tables import page as designed_tables
+from experiments.huang_shy import page as huang
 from experiments.jee_koren_1995 import page as jk95
 from experiments.jee_koren_2004 import page as jk04
 from experiments.lin_gai_2009 import page as lg09
@@ -22,14 +23,14 @@ SCENARIOS = [
 BATCHES = [file for file in sorted(EXPERIMENTS.glob("*/*.toml")) if file not in SCENARIOS]
 
 
-@pytest.mark.parametrize("module", [jk04, jk95, lg09, designed_tables])
+@pytest.mark.parametrize("module", [jk04, jk95, huang, lg09, designed_tables])
 def test_a_page_without_its_batch_says_so(module, tmp_path):
     found = CliRunner().invoke(module.main, ["--runs", str(tmp_path)])
     assert found.exit_code == 2
     assert "run its batch first, with hfc batch" in found.output
 
 
-@pytest.mark.parametrize("module", [jk04, jk95, lg09])
+@pytest.mark.parametrize("module", [jk04, jk95, huang, lg09])
 def test_pages_show_pictures_that_are_there(module):
     place = Path(module.__file__).parent
     for picture in place.glob("*.svg"):
@@ -41,10 +42,11 @@ def test_pages_show_pictures_that_are_there(module):
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: f"{file.parent.name}-{file.stem}")
 def test_scenarios_can_be_used_by_hand(file):
     scenario = load_scenario(str(file))
-    five = file.parent.name == "lin_gai_2009"
-    design = load_design("lin-gai-2009-pid" if five else "jee-koren-2004-flc")
-    assert scenario.plant.name == design.plant.name
-    assert scenario.simulation.sample_time_s == (0.002 if five else 0.01)
+    beside = {"huang_shy": "huang-soc", "lin_gai_2009": "lin-gai-2009-pid"}.get(
+        file.parent.name, "jee-koren-2004-flc"
+    )
+    assert scenario.plant.name == load_design(beside).plant.name
+    assert scenario.simulation.sample_time_s == load_design(beside).controller.sample_time_s
 
 
 @pytest.mark.parametrize(
@@ -67,17 +69,17 @@ def test_batch_files_are_plans(path):
 def test_expected_numbers_stand_in_the_pages():
     """Which are compared with runs above, as far as a reduced budget can."""
     pages = {"Lin & Lee 1999": "lin_lee_1999", "Jee & Koren 2004": "jee_koren_2004",
-             "Jee & Koren 1995": "jee_koren_1995", "this project": "designed_tables",
-             "Lin & Gai 2009": "lin_gai_2009"}  # fmt: skip
+             "Jee & Koren 1995": "jee_koren_1995", "Huang & Shy": "huang_shy",
+             "Lin & Gai 2009": "lin_gai_2009", "this project": "designed_tables"}  # fmt: skip
     rows = [
         row
         for row in table((EXPERIMENTS / "README.md").read_text(encoding="utf-8"))
         if row[0] in pages
     ]
-    assert len(rows) == 19
+    assert len(rows) == 27
     for experiment, quantity, published, here in rows:
         page = (EXPERIMENTS / pages[experiment] / "README.md").read_text(encoding="utf-8")
-        if "Koren" in experiment or "Gai" in experiment:
+        if "&" in experiment and experiment != "Lin & Lee 1999":
             same = [row for row in table(page) if row[1] == quantity.partition(", that of")[0]]
             assert (published, here) in [(row[2], row[3]) for row in same], quantity
         else:
