@@ -163,7 +163,7 @@ def _drive(design: Design) -> Drive | None:
     if design.plant.name not in ALL_PLANTS.known:
         return None
     machine = PlantSettings(**design.plant.model_dump()).machine
-    if design.axis:
+    if design.axis in machine.axes:  # not those of a scenario that has several of one drive
         return machine.drives[machine.axes.index(design.axis)]
     return machine.drives[0] if len(set(machine.drives)) == 1 else None
 
