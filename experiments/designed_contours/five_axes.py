@@ -3,7 +3,7 @@
 python -m experiments.designed_contours.five_axes             # the tables of the page, some minutes
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import click
@@ -15,27 +15,31 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.comparison import Comparison
+from hfc_design.simulation.evaluating import evaluate
 
 HERE = Path(__file__).parent
 DESIGNED = "designed"
+#: On the nominal machine alone.
+WHOLE = "blade, whole"
 #: What each controller is called -> its design.
 CONTROLLERS = {
     DESIGNED: HERE / "five_axes.json",
-    "PID with feed-forward": HERE / "five_axes_pid_ff.json",
+    "PID with feed-forward, by rule": HERE / "five_axes_pid_ff.json",
     "PID of 2009": "lin-gai-2009-pid",
     "fuzzy sliding of 2009": "lin-gai-2009-fuzzy-sliding",
     "compensated of 2009": "lin-gai-2009-fuzzy-sliding-compensated",
 }
 SLOW = f"reference.file={HERE / 'five_axes_slow.ngc'}"
 COUPLED = "plant.name=five-axis-coupled"
+SECONDS = "simulation.duration_s={}"
 #: What the tables call it -> scenario, what is changed of it, and of every design.
 PROGRAMS: dict[str, tuple[str, tuple[str, ...], dict[str, str]]] = {
     "program of 2009": ("five-axis-program", (), {}),
     "as printed": ("five-axis-program-printed", (), {}),
-    "blade": ("five-axis-blade", (), {}),
-    "blade at F900": ("five-axis-blade", (SLOW,), {}),
-    "program, coupled axes": ("five-axis-program", (COUPLED,), {"plant.name": COUPLED[11:]}),
-    "blade, coupled axes": ("five-axis-blade", (COUPLED,), {"plant.name": COUPLED[11:]}),
+    "blade, 6 s": ("five-axis-blade", (SECONDS.format(6),), {}),
+    "blade at F900, 6 s": ("five-axis-blade", (SLOW, SECONDS.format(6)), {}),
+    "coupled axes": ("five-axis-program", (COUPLED,), {"plant.name": COUPLED[11:]}),
+    WHOLE: ("five-axis-blade", (), {}),
 }
 #: Metric -> what a table calls it.
 MEASURED = {
@@ -61,13 +65,12 @@ def scenario(program: str) -> Scenario:
     return load_scenario(name, changes)
 
 
-def nominal(program: str, found: Comparison) -> Iterator[list[str]]:
-    """A row of each controller on the nominal machine."""
-    for name, side in found.bouts[0].sides.items():
-        own = [f"{1e3 * side.nominal[key]:.3g}" for key in MEASURED]
-        beyond = max(x for key, x in side.nominal.items() if OVERSHOOT in key)
-        chatter = f"{1e3 * side.nominal[CHATTER]:.3g}"
-        yield [program, name, *own, f"{1e3 * beyond:.2g}", chatter]
+def row(program: str, name: str, found: Mapping[str, float | None]) -> list[str]:
+    """A controller on the nominal machine."""
+    numbers = {key: float("nan") if x is None else x for key, x in found.items()}
+    beyond = max(x for key, x in numbers.items() if OVERSHOOT in key)
+    own = [*(numbers[key] for key in MEASURED), abs(beyond), numbers[CHATTER]]
+    return [program, name, *(f"{1e3 * x:.3g}" for x in own)]
 
 
 def paired(program: str, found: Comparison) -> Iterator[list[str]]:
@@ -89,8 +92,12 @@ def main(machines: int, wanted: tuple[str, ...]) -> None:
     """Print the tables of the page."""
     rows, pairs = [], []
     for program in wanted or PROGRAMS:
-        found = compare(designs(program), scenario(program), SPREAD, machines)
-        rows += nominal(program, found)
+        where, each = scenario(program), designs(program)
+        if program == WHOLE:
+            rows += [row(program, k, evaluate(x, where).metrics) for k, x in each.items()]
+            continue
+        found = compare(each, where, SPREAD, machines)
+        rows += [row(program, k, x.nominal) for k, x in found.bouts[0].sides.items()]
         pairs += paired(program, found)
     units = (*MEASURED.values(), "overshoot [µm, mdeg]", "chatter [mV]")
     click.echo(markdown(("program", "controller", *units), rows))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Floats, Gains, Integers, Own
 from hfc_design.core.records import UserError
 
+#: ``Genome.stages``.
+Stages: TypeAlias = tuple[tuple[float, bool], ...]
 #: Structures of all parts together, at most; each is an island of a search.
 MOST = 20_000
 
@@ -34,28 +36,13 @@ class BesideGenome(Genome):
         #: The genome of each part.
         self.parts = parts
         self.counts = [genome.structures for genome in parts]
+        self.stages = _together([genome.stages for genome in parts])
         self.structures = math.prod(self.counts)  # every combination
         if self.structures > MOST:
             raise UserError(
                 f"controller.{key}: have {self.structures} structures together; allowed are "
                 f"{MOST}: give fewer inputs"
             )
-
-    @property
-    def stages(self) -> tuple[tuple[float, bool], ...]:
-        """Those of the part that has the most; none where a part has none.
-
-        Others stay in their last one; structures compete where those of any part do.
-        """
-        each = [genome.stages for genome in self.parts]
-        if not all(each):
-            return ()
-        every = [own[min(k, len(own) - 1)][1] for own in each for k in range(max(map(len, each)))]
-        longest = max(each, key=len)
-        competing = np.array(every).reshape(len(each), -1).any(axis=0)
-        return tuple(
-            (share, bool(any_)) for (share, _), any_ in zip(longest, competing, strict=True)
-        )
 
     def stage(self, number: int, about: SideBySide | None) -> Stage:
         """Coordinates of every part in its stage, one after the other, in the finest of steps."""
@@ -106,3 +93,16 @@ class BesideGenome(Genome):
     def gains(self, population: SideBySide) -> Gains:
         """The gains of each part."""
         return self.each("gains", population.parts)
+
+
+def _together(each: Sequence[Stages]) -> Stages:
+    """The stages of the part that has the most, none where a part has none.
+
+    Others stay in their last one; structures compete where those of any part do.
+    """
+    if not all(each):
+        return ()
+    longest = max(each, key=len)
+    now = [[own[min(k, len(own) - 1)] for own in each] for k in range(len(longest))]
+    shares = (share for share, _ in longest)
+    return tuple((x, any(compete for _, compete in y)) for x, y in zip(shares, now, strict=True))
