@@ -80,8 +80,8 @@ def compare(
     )
     said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
     said += [told for bout in bouts for told in bout.chaos()]
-    told = bouts, _differences(bouts), said
-    return Comparison(named, spread, seed, machines, *told, dict(tolerances))
+    found_all = bouts, _differences(bouts), said
+    return Comparison(named, spread, seed, machines, *found_all, dict(tolerances))
 
 
 def _scenarios(
