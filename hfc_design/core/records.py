@@ -39,7 +39,7 @@ class Record(BaseModel):
 
 
 #: Characters of a message: nobody reads more.
-LONGEST = 300
+LONGEST = 360
 
 
 def in_a_line(message: str) -> str:

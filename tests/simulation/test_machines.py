@@ -45,5 +45,9 @@ def test_the_first_machines_of_a_seed_stay():
 
 
 def test_an_unknown_parameter():
-    with pytest.raises(api.UserError, match=r"robust.tolerances.mass: no parameter of c-axis"):
-        drawn(C_AXIS, 0.2, 3, 0, {"mass": 0.1})
+    for key, told in (
+        ("--spread", "--tolerance mass"),
+        ("robust.spread", "robust.tolerances.mass"),
+    ):
+        with pytest.raises(api.UserError, match=f"{told}mass: no parameter of c-axis"):
+            drawn(C_AXIS, 0.2, 3, 0, {"mass": 0.1}, key=key)
