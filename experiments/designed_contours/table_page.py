@@ -27,7 +27,7 @@ CHATTER = "rms_command_change"
 OWN = "table"
 MICRONS = 1e3
 NOMINAL = ("motion", "controller", "path error / impulse / rms [um]", "chatter [V]")
-PAIRED = ("motion", "against", "keep it", *METRICS.values())
+PAIRED = ("motion", "against", "stable", *METRICS.values())
 
 
 class Side:
