@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import hfc_design.api as hfc
-from experiments.designed_contours.table_page import METRICS
+from experiments.designed_contours.table_page import METRICS, sides, tables
 
 FOLDER = Path(__file__).parents[2] / "experiments" / "designed_contours"
 SMALL = "milling-table-small-circle"
