@@ -13,6 +13,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
+from hfc_design.pictures.figure import save
+from hfc_design.report.comparison.plots import machines as drawn
 from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluating import evaluate
@@ -88,9 +90,10 @@ def paired(program: str, found: Comparison) -> Iterator[list[str]]:
 @click.command()
 @click.option("--machines", default=MACHINES, help="Beside the nominal one.")
 @click.option("--program", "wanted", multiple=True, type=click.Choice([*PROGRAMS]))
-def main(machines: int, wanted: tuple[str, ...]) -> None:
+@click.option("--plot", type=click.Path(path_type=Path), help="Draw the errors on all machines.")
+def main(machines: int, wanted: tuple[str, ...], plot: Path | None) -> None:
     """Print the tables of the page."""
-    rows, pairs = [], []
+    rows, pairs, bouts = [], [], []
     for program in wanted or PROGRAMS:
         where, each = scenario(program), designs(program)
         if program == WHOLE:
@@ -99,6 +102,9 @@ def main(machines: int, wanted: tuple[str, ...]) -> None:
         found = compare(each, where, SPREAD, machines)
         rows += [row(program, k, x.nominal) for k, x in found.bouts[0].sides.items()]
         pairs += paired(program, found)
+        bouts += [bout._replace(name=program) for bout in found.bouts]
+    if plot is not None and bouts:
+        save(drawn(found._replace(bouts=bouts)), plot)
     units = (*MEASURED.values(), "overshoot [µm, mdeg]", "chatter [mV]")
     click.echo(markdown(("program", "controller", *units), rows))
     click.echo(markdown(("program", "against", *MEASURED.values(), "stable"), pairs))
