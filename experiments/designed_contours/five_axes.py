@@ -20,12 +20,13 @@ from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluating import evaluate
 
 HERE = Path(__file__).parent
-DESIGNED = "designed"
+DESIGNED, SCHEDULED = "designed", "scheduled"
 #: On the nominal machine alone.
 WHOLE = "blade, whole"
 #: What each controller is called -> its design.
 CONTROLLERS = {
     DESIGNED: HERE / "five_axes.json",
+    SCHEDULED: HERE / "five_axes_scheduled.json",
     "PID with feed-forward, by rule": HERE / "five_axes_pid_ff.json",
     "PID of 2009": "lin-gai-2009-pid",
     "fuzzy sliding of 2009": "lin-gai-2009-fuzzy-sliding",
@@ -76,15 +77,16 @@ def row(program: str, name: str, found: Mapping[str, float | None]) -> list[str]
 
 
 def paired(program: str, found: Comparison) -> Iterator[list[str]]:
-    """A row of each other controller: how the designed one differs, machine by machine."""
-    sides = found.bouts[0].sides
-    for other in list(CONTROLLERS)[1:]:
+    """How the designed ones differ from the others, machine by machine, a row for each two."""
+    sides, names = found.bouts[0].sides, list(CONTROLLERS)
+    for first, other in [(x, y) for k, x in enumerate(names[:2]) for y in names[k + 1 :]]:
         cells = []
         for key in MEASURED:
-            one = next(x for x in found.differences if (x.metric, x.second) == (key, other))
+            own = found.of(found.bouts[0].name, key)
+            one = next(x for x in own if (x.first, x.second) == (first, other))
             cells.append(f"{one.ratio:.3f} ({one.better})")
-        stable = (f"{int(sides[name].stable.sum())}" for name in (DESIGNED, other))
-        yield [program, other, *cells, " / ".join(stable)]
+        stable = (f"{int(sides[name].stable.sum())}" for name in (first, other))
+        yield [program, f"{first} / {other}", *cells, " / ".join(stable)]
 
 
 @click.command()
@@ -107,7 +109,7 @@ def main(machines: int, wanted: tuple[str, ...], plot: Path | None) -> None:
         save(drawn(found._replace(bouts=bouts)), plot)
     units = (*MEASURED.values(), "overshoot [µm, mdeg]", "chatter [mV]")
     click.echo(markdown(("program", "controller", *units), rows))
-    click.echo(markdown(("program", "against", *MEASURED.values(), "stable"), pairs))
+    click.echo(markdown(("program", "controllers", *MEASURED.values(), "stable"), pairs))
 
 
 if __name__ == "__main__":
