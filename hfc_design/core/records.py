@@ -122,6 +122,7 @@ PLAIN = {
     **dict.fromkeys(("tuple_type", "list_type"), "has to be a list"),
     **dict.fromkeys(("dict_type", "model_type"), "has to be a table of keys and values"),
     "callable_type": "has to be a function",
+    "extra_forbidden": "there is no such key",
 }
 #: The same of lists and tables of another length -> what bounds it, and how that is said.
 LENGTHS = {"too_short": ("min_length", "at least"), "too_long": ("max_length", "at most")}
@@ -137,7 +138,11 @@ def _explained(error: ValidationError, data: Plain) -> str:
         counts = first["ctx"]
         message = f"has to have {words} {counts[bound]} entries, not {counts['actual_length']}"
     if missing:
-        message = f"{keys}: is missing"
+        # whoever begins a file wants to know all of them at once
+        lack = [other for other in (first, *others) if other["type"] == "missing"]
+        others = [other for other in others if other["type"] != "missing"]
+        names = [_place(other["loc"], data, missing)[0] for other in lack]
+        message = f"{', '.join(names)}: {'are' if len(names) > 1 else 'is'} missing"
     elif first["type"] == "value_error" and isinstance(value, dict):
         message = f"{keys}.{message}" if keys else message  # the record names its own key
     elif keys:

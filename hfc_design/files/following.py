@@ -72,7 +72,12 @@ def _check_path(reference: PathReference, axes: list[Axis], cycle: float) -> Non
         return
     assert path is not None  # it is a trajectory in X-Y
     if len(axes) != 2:
-        one = "a reference for one axis, or kind 'per-axis'"
+        if len(axes) == 1:
+            raise ValueError(
+                f"{key}: is for X-Y; one axis of {axes[0].drive.name} has to become two, "
+                "with [plant.axes.x] and [plant.axes.y]"
+            )
+        one = "a program, or kind 'per-axis'"
         raise ValueError(f"{key}: a machine of {len(axes)} axes follows {one}")
     lengths = []
     for axis in axes:

@@ -177,10 +177,10 @@ def test_a_full_disk_loses_nothing(tmp_path, undisturbed):
         ("[grid]\nrun.seed = []\n", ["grid.run.seed = []", "list"]),
         ("[grid]\nrun.seed = [-1]\n", ["run.seed = -1", "cell with"]),
         ('[grid]\nscenario = ["nobody"]\n', ["nobody", "no such scenario"]),
-        ("[gird]\n", ["gird", "not permitted"]),
+        ("[gird]\n", ["gird", "no such key"]),
         ("grid = 3\n", ["grid = 3"]),
         ("[grid\n", ["not valid TOML"]),
-        ("[grid]\nsearch.speed = [1]\n", ["search.speed", "not permitted"]),
+        ("[grid]\nsearch.speed = [1]\n", ["search.speed", "no such key"]),
         (
             f"[grid]\nrun.seed = {list(range(400))}\nsearch.generations = {list(range(1, 400))}\n",
             ["159600 cells", "100000"],

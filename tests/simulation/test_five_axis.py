@@ -143,7 +143,7 @@ def test_bad_programs_are_one_clear_line(scenario, text, changes, message):
     [
         ("{kind = 'gcode', file = 'part.ngc'}", "reference.limits.x: is missing"),
         ("{kind = 'circle', radius_mm = 5.0, feed_mm_min = 600.0}",
-         "a machine of 5 axes follows a reference for one axis, or kind 'per-axis'"),
+         "a machine of 5 axes follows a program, or kind 'per-axis'"),
         ("{kind = 'gcode', file = 'part.ngc', start = {x = 1.0}}", "start: needs limits"),
     ],
 )  # fmt: skip
@@ -154,6 +154,18 @@ def test_references_that_five_axes_cannot_follow(
     (tmp_path / "part.ngc").write_text("G1 X5 F60")
     with pytest.raises(hfc.UserError, match=message):
         hfc.load_scenario("five-axis-program", [f"reference={reference}"])
+
+
+def test_a_circle_of_one_table_says_how_to_get_two_axes():
+    with pytest.raises(hfc.UserError, match=r"with \[plant.axes.x\] and \[plant.axes.y\]"):
+        hfc.load_scenario("milling-table-circle", ["plant={name='milling-table'}"])
+
+
+def test_what_a_reference_lacks_is_told_at_once():
+    with pytest.raises(hfc.UserError) as caught:
+        hfc.load_scenario("milling-table-circle", ["reference={kind='circle', radius=5}"])
+    told = "reference.radius_mm, reference.feed_mm_min: are missing (and 1 more)"
+    assert str(caught.value).endswith(told)
 
 
 def test_a_scenario_spells_out_what_counts_only():

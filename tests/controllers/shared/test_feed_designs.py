@@ -243,7 +243,7 @@ def broken(*keys, value):
         ),
         (broken("adaptation", "smallest_overlap", "error", value=0.0), ["error = 0.0", "greater"]),
         (broken("low_velocity", value={**X_AXIS, "forward": [1.0]}), ["low_velocity.forward"]),
-        (broken("form", value="PD"), ["controller.form", "not permitted"]),
+        (broken("form", value="PD"), ["controller.form", "no such key"]),
     ],
 )
 def test_design_files_that_cannot_run(text, words):
