@@ -52,7 +52,7 @@ MEASURED = {
     "max_orientation_error_deg": "largest [mdeg]",
 }
 CHATTER, OVERSHOOT = "rms_voltage_change_V", "_overshoot_"
-SPREAD, MACHINES = 0.2, 200
+SPREAD, MACHINES = 0.3, 200
 
 
 def designs(program: str) -> dict[str, Design]:

