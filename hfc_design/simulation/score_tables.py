@@ -41,9 +41,26 @@ def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[
     return rows
 
 
+#: A path that takes this much longer than its simulation is cut short: a start from rest is not.
+LONGER = 1.02
+
+
+def _cut_short(scenario: Scenario) -> list[str]:
+    """The motions that end before their path does."""
+    found = []
+    for motion in scenario.each_motion():
+        path, ends = motion.path, motion.simulation.duration_s
+        if path is not None and path.duration_s > LONGER * ends:
+            found.append(
+                f"{motion.name}: the simulation ends after {ends:g} s of a path of "
+                f"{path.duration_s:.4g} s; what comes then is not in these numbers"
+            )
+    return found
+
+
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     """What has to be told beside the numbers of some designs, a line each."""
-    found, own = [], scenario.simulation.substeps
+    found, own = _cut_short(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:
             tried = f", with {one.substeps} substeps too" if one.substeps > own else ""

@@ -17,6 +17,7 @@ from click.testing import CliRunner
 from hfc_design.cli import main, shown
 from hfc_design.cli.insight import LISTED
 from hfc_design.core.plugins import know
+from hfc_design.core.records import LONGEST
 from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.named_scenario import builtin_names
 from hfc_design.files.pairing import load_design
@@ -200,7 +201,7 @@ Gone(ValueError("told"))
 def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
     refused = hfc("design", "c-axis-ramp", "--population", "a" * 5000)
     assert refused.exit_code == 2
-    assert len(refused.stderr.splitlines()[-1]) <= 310
+    assert len(refused.stderr.splitlines()[-1]) <= LONGEST + 10
     assert refused.stderr.rstrip().endswith("is not a valid integer.")
 
 

@@ -12,6 +12,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.score_tables import notes
 
 CIRCLE = "feed-drive-circle"
 #: Jee & Koren 2004, fig. 12: the lower feed, with the Coulomb friction that spec and plant settle.
@@ -92,7 +93,7 @@ def test_trajectory_csv_names_axes_and_units(tmp_path):
     [
         (["reference.feed_mm_min=99999.0"], ["feed of 99999 mm/min", "largest feed"]),
         (["reference={kind='ramp'}"], ["reference.kind = 'ramp'", "2 axes", "X-Y"]),
-        (["plant.axes={}"], ["reference.kind = 'circle'", "1 axes"]),
+        (["plant.axes={}"], ["reference.kind = 'circle'", "one axis of feed-drive"]),
         (["plant.axes.x.gain=-1.0"], ["plant.axes.x", "gain = -1.0", "more than zero"]),
         (["fitness.kind='best'"], ["fitness", "'best'", " contour,"]),
     ],
@@ -120,3 +121,10 @@ def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines):
     page = (folder / "report.html").read_text()
     assert "unit s/BLU" in page  # of the derivative gain
     assert "V/rad" not in page
+
+
+def test_a_path_that_the_simulation_cuts_short_is_told():
+    """60 s of a circle: said of 10 s, not of all of it."""
+    whole, part = (load_scenario(CIRCLE, {"simulation.duration_s": x}) for x in (60.0, 10.0))
+    assert notes(whole, {}) == []
+    assert "ends after 10 s of a path of 60 s" in notes(part, {})[0]

@@ -297,7 +297,10 @@ def test_frequencies_that_cannot_be_told_are_refused_in_a_line(frequencies, faul
         ([one(50.0, 1.0, 1.0), one(1.0, 1.0, 1.0)], "have to rise"),
         ([one(400.0, 1.0, 1.0)], "resonators: 400 rad/s has to be below 314.159, half the samp"),
         ([one(1.0, "x", 1.0)], "resonators.0.in_phase = 'x'"),
-        ([{"frequency_rad_s": 1.0}], "resonators.0.in_phase: is missing"),
+        (
+            [{"frequency_rad_s": 1.0}],
+            "resonators.0.in_phase, controller.resonators.0.quadrature: are missing",
+        ),
     ],
 )
 def test_a_design_that_cannot_run_is_refused(resonators, fault, tmp_path):
