@@ -1,10 +1,10 @@
 """What the axes of a machine may do on a program, as a user writes it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from hfc_design.core.records import Finite, Label, Positive, Record, ordered
 from hfc_design.motion.look_ahead import Bounds
@@ -53,7 +53,7 @@ class AxisLimits(Record):
 
 
 #: The ``[reference.limits]`` of a scenario: those of each axis by its name.
-Limits = Annotated[dict[Label, AxisLimits], Field(exclude_if=lambda value: not value)]
+Limits: TypeAlias = dict[Label, AxisLimits]
 
 
 def bounds_of(limits: Mapping[str, AxisLimits], axes: Sequence[MovedAxis]) -> Bounds:

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, dist, pi, radians, sin
-from operator import not_
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
@@ -157,7 +156,7 @@ class GCode(Trajectory):
     file: Annotated[FilePath, PROGRAM]
     rapid_mm_min: Positive = 1500.0  # of G0
     acceleration_mm_s2: Positive = 100.0
-    start: dict[Label, Finite] = Field({}, exclude_if=not_)  # of each axis [mm or deg]; else 0
+    start: dict[Label, Finite] = {}  # of each axis [mm or deg]; else 0
     limits: Limits = {}
 
     @model_validator(mode="after")
@@ -172,7 +171,10 @@ class GCode(Trajectory):
     @model_serializer(mode="wrap")
     def _own_keys(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
         data: dict[str, object] = whole(self)
-        return {key: x for key, x in data.items() if not (self.limits and key in PLANAR)}
+        left_out = {*PLANAR} if self.limits else {"limits"}
+        if not self.start:
+            left_out.add("start")
+        return {key: x for key, x in data.items() if key not in left_out}
 
     def _segments(self) -> Iterable[Segment]:
         return gcode.read(self.file, self.rapid_mm_min)
