@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from hfc_design.controllers.genome import Genome, Members, Stage, taken
-from hfc_design.controllers.kind import Target
+from hfc_design.controllers.kind import Target, kinds
 from hfc_design.core.numbers import Floats, Gains, Integers, Own
 from hfc_design.core.records import UserError
 
@@ -106,3 +106,15 @@ def _together(each: Sequence[Stages]) -> Stages:
     now = [[own[min(k, len(own) - 1)] for own in each] for k in range(len(longest))]
     shares = (share for share, _ in longest)
     return tuple((x, any(compete for _, compete in y)) for x, y in zip(shares, now, strict=True))
+
+
+class AroundGenome(BesideGenome):
+    """Of a controller around others: its parts are what is ``inner``, and numbers of its own."""
+
+    def __init__(self, settings: Any, target: Target, own: Genome):
+        inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
+        super().__init__(settings, target, [inner, own], "inner")
+
+    def notation(self, structure: int) -> str:
+        """That of what is inside."""
+        return str(self.parts[0].notation(structure))

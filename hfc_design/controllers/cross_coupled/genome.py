@@ -4,11 +4,11 @@ from collections import namedtuple
 
 import numpy as np
 
-from hfc_design.controllers.beside import BesideGenome, SideBySide
+from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.cross_coupled.law import CrossGains
 from hfc_design.controllers.cross_coupled.record import CrossCoupledSettings
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Target, kinds
+from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Json
 
 
@@ -23,7 +23,7 @@ class _OwnGenome(GainsGenome):
         self.ranges = namedtuple("Ranges", found)(**found)
 
 
-class CrossCoupledGenome(BesideGenome):
+class CrossCoupledGenome(AroundGenome):
     """Its parts are what is inside, and its own gains.
 
     Raises:
@@ -31,12 +31,7 @@ class CrossCoupledGenome(BesideGenome):
     """
 
     def __init__(self, settings: CrossCoupledSettings, target: Target):
-        inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
-        super().__init__(settings, target, [inner, _OwnGenome(settings, target)], "inner")
-
-    def notation(self, structure: int) -> str:
-        """That of what is inside."""
-        return str(self.parts[0].notation(structure))
+        super().__init__(settings, target, _OwnGenome(settings, target))
 
     def gains(self, population: SideBySide) -> CrossGains:
         """As the simulator wants them."""

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from hfc_design.controllers.beside import BesideGenome, SideBySide
+from hfc_design.controllers.beside import AroundGenome, SideBySide
 from hfc_design.controllers.dynamic_compensation.law import CompensationGains
 from hfc_design.controllers.dynamic_compensation.record import CompensationSettings
 from hfc_design.controllers.gains.genome import GainsGenome
-from hfc_design.controllers.kind import Target, kinds
+from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import Json
 
 
-class CompensationGenome(BesideGenome):
+class CompensationGenome(AroundGenome):
     """Its parts are what is inside, and its own numbers in shares of the settings.
 
     Raises:
@@ -18,12 +18,7 @@ class CompensationGenome(BesideGenome):
     """
 
     def __init__(self, settings: CompensationSettings, target: Target):
-        inner = kinds().get(settings.inner.kind).genome(settings.inner, target)
-        super().__init__(settings, target, [inner, GainsGenome(settings, target)], "inner")
-
-    def notation(self, structure: int) -> str:
-        """That of what is inside."""
-        return str(self.parts[0].notation(structure))
+        super().__init__(settings, target, GainsGenome(settings, target))
 
     def gains(self, population: SideBySide) -> CompensationGains:
         """As the simulator wants them."""
