@@ -122,6 +122,8 @@ class SensorSettings(PerAxisRecord):
     #: the tracking observer that a drive has for every encoder, of bandwidth ``observer_hz``.
     velocity: Literal["tachometer", "encoder", "observer"] = "tachometer"
     observer_hz: Positive | None = None
+    #: Samples over which ``velocity = "encoder"`` takes the difference of two readings.
+    difference_samples: int = Field(1, ge=1, le=64, exclude_if=(1).__eq__)
     readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)  # signal -> how it is read
     #: Encoder whose position the controller follows the reference with; left out: the drive's own.
     feedback: Label | None = Field(None, exclude_if=not_)
@@ -130,6 +132,9 @@ class SensorSettings(PerAxisRecord):
     def _has_bandwidth(self) -> Self:
         if self.velocity == "observer" and self.observer_hz is None:
             raise ValueError("observer_hz: is missing; velocity = 'observer' needs its bandwidth")
+        if self.difference_samples > 1 and self.velocity != "encoder":
+            told = f"difference_samples = {self.difference_samples}"
+            raise ValueError(f"{told}: needs velocity = 'encoder', not {self.velocity!r}")
         return self
 
 

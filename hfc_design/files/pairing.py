@@ -29,6 +29,7 @@ DEFAULT_SCENARIOS = {
     "feed-drive": "feed-drive-circle",
     "five-axis": "five-axis-program",
     "milling-table": "milling-table-circle",
+    "positioning-stage": "positioning-stage-move",
 }
 #: Limits that belong to the drive and not to the controller.
 CONVERTER = ("resolution", "delay_samples")

@@ -68,6 +68,9 @@ BASELINES = {
         "huang-soc": Baseline("Huang SOC", "the SOC of Huang & Shy"),
         "huang-pid": Baseline("Huang PID", "their PID"),
     },
+    "positioning-stage": {
+        "emps-cascade": Baseline("EMPS cascade", "the loop that recorded the logs of EMPS"),
+    },
 }
 
 

@@ -22,6 +22,7 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
 from hfc_design.simulation.sensors import (
     Angles,
+    Rates,
     Sensors,
     converted,
     largest_command,
@@ -93,7 +94,7 @@ class Moving(NamedTuple):
 
     states: tuple[State, ...]  # of each drive
     angles: tuple[Angles, ...]  # that its encoders read, or its observers had, before
-    rates: tuple[Angles, ...]  # that its observers had
+    rates: tuple[Rates, ...]  # that its observers had
     waiting: tuple[Scalar | None, ...]  # command that acts in this sample, where it is delayed
     memory: Memory  # of the controller
     commands: tuple[Scalar, ...]  # of the previous sample
@@ -125,7 +126,8 @@ def start(loop: Loop, zero: Scalar, started: tuple[State, ...]) -> Moving:
     angles, rates = [], []
     for drive, state, sensors in zip(loop.machine.drives, states, loop.sensors, strict=True):
         observed = sensors is not None and sensors.velocity == "observer"
-        angles.append({angle: getattr(state, angle) for angle in drive.encoders})
+        count = 1 if sensors is None else sensors.samples
+        angles.append({angle: (getattr(state, angle),) * count for angle in drive.encoders})
         each = drive.encoders.items() if observed else ()
         rates.append({angle: getattr(state, velocity) for angle, velocity in each})
     return Moving(
@@ -214,7 +216,7 @@ def watched(
 
 def _sensed(
     loop: Loop, k: int, fixed: Parameters, before: Moving, row: AxisSamples, sample_time: Scalar
-) -> tuple[State, dict[str, Scalar], Angles, Angles]:
+) -> tuple[State, dict[str, Scalar], Angles, Rates]:
     """State and signals of axis ``k`` as the controller sees them; angles and rates to carry on."""
     drive, sensors = loop.machine.drives[k], loop.sensors[k]
     known = before.angles[k], before.rates[k]

@@ -14,8 +14,10 @@ from hfc_design.files.machine import SensorSettings
 from hfc_design.motion.samples import AxisSamples
 from plants import Drive
 
-#: Numbers of an axis' encoders by the name of their angles.
-Angles = dict[str, Scalar]
+#: What an axis' encoders read before, or its observers made of that, the newest first, by the name
+#: of their angles; and the rates of its observers.
+Angles = dict[str, tuple[Scalar, ...]]
+Rates = dict[str, Scalar]
 
 
 class Sensors(NamedTuple):
@@ -25,6 +27,7 @@ class Sensors(NamedTuple):
     velocity: str  # where it comes from, see ``SensorSettings``
     observer: tuple[float, float]  # gains of the observer of velocity
     readings: tuple[tuple[str, float], ...]  # other signals that are measured, their resolutions
+    samples: int = 1  # over which the difference of two readings is taken
 
 
 def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
@@ -34,7 +37,8 @@ def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
     if exact and wanted.velocity == "tachometer" and not read:
         return None
     gains = observer_gains(wanted.observer_hz or 0.0, sample_time)
-    return Sensors(wanted.encoder_resolution, wanted.velocity, gains, read)
+    own = wanted.encoder_resolution, wanted.velocity, gains, read
+    return Sensors(*own, wanted.difference_samples)
 
 
 def without_steps(sensors: Sensors) -> Sensors:
@@ -98,10 +102,10 @@ def measured(
     drive: Drive,
     fixed: Parameters,
     state: State,
-    before: tuple[Angles, Angles],
+    before: tuple[Angles, Rates],
     row: AxisSamples,
     sample_time: Scalar,
-) -> tuple[State, Angles, Angles]:
+) -> tuple[State, Angles, Rates]:
     """The state as the controller sees it; angles and rates to be given ``before`` the next sample.
 
     The position is always the reading. The velocity of an observer is that of its own estimate,
@@ -112,15 +116,18 @@ def measured(
     if sensors is None:
         return state, earlier, rates
     alpha, beta = sensors.observer
-    seen, angles, estimates = {}, {}, {}
+    seen: dict[str, Scalar] = {}
+    angles: Angles = {}
+    estimates: Rates = {}
     for (angle, velocity), disturbance in zip(drive.encoders.items(), row.noise, strict=False):
         reading = in_steps(getattr(state, angle) + disturbance, sensors.encoder_resolution)
-        seen[angle] = angles[angle] = reading
+        known, seen[angle] = earlier[angle], reading
+        angles[angle] = (reading, *known[:-1])
         if sensors.velocity == "encoder":
-            seen[velocity] = (reading - earlier[angle]) / sample_time
+            seen[velocity] = (reading - known[-1]) / (len(known) * sample_time)
         elif sensors.velocity == "observer":
-            expected = earlier[angle] + sample_time * rates[angle]
+            expected = known[0] + sample_time * rates[angle]
             off = reading - expected
-            angles[angle] = expected + alpha * off
+            angles[angle] = (expected + alpha * off,)
             seen[velocity] = estimates[angle] = rates[angle] + beta * off / sample_time
     return state._replace(**seen), angles, estimates

@@ -7,6 +7,7 @@ import pytest
 from run_folders import hfc
 
 from plants import C_AXIS, FEED_DRIVE
+from plants.positioning_stage import POSITIONING_STAGE
 
 
 def test_parameters_stand_with_defaults_and_units():
@@ -21,7 +22,7 @@ def test_parameters_stand_with_defaults_and_units():
     assert "error [BLU], error_rate [BLU/s], command [unit]" in text
 
 
-@pytest.mark.parametrize("drive", [C_AXIS, FEED_DRIVE])
+@pytest.mark.parametrize("drive", [C_AXIS, FEED_DRIVE, POSITIONING_STAGE])
 def test_units_are_those_beside_the_parameters(drive):
     """The comment of each ends with its unit, or has it before a remark."""
     source = inspect.getsource(drive.parameters)

@@ -15,7 +15,7 @@ from hfc_design.formats import FORMATS
 from hfc_design.runtime import Controller
 
 #: Largest commands that hold the built-in designs back.
-LIMITS = {"c-axis": 12.0, "feed-drive": 9.0, "milling-table": 6.0}
+LIMITS = {"c-axis": 12.0, "feed-drive": 9.0, "milling-table": 6.0, "positioning-stage": 6.0}
 
 
 def limited(name, limit=None, **changes):
@@ -28,7 +28,7 @@ def samples(design, count=400):
     """Signals by name, each (count,): swings that wind an integral up and let it go."""
     rng = np.random.default_rng(3)
     swing = np.sin(np.linspace(0.0, 12.0, count))
-    large = {"c-axis": 0.05, "feed-drive": 30.0, "milling-table": 0.5}[design.plant.name]
+    large = {"c-axis": 0.05, "feed-drive": 30.0}.get(design.plant.name, 0.5)
     names = design.kind.reads(design.controller)
     found = {name: large * 0.3 * rng.normal(size=count) for name in names}
     return found | {"error": large * swing}

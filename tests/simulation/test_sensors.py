@@ -105,6 +105,19 @@ def test_difference_and_observer_without_memory_are_the_same():
     np.testing.assert_allclose(moved(scenario(*changes)).command, difference, rtol=1e-9)
 
 
+@pytest.mark.parametrize("count", [2, 5])
+def test_difference_over_several_samples_is_one_of_the_readings(count):
+    changes = ["velocity='encoder'", f"difference_samples={count}", "noise=3e-6"]
+    found = scenario(*(f"sensors.{x}" for x in ["encoder_resolution=1e-5", *changes]), seconds=0.2)
+    motion = moved(found, kp=20.0, kd=5.0)
+    reading = in_steps(motion.state.spindle_angle + found.samples().axes[0].noise[1], 1e-5)
+    told = (motion.command - 20.0 * (0.02 * found.simulation.time - reading)) / 5.0
+    before = np.concatenate([np.zeros(count), reading[:-count]])  # it stood still
+    np.testing.assert_allclose(0.02 - told, (reading - before) / (count * PERIOD), atol=1e-9)
+    with pytest.raises(hfc.UserError, match=r"sensors.*difference_samples = 2: needs velocity ="):
+        scenario("sensors.difference_samples=2")
+
+
 def by_hand(samples, resolution, limit, delay, kp=758.405, kd=743.010):
     """Commands that act on the C-axis, by a plain loop."""
     rhs = oracle.plant()

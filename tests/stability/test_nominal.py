@@ -11,6 +11,7 @@ from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 from plants import C_AXIS, FEED_DRIVE, Drive, only_positive, rk4
 from plants.milling_table import MILLING_TABLE
+from plants.positioning_stage import POSITIONING_STAGE
 
 
 class Parameters(NamedTuple):
@@ -134,6 +135,19 @@ def test_the_milling_table_by_hand_whatever_its_backlash(backlash):
         mass / force + 0.0025 * damping / force, rel=0.01
     )
     assert nominal(MILLING_TABLE, p, 0.005, 1.0).speed == 1.0
+
+
+def test_the_positioning_stage_by_hand():
+    """Forwards: u g = mass a + F_v v + F_c + offset + load; a command acts half a sample late."""
+    p = POSITIONING_STAGE.parameters()
+    found = nominal(POSITIONING_STAGE, p, 1e-3)
+    assert found.speed > 1e3 * (20.39 - 3.16) / 203.5  # where the viscous friction is the larger
+    volt, drag = 35.1507, 0.2035 / 35.1507
+    assert found.velocity.command == pytest.approx(drag, rel=1e-6)
+    assert found.acceleration.command == pytest.approx(0.09511 / volt + 0.0005 * drag, rel=1e-3)
+    assert found.coulomb.command == pytest.approx((20.39 - 3.16) / volt, rel=1e-6)
+    assert found.load.command == pytest.approx(1.0 / volt, rel=1e-6)
+    assert found.a[1, 1] == pytest.approx(np.exp(-0.2035 / 95.11), rel=1e-9)
 
 
 @pytest.mark.parametrize("width", [1e-4, 0.01])

@@ -1,0 +1,162 @@
+"""A positioning stage: one mass on a screw behind an amplifier, with friction that has two sides.
+
+The electro-mechanical positioning system of A. Janot, M. Gautier and M. Brunot ("Data set and
+reference models of EMPS", Nonlinear System Identification Benchmarks, 2019), cited as EMPS; its
+figures are the defaults. With a the acceleration, u the voltage and v the velocity::
+
+    mass a = amplifier_gain u - viscous_friction v - coulomb_friction sign(v) - offset - load
+
+The offset is a force that is always there: of the amplifier, or of a slope. Moving, it cannot be
+told from Coulomb friction that is larger forwards by it and smaller backwards; at rest the stage
+holds against what, less the offset, is not above its break-away force.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
+from plants.sliding import Slide, slid
+
+
+class PositioningStageParameters(NamedTuple):
+    """Physical parameters; the defaults are those of EMPS."""
+
+    mass: float = 95.11  # of everything that moves, as it meets the force [kg]
+    viscous_friction: float = 203.5  # the mean of both directions [N s/m]
+    viscous_asymmetry: float = 0.0  # forwards more by this share, backwards less [1]
+    coulomb_friction: float = 20.39  # the mean of both directions [N]
+    offset: float = -3.16  # always there, positive pulls back [N]
+    stiction_rise: float = 0.0  # break-away force less the Coulomb friction [N]
+    amplifier_gain: float = 35.1507  # of amplifier, motor and screw [N/V]
+    encoder_resolution: float = 0.0  # 0 for an ideal encoder [mm]
+    highest_voltage: float = 10.0  # of either sign [V]
+
+
+class PositioningStageState(NamedTuple):
+    """Where the stage is; every field a scalar."""
+
+    position: Scalar  # [mm]
+    velocity: Scalar  # [mm/s]
+
+
+class PositioningStageCoefficients(NamedTuple):
+    """What a step needs of the parameters, computed once; every force as the voltage it costs."""
+
+    gain: Scalar  # velocity over voltage [(mm/s)/V]
+    time_constant: Scalar  # [s]
+    coulomb: Scalar  # [V]
+    slope: Scalar  # viscous friction forwards less its mean [V/(mm/s)]
+    offset: Scalar  # [V]
+    stiction_rise: Scalar  # [V]
+    volt: Scalar  # force of a volt [N/V]
+    encoder_resolution: Scalar  # [mm]
+    highest_voltage: Scalar  # [V]
+
+
+def coefficients(p: PositioningStageParameters) -> PositioningStageCoefficients:
+    """The stage as ``tau dv/dt = K (u - offset - load - friction) - v``, in V, mm and s."""
+    volt = p.amplifier_gain
+    return PositioningStageCoefficients(
+        gain=1e3 * volt / p.viscous_friction,
+        time_constant=p.mass / p.viscous_friction,
+        coulomb=p.coulomb_friction / volt,
+        slope=1e-3 * p.viscous_asymmetry * p.viscous_friction / volt,
+        offset=p.offset / volt,
+        stiction_rise=p.stiction_rise / volt,
+        volt=volt,
+        encoder_resolution=p.encoder_resolution,
+        highest_voltage=p.highest_voltage,
+    )
+
+
+def friction(c: PositioningStageCoefficients, direction: Scalar, speed: Scalar) -> Scalar:
+    """What brakes at ``speed`` [mm/s] in ``direction`` beside the mean viscous friction [V]."""
+    return c.coulomb + jnp.where(direction > 0, c.slope, -c.slope) * speed
+
+
+def step(
+    c: PositioningStageCoefficients,
+    x: PositioningStageState,
+    voltage: Scalar,
+    loads: Loads,
+    dt: Scalar,
+) -> PositioningStageState:
+    """The state ``dt`` [s] later under a constant ``voltage`` [V] and ``loads`` [N]: see ``slid``.
+
+    Exact for constant loads and equal viscous friction, else of second order.
+    """
+    start, middle, end = loads
+    load = (start + 4.0 * middle + end) / 6.0 / c.volt
+    slide = Slide(c.gain, c.time_constant, partial(friction, c), c.stiction_rise)
+    return slid(slide, x, voltage - c.offset - load, dt)
+
+
+def accepted(c: PositioningStageCoefficients, command: Scalar) -> Scalar:
+    """The voltage that the amplifier takes [V]."""
+    return jnp.clip(command, -c.highest_voltage, c.highest_voltage)
+
+
+def measured(c: PositioningStageCoefficients, x: PositioningStageState) -> PositioningStageState:
+    """The state as the encoder counts it."""
+    ideal = c.encoder_resolution == 0.0
+    count = jnp.where(ideal, 1.0, c.encoder_resolution)
+    return x._replace(position=jnp.where(ideal, x.position, count * jnp.round(x.position / count)))
+
+
+def top_speed(p: PositioningStageParameters) -> float:
+    """Speed [mm/s] that the highest voltage holds in the slower direction, against all friction."""
+    force = p.amplifier_gain * p.highest_voltage - p.coulomb_friction
+    forwards = (force - p.offset) / (1.0 + p.viscous_asymmetry)
+    backwards = (force + p.offset) / (1.0 - p.viscous_asymmetry)
+    return 1e3 * max(min(forwards, backwards), 0.0) / p.viscous_friction
+
+
+POSITIONING_STAGE = Drive(
+    name="positioning-stage",
+    parameters=PositioningStageParameters,
+    exact=frozenset({"encoder_resolution", "highest_voltage"}),
+    fault=only_positive(
+        PositioningStageParameters,
+        **dict.fromkeys(("coulomb_friction", "stiction_rise", "encoder_resolution"), NOT_NEGATIVE),
+        viscous_asymmetry=(lambda value: -1 < value < 1, "between -1 and 1"),
+        offset=(lambda value: True, "any number"),
+    ),
+    units={
+        "error": "mm",
+        "error_rate": "mm/s",
+        "command": "V",
+        "load": "N",
+        "position": "mm",
+        "velocity": "mm/s",
+    },
+    parameter_units={
+        "mass": "kg",
+        "viscous_friction": "N s/m",
+        "viscous_asymmetry": "1",
+        "coulomb_friction": "N",
+        "offset": "N",
+        "stiction_rise": "N",
+        "amplifier_gain": "N/V",
+        "encoder_resolution": "mm",
+        "highest_voltage": "V",
+    },
+    meanings={
+        "command": "voltage to the amplifier, positive moves the stage forwards",
+        "position": "of the stage, by the encoder of its motor",
+    },
+    coefficients=coefficients,
+    initial_state=lambda zero: PositioningStageState(zero, zero),
+    step=step,
+    signals=lambda c, x: {"position": x.position, "velocity": x.velocity},
+    position="position",
+    velocity="velocity",
+    encoders={"position": "velocity"},
+    accepted=accepted,
+    measured=measured,
+    resolutions={"position": "encoder_resolution"},
+    millimetres=lambda p: 1.0,
+    top_speed=top_speed,
+    linear=lambda p: (1e3 * p.amplifier_gain / p.viscous_friction, p.mass / p.viscous_friction),
+)
