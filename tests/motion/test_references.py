@@ -94,7 +94,7 @@ def test_a_table_without_a_header_keeps_its_first_row(table, tmp_path):
 
 
 def test_a_cubic_table_is_smooth_and_has_an_acceleration(tmp_path):
-    """Exact on a cubic, and near a sine of which it has 16 rows a turn; at rest before and after."""
+    """Exact on a cubic, near a sine of which it has 16 rows a turn; at rest outside."""
     path, rows = tmp_path / "cubic.csv", np.array([0.5, 1.0, 1.75, 2.0, 3.5])
     np.savetxt(path, np.c_[rows, 2.0 * rows**3 - rows**2], delimiter=",")
     time = np.array([0.5, 0.8, 2.9])
