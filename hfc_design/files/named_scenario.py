@@ -71,12 +71,29 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
 
 def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
     """The scenario with other paths, ``name(key, file)``, to the files that it names."""
-    changes = {}
-    for key in ("reference", "load"):
-        record = getattr(scenario, key)
-        if (file := getattr(record, "file", None)) is not None:
-            changes[key] = record.model_copy(update={"file": name(key, file)})
+    changes = _renamed_parts(scenario, "", name)
+    each = [(own, _renamed_parts(own, f"{own.name}-", name)) for own in scenario.motions]
+    if any(parts for _, parts in each):
+        changes["motions"] = tuple(own.model_copy(update=parts) for own, parts in each)
     return scenario.model_copy(update=changes)
+
+
+def _renamed_parts(own: Any, head: str, name: Callable[[str, Path], Path]) -> dict[str, Any]:
+    """What a scenario or a motion follows and carries, where files are named in it."""
+    changes = {key: _renamed(getattr(own, key), head + key, name) for key in ("reference", "load")}
+    return {key: record for key, record in changes.items() if record is not None}
+
+
+def _renamed(record: Any, key: str, name: Callable[[str, Path], Path]) -> Any:
+    """The record with other paths, those of its axes too; None where it has none."""
+    changes: dict[str, Any] = {}
+    if (file := getattr(record, "file", None)) is not None:
+        changes["file"] = name(key, file)
+    axes = getattr(record, "axes", {})
+    each = {axis: _renamed(own, f"{key}-{axis}", name) for axis, own in axes.items()}
+    if found := {axis: own for axis, own in each.items() if own is not None}:
+        changes["axes"] = {**axes, **found}
+    return record.model_copy(update=changes) if changes else None
 
 
 def scenario_toml(scenario: Scenario) -> str:

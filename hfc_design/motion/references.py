@@ -56,13 +56,24 @@ class Profile(Record):
 
 
 class Table(Profile):
-    """Two columns of a CSV file, linear in between, constant at both ends."""
+    """Two columns of a CSV file, constant at both ends.
+
+    In between linear, or a cubic spline, which has an acceleration to feed forward.
+    """
 
     kind: Literal["csv"] = "csv"
     file: CsvFile  # time [s], reference
+    interpolation: Literal["linear", "cubic"] = Field("linear", exclude_if="linear".__eq__)
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         times, values = table_of(self.file)
+        if self.interpolation == "cubic":
+            from scipy.interpolate import CubicSpline  # which takes a while to import
+
+            spline, moves = CubicSpline(times, values), (time >= times[0]) & (time < times[-1])
+            place = spline(np.clip(time, times[0], times[-1]))
+            rate, change = (np.where(moves, spline(time, order), 0.0) for order in (1, 2))
+            return place, rate, change
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
         rate = slopes[np.searchsorted(times, time, side="right")]  # at a corner the next slope
         return np.interp(time, times, values), rate, np.zeros_like(time)

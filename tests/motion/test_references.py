@@ -93,6 +93,26 @@ def test_a_table_without_a_header_keeps_its_first_row(table, tmp_path):
     assert at(Table(file=bare), 1.0, 1.5, 3.0) == at(table, 1.0, 1.5, 3.0)
 
 
+def test_a_cubic_table_is_smooth_and_has_an_acceleration(tmp_path):
+    """Exact on a cubic, near a sine of which it has 16 rows a turn; at rest outside."""
+    path, rows = tmp_path / "cubic.csv", np.array([0.5, 1.0, 1.75, 2.0, 3.5])
+    np.savetxt(path, np.c_[rows, 2.0 * rows**3 - rows**2], delimiter=",")
+    time = np.array([0.5, 0.8, 2.9])
+    found = Table(file=path, interpolation="cubic").samples(time)
+    np.testing.assert_allclose(found.target, 2.0 * time**3 - time**2, rtol=1e-12)
+    np.testing.assert_allclose(found.reference_rate, 6.0 * time**2 - 2.0 * time, rtol=1e-11)
+    np.testing.assert_allclose(found.reference_acceleration, 12.0 * time - 2.0, rtol=1e-10)
+    outside = Table(file=path, interpolation="cubic").samples(np.array([0.0, 3.5, 9.0]))
+    assert outside.target == pytest.approx([0.0, 73.5, 73.5])
+    assert not outside.reference_rate.any()
+    assert not outside.reference_acceleration.any()
+    rows = np.arange(49) * np.pi / 8
+    np.savetxt(path, np.c_[rows, np.sin(rows)], delimiter=",")
+    middle = np.linspace(6.0, 12.0, 200)
+    found = Table(file=path, interpolation="cubic").samples(middle)
+    np.testing.assert_allclose(found.reference_acceleration, -np.sin(middle), atol=0.02)
+
+
 def test_rate_is_the_derivative_of_the_angle(table):
     references = (
         Ramp(velocity=0.3),

@@ -7,8 +7,10 @@ import subprocess
 import sys
 import time
 
+import jax
 import numpy as np
 import pytest
+import tomli_w
 
 from hfc_design.core import checkpoint
 from hfc_design.core.records import RunError, UserError
@@ -222,6 +224,41 @@ def test_csv_tables_travel_with_the_run(tmp_path):
     assert again.fitness == result.evaluation.fitness
     assert again.axes[0].reference[50] == pytest.approx(0.001)
     assert again.axes[0].load[25] == pytest.approx(0.5)
+
+
+def test_tables_of_motions_and_of_axes_travel_too(tmp_path):
+    tables = {"slow": 0.002, "fast": 0.01, "x": 50.0, "y": 20.0, "cut": 1.0}
+    for name, end in tables.items():
+        (tmp_path / f"{name}.csv").write_text(f"0,0\n0.1,{end}\n")
+    several = {
+        "motions": [
+            {"name": "slow", "reference": {"kind": "csv", "file": "slow.csv"}},
+            {"name": "fast", "load": {"file": "cut.csv"}},
+        ],
+        "reference": {"kind": "csv", "file": "fast.csv"},
+    }
+    axes = {axis: {"kind": "csv", "file": f"{axis}.csv"} for axis in "xy"}
+    each = {
+        "plant": {"name": "feed-drive", "axes": {"x": {}, "y": {}}},
+        "reference": {"kind": "per-axis", "axes": axes},
+        "load": {"axes": {"y": {"file": "cut.csv"}}},
+        "simulation": {"sample_time_s": 0.01},
+        "controller": {"kind": "pid"},
+    }
+    kept = {}
+    for name, own in {"several": several, "each": each}.items():
+        path = tmp_path / f"{name}.toml"
+        path.write_text(tomli_w.dumps(own))
+        scenario = load_scenario(str(path), ["simulation.duration_s=0.1"])
+        kept[name] = [alone.samples().axes for alone in scenario.each_motion()]
+        design.new_run(scenario, tmp_path / name)
+    for name in tables:
+        (tmp_path / f"{name}.csv").unlink()
+    for name, before in kept.items():
+        folder = (tmp_path / name).rename(tmp_path / f"{name}-moved")
+        again = [alone.samples().axes for alone in design.opened_run(folder).each_motion()]
+        jax.tree.map(np.testing.assert_array_equal, again, before)
+    assert len(list(tmp_path.rglob("*.csv"))) == 6
 
 
 def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
