@@ -101,6 +101,7 @@ lock: $(TOOLS)/installed
 		-o requirements/lowest.txt
 	for name in tools fuzzylite st pymoo; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
+	$(LOCK) $(UPGRADE) --no-deps requirements/sources.in -o requirements/sources.txt
 
 # The files of a release of uPlot as npm has them, which pages of hfc compare hold. Needs npm.
 uplot:

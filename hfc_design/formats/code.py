@@ -117,6 +117,12 @@ def block(design: Design) -> str:
     Raises:
         UserError: the kind has no such code, or a name is none of the language.
     """
+    template, values = block_values(design)
+    return rendered("controller.st.j2", design, template.places, **values)
+
+
+def block_values(design: Design) -> tuple[Template, Json]:
+    """The template of the kind, and what a function block is made of; UserError as ``block``."""
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
     values = USUAL | template.values(design.controller)
     units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
@@ -142,7 +148,7 @@ def block(design: Design) -> str:
         "head": head(design, notes),
         "literals": lambda row: ", ".join(map(real, row)),
     }
-    return rendered("controller.st.j2", design, template.places, **values)
+    return template, values
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:
