@@ -47,6 +47,6 @@ def function_block(name, sections, body):
         lines.append(SECTIONS[section])
         for variable, kind, first, _ in variables:
             values = f"[{', '.join(first)}]" if isinstance(first, list) else first
-            lines.append(f"{variable} : {kind}{values and f' := {values}' or ''};")
+            lines.append(f"{variable} : {kind}{(values and f' := {values}') or ''};")
         lines.append("END_VAR")
     return "\n".join([*lines, body, "END_FUNCTION_BLOCK"])

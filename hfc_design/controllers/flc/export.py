@@ -170,7 +170,7 @@ def _st(record: FuzzyRecord) -> Json:
     low = record.low_velocity
     if low:
         within += ["v", "compensation"]
-        constants |= dict(low)
+        constants |= dict(low) | {"standstill": STANDSTILL}
     if record.dead_zone:
         within += ["used_error"]
         constants["dead_zone"] = record.dead_zone
