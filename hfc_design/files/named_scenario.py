@@ -3,20 +3,23 @@
 from collections.abc import Callable, Mapping
 from os.path import exists
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import tomli_w
 
+from hfc_design.core.carried import AnyFile
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.records import UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, named_design
+from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
 
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
 #: A scenario, or what names one: a built-in name, a TOML file, what would stand in one.
 AnyScenario = Scenario | str | Path | Mapping[str, Any]
+Renamed = TypeVar("Renamed", Scenario, Motion)
 
 
 def builtin_names() -> list[str]:
@@ -69,14 +72,36 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
     return checked(Scenario, data, source, folder, named_design=beside)
 
 
-def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
-    """The scenario with other paths, ``name(key, file)``, to the files that it names."""
-    changes = {}
+def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:
+    """The scenario with ``name(key, file)`` in the place of each file that it names.
+
+    A key is "reference" or "load", then the axis, as in "load-x", and of a motion its name before
+    that, as in "ramp.reference".
+    """
+    motions = tuple(_renamed(one, f"{one.name}.", name) for one in scenario.motions)
+    return _renamed(scenario, "", name, motions=motions)
+
+
+def _renamed(
+    record: Renamed, head: str, name: Callable[[str, AnyFile], AnyFile], **changes: object
+) -> Renamed:
+    """A scenario or a motion with other files."""
     for key in ("reference", "load"):
-        record = getattr(scenario, key)
-        if (file := getattr(record, "file", None)) is not None:
-            changes[key] = record.model_copy(update={"file": name(key, file)})
-    return scenario.model_copy(update=changes)
+        if (part := getattr(record, key)) is not None:
+            changes[key] = with_files(part, head + key, name)
+    return record.model_copy(update=changes)
+
+
+def with_files(part: Any, key: str, name: Callable[[str, AnyFile], AnyFile]) -> Any:
+    """A reference or a load with other files."""
+    changes: dict[str, object] = {}
+    if (file := getattr(part, "file", None)) is not None:
+        changes["file"] = name(key, file)
+    if axes := getattr(part, "axes", None):
+        changes["axes"] = {
+            axis: with_files(one, f"{key}-{axis}", name) for axis, one in axes.items()
+        }
+    return part.model_copy(update=changes)
 
 
 def scenario_toml(scenario: Scenario) -> str:

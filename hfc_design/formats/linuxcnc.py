@@ -15,7 +15,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats import code, saving
-from hfc_design.formats.writing import Format, comment, rendered
+from hfc_design.formats.writing import Format, rendered
 from plants import Drive
 from plants.blocks import STIFF
 from plants.milling_table import INNER
@@ -37,26 +37,22 @@ TRUE_POSITION = {
 def components(design: Design) -> dict[str, str]:
     """A folder with all that halcompile and halrun need.
 
-    Where the design's scenario cannot run from here, because it names a file of its run folder
-    for one, there is no loop on a simulated machine, and README.md says why.
-
     Raises:
-        UserError: the design cannot run on HAL.
+        UserError: the design cannot run on HAL, or its scenario not from here: it may name a file
+            that is not here.
     """
     if design.kind.controller and not design.kind.axes:
         told = "commands a whole machine, a component is of one axis; --to c has its code"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {told}")
     values, files = _values(design), code.sources(design)
-    templates = {f"{values['component']}.comp": "controller.comp"}
-    templates |= {name: name for name in ("controller.hal", "README.md")}
     try:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
-        values |= {"machine": None, "axes": [""], "reason": comment([str(error)])[0]}
-    else:
-        values |= {"machine": loop, "axes": list(loop["axes"])}
-        plant = f"{values['plant']}.comp"
-        templates |= {"loop.hal": "loop.hal", plant: plant}
+        raise UserError(f"{error}; --to c holds the controller alone") from None
+    values |= {"machine": loop, "axes": list(loop["axes"])}
+    plants = f"{values['plant']}.comp"
+    templates = {f"{values['component']}.comp": "controller.comp", plants: plants}
+    templates |= {name: name for name in ("controller.hal", "loop.hal", "README.md")}
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
     return files
