@@ -38,6 +38,8 @@ LARGEST = 1e100
 LARGEST_LEARNT = 1e9
 #: What single precision holds with room for products, beside 0.
 SINGLE = (1e-30, 1e12)
+#: The largest finite number is a product of it: matiec takes no literal beyond single precision.
+LARGE = 1e38
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 #: What a kind's values say of the block's variables, beside what only its template reads.
@@ -125,7 +127,8 @@ def block_values(design: Design) -> tuple[Template, Json]:
     """The template of the kind, and what a function block is made of; UserError as ``block``."""
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
     values = USUAL | template.values(design.controller)
-    units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
+    units, within = values["units"], ["greatest", *values["within"]]
+    constants = {"large": LARGE, **values["constants"]}
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
     if design.limits.command is not None:
         constants["largest"] = design.limits.command
@@ -135,7 +138,7 @@ def block_values(design: Design) -> tuple[Template, Json]:
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     remembered = values["remembered"]
     kept = [f"kept_{key}" for key in remembered]
-    names = [*signals, *constants, *remembered, *within, *kept, "greatest", "fault"]
+    names = [*signals, *constants, *remembered, *within, *kept, "fault"]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     checked_numbers(design)

@@ -101,7 +101,6 @@ def _signals(design: Design, values: Json) -> tuple[list[Variable], list[Variabl
 
 def _locals(values: Json) -> Iterable[Variable]:
     """The variables inside, in the order of ``--to st``."""
-    yield "greatest", "LREAL", 1.7976931348623157e308, "constant, the largest that is finite"
     for name, number in values["constants"].items():
         yield name, "LREAL", number, "constant"
     for name in values["remembered"]:

@@ -176,7 +176,7 @@ def _st(record: FuzzyRecord) -> Json:
         constants["dead_zone"] = record.dead_zone
     return {
         "constants": constants,
-        "remembered": ["previous_error", "control_action", "integral"],
+        "remembered": ["previous_error", "control_action", "error_integral"],
         "within": within,
         "units": units(record),
         "form": record.control_form(),
