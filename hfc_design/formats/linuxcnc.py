@@ -4,13 +4,14 @@ The component includes the C code of ``--to c``, so there is one control law.
 """
 
 import hashlib
+import re
 
 import numpy as np
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Parameters
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
@@ -37,22 +38,30 @@ TRUE_POSITION = {
 def components(design: Design) -> dict[str, str]:
     """A folder with all that halcompile and halrun need.
 
+    Where a design names no scenario, and that of its plant does not fit it, there is no loop on a
+    simulated machine, and README.md says why.
+
     Raises:
-        UserError: the design cannot run on HAL, or its scenario not from here: it may name a file
-            that is not here.
+        UserError: the design cannot run on HAL, or the scenario that it names not from here: it
+            may name a file that is not here.
     """
     if design.kind.controller and not design.kind.axes:
         told = "commands a whole machine, a component is of one axis; --to c has its code"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {told}")
     values, files = _values(design), code.sources(design)
+    templates = {f"{values['component']}.comp": "controller.comp"}
+    templates |= {name: name for name in ("controller.hal", "README.md")}
     try:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
-        raise UserError(f"{error}; --to c holds the controller alone") from None
-    values |= {"machine": loop, "axes": list(loop["axes"])}
-    plants = f"{values['plant']}.comp"
-    templates = {f"{values['component']}.comp": "controller.comp", plants: plants}
-    templates |= {name: name for name in ("controller.hal", "loop.hal", "README.md")}
+        if "scenario" in design.provenance:
+            raise UserError(f"{error}; --to c holds the controller alone") from None
+        reason = re.sub("[<>`]", "_", harmless(str(error)))
+        values |= {"machine": None, "axes": [""], "reason": reason}
+    else:
+        values |= {"machine": loop, "axes": list(loop["axes"])}
+        plant = f"{values['plant']}.comp"
+        templates |= {"loop.hal": "loop.hal", plant: plant}
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
     return files

@@ -161,6 +161,14 @@ def test_a_scenario_that_cannot_run_from_here_is_refused(tmp_path):
     assert not (tmp_path / "a").exists()
 
 
+def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason(tmp_path):
+    design = with_controller(AFLC, sample_time_s=0.001).model_copy(update={"provenance": {}})
+    found = files(design, tmp_path / "a")
+    assert found.keys().isdisjoint({"loop.hal", "reference.txt", "hfc_feed_drive.comp"})
+    assert "controller.start: runs every 0.01 s, simulation.sample_time_s is" in found["README.md"]
+    assert "loadrt hfc_jee_koren_2004_aflc names=controller\n" in found["controller.hal"]
+
+
 def test_the_loop_follows_a_table_that_the_design_carries(tmp_path):
     (tmp_path / "way.csv").write_text("time_s,angle_rad\n0,0\n0.1,0.002\n0.3,-0.001\n")
     settings = {"reference": {"kind": "csv", "file": "way.csv"}, "simulation": {"duration_s": 0.5}}
