@@ -122,7 +122,7 @@ def gathered(part: Plain, folder: Path, carried: Callable[[AnyFile], Carried]) -
         return part
     found = {key: gathered(one, folder, carried) for key, one in part.items()}
     file = found.get("file")
-    if isinstance(file, str) and isfile(folder / file):
+    if isinstance(file, str) and Path(file).name == file and isfile(folder / file):
         with suppress(ValueError):
             whole = carried(folder / file)
             found["file"] = whole.model_dump() if whole.text is not None else file

@@ -182,6 +182,10 @@ def test_a_design_with_a_name_alone_takes_along_what_lies_beside_it(made):
     found = load_design("mine.json")
     (file.parent / "way.csv").unlink()
     assert evaluate(found, own_scenario(found, "elsewhere.json")).fitness == fitness
+    edited(file, lambda told: told["reference"].update(file="../here/mine.json"))
+    told = load_design("mine.json").provenance["scenario"]["reference"]["file"]
+    assert told == "../here/mine.json"  # of what lies elsewhere nothing is taken
+    edited(file, lambda told: told["reference"].update(file="way.csv"))
     gone = load_design("mine.json")
     with pytest.raises(UserError, match=r"'way\.csv': cannot be read"):
         own_scenario(gone, "mine.json")
