@@ -85,7 +85,8 @@ dist: $(TOOLS)/installed
 		--set simulation.duration_s=0.1 --out run >design && $$hfc export run --to c --out c >export && \
 		rm -r "$$folder"
 
-# Asks the advisories of the Python package index about every pinned package; not answered is failed.
+# Asks the advisories of the Python package index about every pinned package that is installed; not
+# answered is failed.
 audit: $(TOOLS)/installed
 	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
 		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt pymoo.txt)
@@ -101,6 +102,7 @@ lock: $(TOOLS)/installed
 		-o requirements/lowest.txt
 	for name in tools fuzzylite st pymoo; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
+	$(LOCK) $(UPGRADE) --no-deps requirements/sources.in -o requirements/sources.txt
 
 # The files of a release of uPlot as npm has them, which pages of hfc compare hold. Needs npm.
 uplot:

@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
+from hfc_design.core.carried import AnyFile
 from hfc_design.core.dotted import flat, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
@@ -195,7 +196,7 @@ def _place(name: object, folder: Path) -> str:
 def _name(scenario: Scenario, design: Design | None) -> str:
     """The hash of the configuration, with the contents of the files that it names."""
 
-    def by_content(key: str, file: Path) -> Path:
+    def by_content(key: str, file: AnyFile) -> Path:
         return Path(hashlib.sha256(file.read_bytes()).hexdigest())
 
     text = scenario_toml(renamed(scenario, by_content))

@@ -1,12 +1,11 @@
 """Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from os.path import exists, isdir, isfile
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, ValidationInfo
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from hfc_design.core.numbers import Plain
 
@@ -77,22 +76,6 @@ def writing(place: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise RunError(f"{place}: cannot be written: {error.strerror or error}") from None
-
-
-def readable_by(read: Callable[[Path], object]) -> AfterValidator:
-    """Validates a file that another names, whose folder a relative path starts at, by reading it.
-
-    ``read`` raises ValueError where that cannot be done.
-    """
-
-    def found(file: Path, info: ValidationInfo) -> Path:
-        path = Path((info.context or {}).get("folder", "")) / file
-        if exists(path) and not (isfile(path) or isdir(path)):
-            raise ValueError("has to be a file, which can be read again")
-        read(path)
-        return path
-
-    return AfterValidator(found)
 
 
 Checked = TypeVar("Checked", bound=BaseModel)

@@ -2,14 +2,20 @@
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
+from hfc_design.core.carried import AnyFile, content_of
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
+from hfc_design.core.texts import LARGEST_TABLE
 from hfc_design.files.design import Design
-from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.machine import SensorSettings
+from hfc_design.files.named_scenario import load_scenario, with_files
 from hfc_design.files.pairing import machine, with_converter
 from hfc_design.files.scenario import Scenario
+from hfc_design.motion.references import Load
 
 HEAD = "Of what it was made with, the design keeps here:"
 KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"
@@ -77,13 +83,24 @@ def _told(design: Design, scenario: Scenario, key: str) -> str:
         here = getattr(scenario, key)
         if key == "load" and (scenario.motions or made.get("motions")):
             each = ({**made, **one} for one in made.get("motions") or [{}])
-            loads = [type(here).model_validate(one.get(key) or {}) for one in each]
-            same = loads == [one.load for one in scenario.each_motion()]
+            loads = [_plain(type(here).model_validate(one.get(key) or {})) for one in each]
+            same = loads == [_plain(one.load) for one in scenario.each_motion()]
             return KEPT if same else "this scenario's, in each motion"
         own = type(here).model_validate(made.get(key) or {})
-        changes = _changes(*(dotted(x.model_dump(mode="json")) for x in (own, here)))
+        changes = _changes(_plain(own), _plain(here))
         return f"this scenario's: {', '.join(changes)}" if changes else KEPT
     return UNKNOWN
+
+
+def _plain(part: Load | SensorSettings) -> Json:
+    """What a part of a scenario says, by dotted keys; of a file what is in it."""
+    if isinstance(part, Load):
+        part = with_files(part, "load", _by_content)
+    return dotted(part.model_dump(mode="json"))
+
+
+def _by_content(key: str, file: AnyFile) -> Path:
+    return Path(f"sha256-{sha256(content_of(file, LARGEST_TABLE)).hexdigest()[:12]}")
 
 
 def _changes(made: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

@@ -3,20 +3,23 @@
 from collections.abc import Callable, Mapping
 from os.path import exists
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import tomli_w
 
+from hfc_design.core.carried import AnyFile
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.records import UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, named_design
+from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
 
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
 #: A scenario, or what names one: a built-in name, a TOML file, what would stand in one.
 AnyScenario = Scenario | str | Path | Mapping[str, Any]
+Renamed = TypeVar("Renamed", Scenario, Motion)
 
 
 def builtin_names() -> list[str]:
@@ -69,31 +72,36 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
     return checked(Scenario, data, source, folder, named_design=beside)
 
 
-def renamed(scenario: Scenario, name: Callable[[str, Path], Path]) -> Scenario:
-    """The scenario with other paths, ``name(key, file)``, to the files that it names."""
-    changes = _renamed_parts(scenario, "", name)
-    each = [(own, _renamed_parts(own, f"{own.name}-", name)) for own in scenario.motions]
-    if any(parts for _, parts in each):
-        changes["motions"] = tuple(own.model_copy(update=parts) for own, parts in each)
-    return scenario.model_copy(update=changes)
+def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:
+    """The scenario with ``name(key, file)`` in the place of each file that it names.
+
+    A key is "reference" or "load", then the axis, as in "load-x", and of a motion its name before
+    that, as in "ramp.reference".
+    """
+    motions = tuple(_renamed(one, f"{one.name}.", name) for one in scenario.motions)
+    return _renamed(scenario, "", name, motions=motions)
 
 
-def _renamed_parts(own: Any, head: str, name: Callable[[str, Path], Path]) -> dict[str, Any]:
-    """What a scenario or a motion follows and carries, where files are named in it."""
-    changes = {key: _renamed(getattr(own, key), head + key, name) for key in ("reference", "load")}
-    return {key: record for key, record in changes.items() if record is not None}
+def _renamed(
+    record: Renamed, head: str, name: Callable[[str, AnyFile], AnyFile], **changes: object
+) -> Renamed:
+    """A scenario or a motion with other files."""
+    for key in ("reference", "load"):
+        if (part := getattr(record, key)) is not None:
+            changes[key] = with_files(part, head + key, name)
+    return record.model_copy(update=changes)
 
 
-def _renamed(record: Any, key: str, name: Callable[[str, Path], Path]) -> Any:
-    """The record with other paths, those of its axes too; None where it has none."""
-    changes: dict[str, Any] = {}
-    if (file := getattr(record, "file", None)) is not None:
+def with_files(part: Any, key: str, name: Callable[[str, AnyFile], AnyFile]) -> Any:
+    """A reference or a load with other files."""
+    changes: dict[str, object] = {}
+    if (file := getattr(part, "file", None)) is not None:
         changes["file"] = name(key, file)
-    axes = getattr(record, "axes", {})
-    each = {axis: _renamed(own, f"{key}-{axis}", name) for axis, own in axes.items()}
-    if found := {axis: own for axis, own in each.items() if own is not None}:
-        changes["axes"] = {**axes, **found}
-    return record.model_copy(update=changes) if changes else None
+    if axes := getattr(part, "axes", None):
+        changes["axes"] = {
+            axis: with_files(one, f"{key}-{axis}", name) for axis, one in axes.items()
+        }
+    return part.model_copy(update=changes)
 
 
 def scenario_toml(scenario: Scenario) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.controller import FOLLOWED, Controller
+from hfc_design.core.carried import carrier, gathered
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import SCALARS, Gains
 from hfc_design.core.plugins import own_code
@@ -54,7 +55,17 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
             own = design.plant.model_dump()
             plant = checked(PlantSettings, own, f"{source}: plant", Path(source).parent)
         check_laws(design, plant.machine)
+        design = _gathered(design, Path(source))
     return design
+
+
+def _gathered(design: Design, source: Path) -> Design:
+    """The design with the files of its scenario that lie beside it or in its run folder."""
+    folder = source if source.is_dir() else source.parent
+    told = gathered(design.provenance.get("scenario"), folder, carrier())
+    if told == design.provenance.get("scenario"):
+        return design
+    return design.model_copy(update={"provenance": design.provenance | {"scenario": told}})
 
 
 def check_laws(design: Design, machine: Machine) -> None:

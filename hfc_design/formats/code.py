@@ -38,6 +38,8 @@ LARGEST = 1e100
 LARGEST_LEARNT = 1e9
 #: What single precision holds with room for products, beside 0.
 SINGLE = (1e-30, 1e12)
+#: The largest finite number is a product of it: matiec takes no literal beyond single precision.
+LARGE = 1e38
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
 #: What a kind's values say of the block's variables, beside what only its template reads.
@@ -117,9 +119,16 @@ def block(design: Design) -> str:
     Raises:
         UserError: the kind has no such code, or a name is none of the language.
     """
+    template, values = block_values(design)
+    return rendered("controller.st.j2", design, template.places, **values)
+
+
+def block_values(design: Design) -> tuple[Template, Json]:
+    """The template of the kind, and what a function block is made of; UserError as ``block``."""
     template: Template = needed(design.kind.st, design, NO_CODE.format("Structured Text"))
     values = USUAL | template.values(design.controller)
-    units, constants, within = values["units"], dict(values["constants"]), [*values["within"]]
+    units, within = values["units"], ["greatest", *values["within"]]
+    constants = {"large": LARGE, **values["constants"]}
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
     if design.limits.command is not None:
         constants["largest"] = design.limits.command
@@ -129,7 +138,7 @@ def block(design: Design) -> str:
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
     remembered = values["remembered"]
     kept = [f"kept_{key}" for key in remembered]
-    names = [*signals, *constants, *remembered, *within, *kept, "greatest", "fault"]
+    names = [*signals, *constants, *remembered, *within, *kept, "fault"]
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     checked_numbers(design)
@@ -142,7 +151,7 @@ def block(design: Design) -> str:
         "head": head(design, notes),
         "literals": lambda row: ", ".join(map(real, row)),
     }
-    return rendered("controller.st.j2", design, template.places, **values)
+    return template, values
 
 
 def checked_numbers(design: Design) -> list[tuple[str, float]]:

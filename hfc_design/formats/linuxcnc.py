@@ -4,18 +4,19 @@ The component includes the C code of ``--to c``, so there is one control law.
 """
 
 import hashlib
+import re
 
 import numpy as np
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json, Parameters
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats import code, saving
-from hfc_design.formats.writing import Format, comment, rendered
+from hfc_design.formats.writing import Format, rendered
 from plants import Drive
 from plants.blocks import STIFF
 from plants.milling_table import INNER
@@ -37,11 +38,12 @@ TRUE_POSITION = {
 def components(design: Design) -> dict[str, str]:
     """A folder with all that halcompile and halrun need.
 
-    Where the design's scenario cannot run from here, because it names a file of its run folder
-    for one, there is no loop on a simulated machine, and README.md says why.
+    Where a design names no scenario, and that of its plant does not fit it, there is no loop on a
+    simulated machine, and README.md says why.
 
     Raises:
-        UserError: the design cannot run on HAL.
+        UserError: the design cannot run on HAL, or the scenario that it names not from here: it
+            may name a file that is not here.
     """
     if design.kind.controller and not design.kind.axes:
         told = "commands a whole machine, a component is of one axis; --to c has its code"
@@ -52,7 +54,10 @@ def components(design: Design) -> dict[str, str]:
     try:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
-        values |= {"machine": None, "axes": [""], "reason": comment([str(error)])[0]}
+        if "scenario" in design.provenance:
+            raise UserError(f"{error}; --to c holds the controller alone") from None
+        reason = re.sub("[<>`]", "_", harmless(str(error)))
+        values |= {"machine": None, "axes": [""], "reason": reason}
     else:
         values |= {"machine": loop, "axes": list(loop["axes"])}
         plant = f"{values['plant']}.comp"

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import atan2, dist, hypot, pi, sqrt
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from hfc_design.core.texts import about, content, decoded
+from hfc_design.core.carried import AnyFile, content_of
+from hfc_design.core.texts import about, decoded
 from hfc_design.motion.paths import SAME_PLACE, Point, Segment, arc, line
 from hfc_design.motion.words import words_of
 
@@ -73,13 +73,13 @@ def _apart(one: Sequence[float], other: Sequence[float]) -> bool:
     return any(abs(a - b) >= SAME_PLACE for a, b in zip(one, other, strict=True))
 
 
-def text_of(file: Path) -> str:
+def text_of(file: AnyFile) -> str:
     """The text of a program; its comments may be in any encoding.
 
     Raises:
         ValueError: the file cannot be read.
     """
-    return decoded(content(file), "utf-8-sig", "replace")
+    return decoded(content_of(file), "utf-8-sig", "replace")
 
 
 @lru_cache(maxsize=8)
@@ -101,7 +101,7 @@ def blocks(text: str, start: Places = ORIGIN) -> tuple[Block, ...]:
     return tuple(machine.done)
 
 
-def read(file: Path, rapid: float) -> tuple[Segment, ...]:
+def read(file: AnyFile, rapid: float) -> tuple[Segment, ...]:
     """``segments`` of the program in ``file``.
 
     Raises:

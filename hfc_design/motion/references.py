@@ -4,25 +4,25 @@ import re
 import warnings
 from abc import abstractmethod
 from operator import not_
-from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
+from hfc_design.core.carried import WRITTEN, AnyFile, content_of, readable_by
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, readable_by
-from hfc_design.core.texts import LARGEST_TABLE, content, decoded
+from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.core.texts import LARGEST_TABLE, decoded
 from hfc_design.motion.samples import AxisSamples
 
 
-def table_of(path: Path) -> tuple[Floats, Floats]:
+def table_of(file: AnyFile) -> tuple[Floats, Floats]:
     """The two columns of a CSV file; a first line that does not begin with a number is a header.
 
     Raises:
         ValueError: the file cannot be read, or is not two finite columns with rising time.
     """
-    lines = decoded(content(path, LARGEST_TABLE), "utf-8-sig").splitlines()
+    lines = decoded(content_of(file, LARGEST_TABLE), "utf-8-sig").splitlines()
     header = int(bool(lines) and not re.match(r"\s*[-+.]*\d", lines[0]))
     try:
         with warnings.catch_warnings():
@@ -39,7 +39,7 @@ def table_of(path: Path) -> tuple[Floats, Floats]:
     return data[:, 0], data[:, 1]
 
 
-CsvFile = Annotated[Path, readable_by(table_of)]
+CsvFile = Annotated[WRITTEN, readable_by(table_of)]
 
 
 class Profile(Record):

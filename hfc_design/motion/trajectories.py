@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, dist, pi, radians, sin
-from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
@@ -22,8 +21,9 @@ from pydantic import (
     model_validator,
 )
 
+from hfc_design.core.carried import WRITTEN, readable_by
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import Finite, Label, Positive, Record, readable_by
+from hfc_design.core.records import Finite, Label, Positive, Record
 from hfc_design.core.texts import about
 from hfc_design.motion import gcode
 from hfc_design.motion.limits import AxisLimits, Limits, MovedAxis
@@ -153,7 +153,7 @@ class GCode(Trajectory):
     """The motion of a G-code program (``gcode``): in X-Y, or with ``limits`` in any axes."""
 
     kind: Literal["gcode"] = "gcode"
-    file: Annotated[FilePath, PROGRAM]
+    file: Annotated[WRITTEN, PROGRAM]
     rapid_mm_min: Positive = 1500.0  # of G0
     acceleration_mm_s2: Positive = 100.0
     start: dict[Label, Finite] = {}  # of each axis [mm or deg]; else 0

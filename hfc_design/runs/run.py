@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.core import checkpoint, interrupt
+from hfc_design.core.carried import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
@@ -62,7 +63,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
         raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
 
-    def copied(key: str, file: Path) -> Path:
+    def copied(key: str, file: AnyFile) -> Path:
         checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())
         return Path(key + file.suffix)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
+from hfc_design.core.carried import AnyFile
 from hfc_design.core.plugins import origins
 from hfc_design.core.records import RunError, short
 from hfc_design.files.named_scenario import renamed
@@ -23,9 +24,9 @@ SPARE, SPARE_EACH = 2**24, 64
 
 def made_by(scenario: Scenario, folder: Path) -> dict[str, str]:
     """What decides the result of the run in a folder -> which it is: files, versions, own parts."""
-    files = [folder / checkpoint.CONFIG]
+    files: list[AnyFile] = [folder / checkpoint.CONFIG]
 
-    def noted(key: str, file: Path) -> Path:
+    def noted(key: str, file: AnyFile) -> AnyFile:
         files.append(file)
         return file
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from hfc_design.core.records import UserError
-from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, linuxcnc
+from hfc_design.runs.individuals import design_with
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 AFLC = load_design("jee-koren-2004-aflc")
@@ -150,14 +151,38 @@ def test_long_names_stay_apart():
     assert len(components) == 2
 
 
-def test_without_its_scenario_there_is_a_controller_and_a_reason(tmp_path):
+def test_a_scenario_that_cannot_run_from_here_is_refused(tmp_path):
     missing = {"kind": "csv", "file": "not-here.csv"}
     scenario = with_scenario(TABLE_1, "c-axis-ramp").provenance["scenario"] | {"reference": missing}
     design = TABLE_1.model_copy(update={"provenance": {"scenario": scenario}})
+    said = r"reference\.file = 'not-here\.csv': cannot be read: .*; --to c holds the controller"
+    with pytest.raises(UserError, match=said):
+        files(design, tmp_path / "a")
+    assert not (tmp_path / "a").exists()
+
+
+def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason(tmp_path):
+    design = with_controller(AFLC, sample_time_s=0.001).model_copy(update={"provenance": {}})
     found = files(design, tmp_path / "a")
-    assert found.keys().isdisjoint({"loop.hal", "reference.txt", "hfc_c_axis.comp"})
-    assert "not-here.csv" in found["README.md"]
-    assert "loadrt hfc_lin_lee_1999_table_1 names=controller\n" in found["controller.hal"]
+    assert found.keys().isdisjoint({"loop.hal", "reference.txt", "hfc_feed_drive.comp"})
+    assert "controller.start: runs every 0.01 s, simulation.sample_time_s is" in found["README.md"]
+    assert "loadrt hfc_jee_koren_2004_aflc names=controller\n" in found["controller.hal"]
+
+
+def test_the_loop_follows_a_table_that_the_design_carries(tmp_path):
+    (tmp_path / "way.csv").write_text("time_s,angle_rad\n0,0\n0.1,0.002\n0.3,-0.001\n")
+    settings = {"reference": {"kind": "csv", "file": "way.csv"}, "simulation": {"duration_s": 0.5}}
+    scenario = scenario_of({"name": "mine", **settings}, "mine.toml", tmp_path)
+    design = design_with(TABLE_1.controller.model_dump(mode="json"), scenario)
+    (tmp_path / "way.csv").unlink()
+    found = files(design, tmp_path / "a")
+    assert "500 samples of the scenario mine" in found["README.md"]
+    rows = np.array([line.split() for line in found["reference.txt"].splitlines()], dtype=float)
+    assert rows.shape == (500, 3)
+    time = 0.001 * np.arange(500)
+    expected = np.interp(time, [0.0, 0.1, 0.3], [0.0, 0.002, -0.001])
+    np.testing.assert_allclose(rows[:, 0], expected, atol=1e-15)
+    assert rows[[50, 150, 400], 1] == pytest.approx([0.02, -0.015, 0.0])
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,16 @@ if ! .venv-fuzzylite/bin/python -c "import fuzzylite" 2>/dev/null; then
     .venv/bin/python -m venv .venv-fuzzylite
     .venv-fuzzylite/bin/pip install -q --require-hashes -r requirements/fuzzylite.txt
 fi
-# Parsers of Structured Text; blark wants packages of its own.
-if [ ! -x .venv-st/bin/python ]; then
+# Parsers of Structured Text and of PLCopen's XML; blark wants packages of its own. Beside them the
+# sources of two releases, which are unpacked and not built.
+if [ ! -d .venv-st/sources ]; then
     .venv/bin/python -m venv .venv-st
     .venv-st/bin/pip install -q --require-hashes -r requirements/st.txt
+    .venv-st/bin/pip download -q --require-hashes --no-deps --no-binary :all: --no-build-isolation \
+        -r requirements/sources.txt -d .venv-st/packed
+    mkdir .venv-st/unpacked
+    for file in .venv-st/packed/*.tar.gz; do tar xzf "$file" -C .venv-st/unpacked; done
+    mv .venv-st/unpacked .venv-st/sources
 fi
 # Oracles of fronts; their packages stand behind this project's, see test_pymoo.py.
 if [ ! -x .venv-pymoo/bin/python ]; then

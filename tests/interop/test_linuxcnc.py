@@ -13,10 +13,11 @@ from sliding import EVERY
 from hfc_design import runtime
 from hfc_design.files.design import design_json, named_design
 from hfc_design.files.learning import with_learned
-from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import own_scenario
+from hfc_design.files.named_scenario import load_scenario, scenario_of
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.formats import FORMATS, code, linuxcnc
 from hfc_design.formats.reading import Wish, imported
+from hfc_design.runs.individuals import design_with
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
 
@@ -166,6 +167,28 @@ def test_c_axis_moves_as_in_the_simulator(hal, table, tmp_path):
     # HAL holds the cutting load for a sample, which the simulator integrates over
     allowed = 1e-6 if table.endswith("1") else 5e-4
     assert abs(command - axis.motion.command[:2000]).max() <= allowed
+
+
+def test_a_table_that_the_design_carries_is_followed_as_in_the_simulator(hal, tmp_path):
+    """A measured motion, whose file is gone by then: corners, a rest, the load from a file too."""
+    rows = [(0.0, 0.0), (0.3, 0.006), (0.5, 0.006), (0.9, -0.002), (1.0, -0.002)]
+    (tmp_path / "way.csv").write_text("".join(f"{t},{x}\n" for t, x in rows))
+    (tmp_path / "cut.csv").write_text("time_s,load_Nm\n0,0\n0.6,4\n1.2,4\n")
+    settings = {"reference": {"kind": "csv", "file": "way.csv"}, "load": {"file": "cut.csv"}}
+    settings |= {"name": "measured", "simulation": {"duration_s": 1.5}}
+    scenario = scenario_of(settings, "mine.toml", tmp_path)
+    controller = named_design("lin-lee-1999-table-1").controller.model_dump(mode="json")
+    (tmp_path / "design.json").write_text(design_json(design_with(controller, scenario)))
+    wanted = evaluate(load_design(tmp_path / "design.json"), scenario).axes[0].motion
+    for file in ("way.csv", "cut.csv"):
+        (tmp_path / file).unlink()
+    folder = exported(hal, load_design(tmp_path / "design.json"), tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    ((error, command, position),) = motion(folder)
+    assert position.shape == (1500,)
+    assert abs(position - wanted.state.spindle_angle).max() <= 1e-6
+    assert abs(error - wanted.error).max() <= 1e-6
+    assert abs(command - wanted.command).max() <= 5e-4  # the load is held for a sample
 
 
 def test_a_fast_c_axis_moves_as_in_the_simulator(hal, tmp_path):

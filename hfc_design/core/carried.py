@@ -1,0 +1,129 @@
+"""Files that a record names, or carries with it so that it goes without them."""
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from hashlib import sha256
+from os.path import exists, isdir, isfile
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
+
+from hfc_design.core.numbers import Plain
+from hfc_design.core.records import Record
+from hfc_design.core.texts import LARGEST, LARGEST_TABLE, MEGABYTE, content
+
+#: Letters of JSON that a design has for the files that it carries; it is read up to ``LARGEST``.
+ROOM = LARGEST * MEGABYTE * 2 // 5
+
+
+class Carried(Record):
+    """A file within another; without ``text`` it lies beside that one, and is known by its hash."""
+
+    name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]
+    sha256: str
+    text: str | None = None
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "Carried":
+        if self.text is not None and sha256(self.read_bytes()).hexdigest() != self.sha256:
+            raise ValueError("sha256: is not that of the text, which somebody has changed")
+        return self
+
+    def __str__(self) -> str:
+        return self.name
+
+    @property
+    def suffix(self) -> str:
+        """As that of a path."""
+        return Path(self.name).suffix
+
+    def read_bytes(self) -> bytes:
+        """As those of a path."""
+        return (self.text or "").encode()
+
+
+AnyFile: TypeAlias = Path | Carried
+#: How a user writes one, and how a design does.
+WRITTEN = Annotated[
+    Annotated[Path, Tag("path")] | Annotated[Carried, Tag("carried")],
+    Discriminator(lambda one: "carried" if isinstance(one, dict | Carried) else "path"),
+]
+
+
+def content_of(file: AnyFile, largest: int = LARGEST) -> bytes:
+    """What a file holds; ValueError as ``texts.content``."""
+    return file.read_bytes() if isinstance(file, Carried) else content(file, largest)
+
+
+def readable_by(read: Callable[[AnyFile], object]) -> AfterValidator:
+    """Validates a file that another names, whose folder a relative path starts at, by reading it.
+
+    ``read`` raises ValueError where that cannot be done.
+    """
+
+    def found(file: AnyFile, info: ValidationInfo) -> AnyFile:
+        if not isinstance(file, Carried):
+            return beside(file, info)
+        try:
+            if file.text is None:
+                path = beside(file.name, info)
+                if sha256(path.read_bytes()).hexdigest() != file.sha256:
+                    raise ValueError("is not the one that this was made with: another sha256")
+                return path
+            read(file)
+        except ValueError as error:
+            raise ValueError(f"name = {file.name!r}: {error}") from None
+        return file
+
+    def beside(name: Path | str, info: ValidationInfo) -> Path:
+        path = Path((info.context or {}).get("folder", "")) / name
+        if exists(path) and not (isfile(path) or isdir(path)):
+            raise ValueError("has to be a file, which can be read again")
+        read(path)
+        return path
+
+    return AfterValidator(found)
+
+
+def carrier(room: int = ROOM) -> Callable[[AnyFile], Carried]:
+    """Makes one file after the other one that is carried, as long as there is room.
+
+    What has none of it, or is no text in UTF-8, has to lie beside.
+    """
+    left = room
+
+    def carried(file: AnyFile) -> Carried:
+        nonlocal left
+        whole = content_of(file, LARGEST_TABLE)
+        named = Carried(name=file.name, sha256=sha256(whole).hexdigest())
+        try:
+            text = whole.decode()
+        except UnicodeDecodeError:
+            return named
+        needed = len(json.dumps(text))
+        if needed > left:
+            return named
+        left -= needed
+        return named.model_copy(update={"text": text})
+
+    return carried
+
+
+def gathered(part: Plain, folder: Path, carried: Callable[[AnyFile], Carried]) -> Plain:
+    """What a design's file says of its scenario, with the files in ``folder`` that it only names.
+
+    Earlier designs have the name alone; what cannot be read stays a name.
+    """
+    if isinstance(part, list):
+        return [gathered(one, folder, carried) for one in part]
+    if not isinstance(part, dict):
+        return part
+    found = {key: gathered(one, folder, carried) for key, one in part.items()}
+    file = found.get("file")
+    if isinstance(file, str) and Path(file).name == file and isfile(folder / file):
+        with suppress(ValueError):
+            whole = carried(folder / file)
+            found["file"] = whole.model_dump() if whole.text is not None else file
+    return found

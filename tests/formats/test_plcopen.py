@@ -1,0 +1,110 @@
+"""The project of PLCopen's XML holds the function block of ``--to st``, and a task that calls it.
+
+tests/interop/test_st.py checks it against the published schema and has others read it.
+"""
+
+import json
+import xml.etree.ElementTree as ET
+
+import made_up
+import numpy as np
+import pytest
+from plcopen_project import PPX, function_block, pous
+from structured_text import FunctionBlock
+from wiring import design, silent
+
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, design_json, named_design
+from hfc_design.formats import FORMATS
+from hfc_design.runtime import Controller
+
+CASES = {
+    "pd": named_design("pd-only"),
+    "hierarchy": design("random-1"),
+    "flc": named_design("jee-koren-2004-flc"),
+    "flc with options": made_up.with_options("flc", 3),
+    "lqi within a limit": made_up.limited(made_up.linear("lqi", 2), 400.0),
+    "scheduling": made_up.limited(made_up.scheduling(5), 60.0),
+    "silent": silent(),
+}
+
+
+def block_in(record):
+    """Name, sections and body of the function block in the project of a design."""
+    found = pous(FORMATS["plcopen"].content(record))
+    (name, (_, sections, body)) = next(item for item in found.items() if item[1][0] != "program")
+    return name, sections, body
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_block_is_that_of_structured_text(case):
+    record = CASES[case]
+    name, sections, body = block_in(record)
+    written = FORMATS["st"].content(record)
+    here, there = FunctionBlock(function_block(name, sections, body)), FunctionBlock(written)
+    assert (here.block, here.values, here.kinds) == (there.block, there.values, there.kinds)
+    assert here.inputs == there.inputs
+    assert body in written
+    assert body.endswith("END_IF;\n")
+
+
+def test_a_block_from_the_project_gives_the_commands_of_the_runtime():
+    record = named_design("lin-lee-1999-table-1")
+    block, controller = FunctionBlock(function_block(*block_in(record))), Controller(record)
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        row = {name: 0.05 * rng.uniform(-1, 1) for name in block.inputs if name != "reset"}
+        assert block.step(**row) == pytest.approx(controller.step(row), rel=1e-12)
+
+
+def test_every_signal_says_what_it_is_and_in_which_unit():
+    _, sections, _ = block_in(named_design("lin-lee-1999-table-1"))
+    told = {name: text for name, _, _, text in sections["inputVars"] + sections["outputVars"]}
+    assert told["error"] == "reference less position, [rad]"
+    assert told["spindle_velocity"].endswith("[rad/s]")
+    assert told["command"].endswith("[V]")
+    assert all(told.values())
+
+
+def test_a_task_calls_the_block_once_a_sample():
+    record = made_up.linear("lqr", 3, "feed-drive")
+    every = record.controller.model_copy(update={"sample_time_s": 0.0025})
+    text = FORMATS["plcopen"].content(record.model_copy(update={"controller": every}))
+    task = ET.fromstring(text).find(f".//{PPX}task")
+    assert task.get("interval") == "T#2.5ms"
+    program = task.find(f"{PPX}pouInstance").get("typeName")
+    kind, sections, body = pous(text)[program]
+    name, block = sections["localVars"][0][:2]
+    assert (kind, pous(text)[block][0]) == ("program", "functionBlock")
+    assert body.startswith(f"{name}(reset := FALSE, error := error, ")
+    given = {item.split(" := ")[0] for item in body.partition(")")[0].split("(")[1].split(", ")}
+    assert given == {one[0] for one in pous(text)[block][1]["inputVars"]}
+    assert given - {"reset"} < {one[0] for one in sections["localVars"]}
+    assert body.endswith(f"command := {name}.command;\nfault := {name}.fault;\n")
+
+
+def test_the_same_design_gives_the_same_bytes():
+    one, other = (FORMATS["plcopen"].content(named_design("pd-only")) for _ in range(2))
+    assert one == other
+
+
+def test_nothing_that_a_user_wrote_is_markup():
+    evil = 'x"><addData/>&amp;<!-- ]]> \x1b'
+    record = named_design("pd-only").model_copy(update={"name": evil})
+    root = ET.fromstring(FORMATS["plcopen"].content(record))
+    assert root.find(f".//{PPX}addData") is None
+    assert len(root.findall(f".//{PPX}pou")) == 2
+
+
+@pytest.mark.parametrize("name", ["huang-neural", "huang-soc"])
+def test_a_kind_without_structured_text_is_refused(name):
+    with pytest.raises(UserError, match="it has no template in Structured Text"):
+        FORMATS["plcopen"].content(named_design(name))
+
+
+def test_a_name_that_the_example_takes_is_refused():
+    text = design_json(named_design("lin-lee-1999-table-1"))
+    taken = text.replace('"deflection"', '"fb_lin_lee_1999_table_1_1"')
+    record = Design.model_validate(json.loads(taken))
+    with pytest.raises(UserError, match="takes fb_lin_lee_1999_table_1_1 for"):
+        FORMATS["plcopen"].content(record)
