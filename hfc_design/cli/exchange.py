@@ -42,6 +42,8 @@ def export(
     path = out or free(Path(f"{found.name}.{target}"))
     if lookup is None:
         FORMATS[target].write(found, path)
+        if note := FORMATS[target].note():
+            click.echo(note)
     else:
         deviation = code.write_lookup(found, path, lookup)
         click.echo(f"largest deviation from the exact {deviation}")
