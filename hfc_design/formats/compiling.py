@@ -11,8 +11,10 @@ from tempfile import TemporaryDirectory
 from hfc_design.core.records import RunError
 
 #: Equal bits of equal sources: no name of a folder, no identity of a build, no fused operations.
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-s")
-FLAGS += ("-Wl,--build-id=none",)
+FLAGS = (
+    *("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden"),
+    *("-ffp-contract=off", "-s", "-Wl,--build-id=none"),
+)
 LONGEST_S = 120.0
 
 

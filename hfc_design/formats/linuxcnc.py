@@ -9,7 +9,7 @@ import numpy as np
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.numbers import Json, Parameters
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
@@ -24,6 +24,7 @@ LONGEST = 47
 ACCELERATION = "reference_acceleration"
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
 MOST_ROWS = 2000
+
 
 def components(design: Design) -> dict[str, str]:
     """A folder with all that halcompile and halrun need.

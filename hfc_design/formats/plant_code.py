@@ -41,7 +41,7 @@ def _servo(drive: Drive) -> PlantCode:
 CODES = {
     "c-axis": PlantCode(
         "c_axis",
-        "C-axis of a turning centre, an induction motor with flexible transmission and LuGre friction",
+        "C-axis of a turning centre: induction motor, flexible transmission, LuGre friction",
         {"rotor_angle": "rad", "bristle_deflection": "rad"},
         {"stiff": STIFF},
     ),
@@ -54,6 +54,11 @@ CODES = {
         "milling_table",
         "axis of a milling table with backlash and stick-slip",
         values={"inner": INNER},
+        counts=True,
+    ),
+    "positioning-stage": PlantCode(
+        "positioning_stage",
+        "positioning stage, a mass with friction of two sides",
         counts=True,
     ),
     **{x.name: _servo(x) for m in (FIVE_AXIS, FIVE_AXIS_B) for x in m.drives},

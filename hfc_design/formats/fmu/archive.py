@@ -1,9 +1,10 @@
-"""A model as a functional mock-up unit: a ZIP archive of its sources, their binary, its description."""
+"""A model as a functional mock-up unit: a ZIP archive of sources, their binary, a description."""
 
 import hashlib
 import io
 import zipfile
 from collections.abc import Mapping
+from itertools import pairwise
 from sys import float_info
 from typing import NamedTuple
 
@@ -34,7 +35,9 @@ def fmus(model: Model, design: Design) -> dict[str, bytes]:
     Raises:
         RunError: the C compiler that is there fails.
     """
-    return {f"{model.name}_{version.name}.fmu": _fmu(model, design, version) for version in VERSIONS}
+    return {
+        f"{model.name}_{version.name}.fmu": _fmu(model, design, version) for version in VERSIONS
+    }
 
 
 def _fmu(model: Model, design: Design, version: Version) -> bytes:
@@ -57,7 +60,7 @@ def _token(texts: list[str]) -> str:
     """A hash in the form of a GUID."""
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
     ends = (0, 8, 12, 16, 20, 32)
-    parts = [digest[begin:end] for begin, end in zip(ends, ends[1:], strict=False)]
+    parts = [digest[begin:end] for begin, end in pairwise(ends)]
     return "{" + "-".join(parts) + "}"
 
 

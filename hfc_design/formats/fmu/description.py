@@ -1,4 +1,4 @@
-"""What an FMU says of itself: ``modelDescription.xml`` of FMI 2.0 and 3.0, its build description."""
+"""What an FMU says of itself: ``modelDescription.xml`` of FMI 2.0 and 3.0, and how it is built."""
 
 from collections.abc import Mapping, Sequence
 from math import inf
@@ -105,7 +105,12 @@ class Description(NamedTuple):
         return _text(root)
 
     def _root(self, version: str, **token: str) -> ElementTree.Element:
-        told = {"fmiVersion": version, "modelName": self.model.name, **token, "description": self.model.what}
+        told = {
+            "fmiVersion": version,
+            "modelName": self.model.name,
+            **token,
+            "description": self.model.what,
+        }
         told["generationTool"] = f"hfc-design {__version__}"
         return ElementTree.Element(
             "fmiModelDescription", told | {"variableNamingConvention": "structured"}

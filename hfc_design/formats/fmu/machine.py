@@ -1,7 +1,6 @@
 """The plant of a design as an FMU, alone or under its controller."""
 
-from hfc_design.controllers.controller import units_of
-from hfc_design.core.numbers import Json, State
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import Axis
@@ -9,14 +8,20 @@ from hfc_design.files.motions import started
 from hfc_design.files.pairing import machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, machine_code, plant_code
+from hfc_design.formats.fmu.axes import (
+    axis_of,
+    followed,
+    given,
+    head_of,
+    load_of,
+    moments,
+    reading_of,
+)
 from hfc_design.formats.fmu.control import commands_machine, path_variables
-from hfc_design.formats.fmu.description import LEAST, TIME, Model, Variable
+from hfc_design.formats.fmu.description import TIME, Model, Variable
 from hfc_design.formats.fmu.sensing import converter, sensing
-from plants import Drive
 
 STAYS = "the machine and its control stay as they were"
-#: Of which the sign is tried that a parameter may have.
-TINY = 1e-9
 
 
 def plant(design: Design) -> Model:
@@ -28,19 +33,19 @@ def plant(design: Design) -> Model:
     scenario, axes = _machine(design)
     variables, told = [TIME], []
     for k, axis in enumerate(axes):
-        head, drive = _head(axis, axes), axis.drive
+        head, drive = head_of(axis, axes), axis.drive
         states = plant_code.state_units(drive)
         others = [name for name in plant_code.signals(drive) if name not in states]
         places = {f"{head}{name}": f"seen.{name}" for name in states}
         places |= {f"{head}{name}": f"signals.{name}" for name in others}
-        own, of_axis = _axis(k, axis, head, drive.initial_state(0.0))
+        own, of_axis = axis_of(k, axis, head, drive.initial_state(0.0))
         meaning = drive.meanings.get("command", "what the drive is to do")
         units = drive.units | states
         variables += [
             Variable(f"{head}command", "input", units["command"], meaning),
-            _load(drive, head),
+            load_of(drive, head),
             *of_axis,
-            *(_reading(drive, head, name, units[name]) for name in (*states, *others)),
+            *(reading_of(drive, head, name, units[name]) for name in (*states, *others)),
         ]
         told.append(own | {"readings": places, "command": f"{head}command"})
     what = f"plant {design.plant.name} of the design {design.name}"
@@ -61,13 +66,15 @@ def loop(design: Design) -> Model:
     path = path_variables(design)[:-1] if whole and machine_code.sees_path(design) else []
     variables, told = [TIME, *path], []
     for k, axis in enumerate(axes):
-        head, part = _head(axis, axes), parts[0 if whole else k]
-        own, of_axis = _axis(k, axis, head, states[k])
+        head, part = head_of(axis, axes), parts[0 if whole else k]
+        own, of_axis = axis_of(k, axis, head, states[k])
         sensed, noises = sensing(scenario, axis, head)
-        variables += _followed(axis.drive, head, part["reads"])
-        variables += [_load(axis.drive, head), *noises, *of_axis, *_moments(axis.drive, head)]
-        given = [_given(name, k, head) for name in part["reads"]]
-        told.append(own | sensed | converter(scenario, axis) | {"told": given, "controller": part})
+        variables += followed(axis.drive, head, part["reads"])
+        variables += [load_of(axis.drive, head), *noises, *of_axis, *moments(axis.drive, head)]
+        signals = [given(name, k, head) for name in part["reads"]]
+        told.append(
+            own | sensed | converter(scenario, axis) | {"told": signals, "controller": part}
+        )
     steps = [own["step"] for own in told]
     steps += [x["resolution"] for own in told for x in (*own["encoders"], *own["apart"])]
     values: Json = {"axes": told, "controllers": parts, "quantized": any(steps), "whole": None}
@@ -132,102 +139,13 @@ def _model(
     return model._replace(values=model.values | {"inputs": model.of("input")})
 
 
-def _head(axis: Axis, axes: list[Axis]) -> str:
-    """What the names of an axis' variables begin with; nothing where there is one."""
-    return f"{axis.name}." if len(axes) > 1 else ""
-
-
-def _axis(k: int, axis: Axis, head: str, start: State) -> tuple[Json, list[Variable]]:
-    """What the template reads of an axis, and its parameters and states."""
-    drive, own = axis.drive, plant_code.CODES[axis.drive.name].name
-    units = plant_code.state_units(drive)
-    parameters = {name: f"{head}{name}" for name in axis.parameters._fields}
-    states = {f"{head}state.{name}": name for name in units}
-    starts = {f"{head}start.{name}": name for name in units}
-    told: Json = {
-        "k": k,
-        "plant": own,
-        "parameters": list(parameters.values()),
-        "states": states,
-        "starts": starts,
-        "load": f"{head}load",
-        "state": [f"{own}_state axis_{k}"],
-        "carried": [],
-        "delayed": False,
-        "moments": [],
-        "readings": {},
-    }
-    variables = [_parameter(drive, x, name, axis) for x, name in parameters.items()]
-    for name, field in starts.items():
-        begun, unit = float(getattr(start, field)), units[field]
-        what = f"{_words(field)} before the first sample"
-        variables.append(Variable(name, "parameter", unit, what, begun, fixed=True))
-    for name, field in states.items():
-        variables.append(Variable(name, "output", units[field], f"{_words(field)} as it is"))
-    return told, variables
-
-
-def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
-    """A parameter of the plant, which may be negative or positive where the drive says so."""
-    value = float(getattr(axis.parameters, key))
-    unit = drive.parameter_units.get(key, "")
-    found = Variable(name, "parameter", unit, f"{_words(key)} of the {drive.name}", value)
-    least = LEAST if drive.fault({key: 0.0}) else 0.0
-    if value >= 0.0 and drive.fault({key: -TINY}):
-        return found._replace(lowest=least)
-    if value <= 0.0 and drive.fault({key: TINY}):
-        return found._replace(highest=-least)
-    return found
-
-
-def _load(drive: Drive, head: str) -> Variable:
-    what = "against positive motion, held for a sample"
-    return Variable(f"{head}load", "input", drive.units["load"], what)
-
-
-def _reading(drive: Drive, head: str, name: str, unit: str) -> Variable:
-    what = drive.meanings.get(name, f"{_words(name)}, as the drive's sensors read it")
-    return Variable(f"{head}{name}", "output", unit, what)
-
-
-def _followed(drive: Drive, head: str, reads: list[str]) -> list[Variable]:
-    """What a loop follows."""
-    units = units_of(drive.units)
-    told = {
-        "reference": "where the axis is to be",
-        "reference_rate": "how fast it is to be",
-        "reference_acceleration": "how fast that is to change",
-    }
-    if "reference_acceleration" not in reads:
-        del told["reference_acceleration"]
-    return [Variable(f"{head}{x}", "input", units[x], what) for x, what in told.items()]
-
-
-def _moments(drive: Drive, head: str) -> list[Variable]:
-    """What a loop tells of the sample that it has just done."""
-    what = "that acted on the drive in the sample before"
-    error = "that the control saw at the start of the sample before"
-    return [
-        Variable(f"{head}command", "output", drive.units["command"], what, discrete=True),
-        Variable(f"{head}error", "output", drive.units["error"], error, discrete=True),
-    ]
-
-
-def _given(name: str, k: int, head: str) -> Json:
-    """Where a signal that a controller reads comes from: a place in C, or a variable."""
-    if name in ("error", "error_rate", "reference"):
-        return {"place": f"told_{k}.{name}", "variable": None}
-    if name.startswith("reference_"):
-        return {"place": "", "variable": f"{head}{name}"}
-    return {"place": f"told_{k}.signals.{name}", "variable": None}
-
-
 def _controllers(design: Design, axes: list[Axis]) -> tuple[list[Json], dict[str, str]]:
     """The controller of the machine, or that of each axis, and the files of all."""
     if commands_machine(design):
         own = {"name": code.c_name(design), "member": "controller"}
         return [own | {"reads": list(code.signals(design))}], machine_code.sources(design)
-    parts, files = [], {}
+    parts: list[Json] = []
+    files: dict[str, str] = {}
     each = design.by_axis()
     for k, axis in enumerate(axes):
         part = each.get(axis.name, design)
@@ -235,7 +153,3 @@ def _controllers(design: Design, axes: list[Axis]) -> tuple[list[Json], dict[str
         own = {"name": code.c_name(part), "member": f"controller_{k}"}
         parts.append(own | {"reads": list(code.signals(part))})
     return parts, files
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")

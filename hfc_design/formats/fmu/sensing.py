@@ -41,6 +41,7 @@ def sensing(scenario: Scenario, axis: Axis, head: str) -> tuple[Json, list[Varia
         "carried": carried,
         "apart": apart,
         "velocity_of": wanted.velocity,
+        "samples": wanted.difference_samples,
         "observer": sensors.observer if sensors else (0.0, 0.0),
         "seen": drive.seen,
         "reference": f"{head}reference",

@@ -63,8 +63,7 @@ def base_unit(unit: str) -> BaseUnit | None:
             return None
         tokens.append(found)
         at = found.end()
-    product = _product(tokens[::-1]) if tokens else None
-    return product
+    return _product(tokens[::-1]) if tokens else None
 
 
 def _product(left: list[re.Match[str]]) -> BaseUnit | None:
