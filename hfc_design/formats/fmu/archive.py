@@ -9,6 +9,7 @@ from sys import float_info
 from typing import NamedTuple
 
 from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import compiling
 from hfc_design.formats.fmu.description import Description, Model, Variable
@@ -33,6 +34,7 @@ def fmus(model: Model, design: Design) -> dict[str, bytes]:
     """An FMU for each version of FMI, by the names of their files.
 
     Raises:
+        UserError: the design is called like a file that every FMU has.
         RunError: the C compiler that is there fails.
     """
     return {
@@ -76,6 +78,9 @@ def _sources(model: Model, design: Design, version: Version, token: str) -> dict
         "every": model.every,
     }
     names = (*AROUND, f"{version.name}.c")
+    if taken := model.sources.keys() & set(names):
+        told = f"an FMU has a {min(taken)} of its own"
+        raise UserError(f"design {design.name}: {told}; give the design another name")
     return model.sources | {name: rendered(f"fmu/{name}.j2", design, **values) for name in names}
 
 

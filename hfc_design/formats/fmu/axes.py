@@ -55,7 +55,7 @@ def _parameter(drive: Drive, key: str, name: str, axis: Axis) -> Variable:
     if value >= 0.0 and drive.fault({key: -TINY}):
         return found._replace(lowest=least)
     if value <= 0.0 and drive.fault({key: TINY}):
-        return found._replace(highest=-least)
+        return found._replace(highest=0.0 - least)
     return found
 
 
