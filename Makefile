@@ -88,7 +88,7 @@ dist: $(TOOLS)/installed
 # Asks the advisories of the Python package index about every pinned package; not answered is failed.
 audit: $(TOOLS)/installed
 	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
-		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt pymoo.txt)
+		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt fmpy.txt pymoo.txt)
 
 # Pins what pyproject.toml and requirements/*.in ask for, with the hashes of all files of a release;
 # what is pinned stays. Newer releases of everything: make lock UPGRADE=--upgrade
@@ -99,7 +99,7 @@ lock: $(TOOLS)/installed
 		-o requirements/peers.txt
 	$(LOCK) --upgrade --resolution lowest-direct $(EXTRAS) --group build pyproject.toml \
 		-o requirements/lowest.txt
-	for name in tools fuzzylite st pymoo; do \
+	for name in tools fuzzylite st fmpy pymoo; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
 
 # The files of a release of uPlot as npm has them, which pages of hfc compare hold. Needs npm.
