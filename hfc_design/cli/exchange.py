@@ -39,7 +39,7 @@ def export(
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
     check_score(found, anyway)
-    path = out or free(Path(f"{found.name}.{target}"))
+    path = out or free(Path(found.name + (FORMATS[target].ending or f".{target}")))
     if lookup is None:
         FORMATS[target].write(found, path)
         if note := FORMATS[target].note():

@@ -164,7 +164,7 @@ def test_plants_are_valid(tmp_path):
         FORMATS["fmu-plant"].write(design, tmp_path / name)
         axes = len(evaluate(design, own_scenario(design, name)).axes)
         jobs += [
-            (fmu, np.tile([5.0, 1.0], (50, axes)), design.controller.sample_time_s, "")
+            (fmu, np.tile([9.0, 1.0], (50, axes)), design.controller.sample_time_s, "")
             for fmu in sorted((tmp_path / name).iterdir())
         ]
     for first, second in zip(*[iter(simulated(jobs))] * 2, strict=True):

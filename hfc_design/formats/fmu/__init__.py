@@ -4,6 +4,8 @@ A controller, a plant, and the closed loop of both. What is computed is the C co
 that of the simulated machine on LinuxCNC, so there is one control law and one plant.
 """
 
+from collections.abc import Callable
+
 from hfc_design.files.design import Design
 from hfc_design.formats import compiling
 from hfc_design.formats.fmu.archive import fmus
@@ -24,9 +26,13 @@ def _loop(design: Design) -> Content:
     return fmus(loop(design), design)
 
 
-TEXT = "a folder with FMUs for co-simulation by FMI 2.0 and 3.0: "
+def _format(name: str, what: str, content: Callable[[Design], Content], whole: bool) -> Format:
+    text = f"a folder with FMUs for co-simulation by FMI 2.0 and 3.0: {what}"
+    return Format(name, text, content, whole=whole, note=compiling.note, ending=f"-{name}")
+
+
 FORMATS = (
-    Format("fmu", f"{TEXT}the controller", _controller, note=compiling.note),
-    Format("fmu-plant", f"{TEXT}the plant", _plant, whole=True, note=compiling.note),
-    Format("fmu-loop", f"{TEXT}the closed loop", _loop, whole=True, note=compiling.note),
+    _format("fmu", "the controller", _controller, whole=False),
+    _format("fmu-plant", "the plant", _plant, whole=True),
+    _format("fmu-loop", "the closed loop", _loop, whole=True),
 )
