@@ -89,7 +89,7 @@ dist: $(TOOLS)/installed
 # answered is failed.
 audit: $(TOOLS)/installed
 	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
-		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt pymoo.txt)
+		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt fmpy.txt pymoo.txt)
 
 # Pins what pyproject.toml and requirements/*.in ask for, with the hashes of all files of a release;
 # what is pinned stays. Newer releases of everything: make lock UPGRADE=--upgrade
@@ -100,7 +100,7 @@ lock: $(TOOLS)/installed
 		-o requirements/peers.txt
 	$(LOCK) --upgrade --resolution lowest-direct $(EXTRAS) --group build pyproject.toml \
 		-o requirements/lowest.txt
-	for name in tools fuzzylite st pymoo; do \
+	for name in tools fuzzylite st fmpy pymoo; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
 	$(LOCK) $(UPGRADE) --no-deps requirements/sources.in -o requirements/sources.txt
 

@@ -127,13 +127,19 @@ def _top_speed(c: ServoCoefficients) -> float:
     return max(held, 0.0) if c.peak_force > c.coulomb else 0.0
 
 
+def per_unit_of(rotary: bool) -> float:
+    """How many units of its position there are in a rad, or in a m."""
+    return degrees(1.0) if rotary else 1e3
+
+
 def servo(name: str, rotary: bool = False, **own: float) -> Drive:
     """A servo axis with these parameters (``UNITS``) as its nominal ones."""
     values = {"highest_voltage": VOLTS, "counts_per_turn": COUNTS, **own}
     record: Any = namedtuple  # a class of its own, for its own defaults
     defaults = [values[key] for key in UNITS]
     parameters = record(f"Servo{name.upper()}Parameters", UNITS, defaults=defaults)
-    per_unit, unit, load = (degrees(1.0), "deg", "N m") if rotary else (1e3, "mm", "N")
+    per_unit = per_unit_of(rotary)
+    unit, load = ("deg", "N m") if rotary else ("mm", "N")
 
     def coefficients(p: Any) -> ServoCoefficients:
         return _coefficients(per_unit, p)

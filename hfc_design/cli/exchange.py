@@ -39,9 +39,12 @@ def export(
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
     check_score(found, anyway)
-    path = out or free(Path(f"{found.name}{FORMATS[target].suffix or f'.{target}'}"))
+    form = FORMATS[target]
+    path = out or free(Path(found.name + (form.ending or form.suffix or f".{target}")))
     if lookup is None:
-        FORMATS[target].write(found, path)
+        form.write(found, path)
+        if note := form.note():
+            click.echo(note)
     else:
         deviation = code.write_lookup(found, path, lookup)
         click.echo(f"largest deviation from the exact {deviation}")

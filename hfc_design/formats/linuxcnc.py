@@ -10,16 +10,14 @@ import numpy as np
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.numbers import Json, Parameters
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
-from hfc_design.formats import code, saving
+from hfc_design.formats import code, plant_code, saving
 from hfc_design.formats.writing import Format, rendered
-from plants import Drive
-from plants.blocks import STIFF
-from plants.milling_table import INNER
+from plants import PLANTS, Drive
 
 #: Characters of a name in HAL.
 LONGEST = 47
@@ -27,12 +25,6 @@ LONGEST = 47
 ACCELERATION = "reference_acceleration"
 #: The queue of reference samples is filled before the first one, so it has to hold them all.
 MOST_ROWS = 2000
-#: Plant -> pin of its component with the position itself, not what an encoder makes of it.
-TRUE_POSITION = {
-    "c-axis": "spindle_angle",
-    "feed-drive": "true_position",
-    "milling-table": "true_position",
-}
 
 
 def components(design: Design) -> dict[str, str]:
@@ -60,8 +52,8 @@ def components(design: Design) -> dict[str, str]:
         values |= {"machine": None, "axes": [""], "reason": reason}
     else:
         values |= {"machine": loop, "axes": list(loop["axes"])}
-        plant = f"{values['plant']}.comp"
-        templates |= {"loop.hal": "loop.hal", plant: plant}
+        templates |= {"loop.hal": "loop.hal", f"{values['plant']}.comp": "plant.comp"}
+        files |= plant_code.sources(values["drive"], design)
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
     return files
@@ -80,8 +72,9 @@ def component_name(design: Design) -> str:
 
 def _values(design: Design) -> Json:
     """What every template reads."""
-    if design.plant.name not in TRUE_POSITION:
-        known = f"{design.plant.name}; there is {', '.join(TRUE_POSITION)}"
+    ours = [name for name in plant_code.CODES if name in PLANTS]  # not those of other machines
+    if design.plant.name not in ours:
+        known = f"{design.plant.name}; there is {', '.join(ours)}"
         raise UserError(f"design {design.name}: HAL has no component of the plant {known}")
     axis = PlantSettings(**design.plant.model_dump()).each()[0]
     drive = axis.drive
@@ -92,18 +85,32 @@ def _values(design: Design) -> Json:
     return _signals(design, drive) | {
         "component": component_name(design),
         "controller": code.c_name(design),
-        "coefficients": _coefficients(drive.coefficients(drive.parameters())),  # nominal
+        "coefficients": plant_code.coefficients(drive.coefficients(drive.parameters())),  # nominal
         "nanoseconds": round(every * 1e9),
         "saved": (saved := saving.values(design)),
         "digits": len(str(saved["learnt"] - 1)) if saved else 0,
         "plant": f"hfc_{identifier(drive.name)}",
-        "stiff": STIFF,
-        "inner": INNER,
         "plant_name": drive.name,
         "command_unit": drive.units["command"],
         "load_unit": drive.units["load"],
         "millimetres": axis.length,
-        "true_position": TRUE_POSITION[drive.name],
+        **_plant(drive),
+    }
+
+
+def _plant(drive: Drive) -> Json:
+    """What the template of the plant's component reads, and which of its pins is where it is."""
+    own, states = plant_code.CODES[drive.name], plant_code.state_units(drive)
+    told = {name: drive.units[name] for name in plant_code.signals(drive) if name not in states}
+    return {
+        "drive": drive,
+        "plant_code": own.name,
+        "plant_what": own.what,
+        "plant_states": states,
+        "plant_told": told,
+        "plant_position": drive.position,
+        "plant_counts": own.counts,
+        "true_position": "true_position" if own.counts else drive.position,
     }
 
 
@@ -151,7 +158,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))
     table = np.stack(columns, axis=1)[:MOST_ROWS]
-    own = [_coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
+    own = [plant_code.coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
     behind = [f"machine.{name}" for name in own[0]]
     behind += [f"controller.{ACCELERATION}"] if ahead else []
     longest = LONGEST - max(len(f"-{name}") for name in behind)
@@ -168,15 +175,6 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
         "rows": len(table),
     }
     return loop, "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist())
-
-
-def _coefficients(record: Parameters, prefix: str = "") -> dict[str, float]:
-    """The coefficients of a drive by name; those of a part have the part's name before theirs."""
-    found: dict[str, float] = {}
-    for name, value in record._asdict().items():
-        part = hasattr(value, "_asdict")
-        found |= _coefficients(value, f"{prefix}{name}_") if part else {prefix + name: float(value)}
-    return found
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:

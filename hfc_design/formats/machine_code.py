@@ -88,6 +88,11 @@ def _parts(design: Design, axes: tuple[str, ...]) -> tuple[list[Json], dict[str,
     return parts, files
 
 
+def sees_path(design: Design) -> bool:
+    """Whether the controller of a machine, or one inside it, has to see the path."""
+    return _sees_path(design.controller, axes_of(design))
+
+
 def _alike(values: Iterable[object]) -> bool:
     first, *others = values
     return all(other == first for other in others)

@@ -59,6 +59,8 @@ class Format(NamedTuple):
     content: Callable[[Design], Content]
     suffix: str = ""  # of a part that is a file
     whole: bool = False  # it can hold several axes
+    note: Callable[[], str] = str  # what is to be said of every one that is written here
+    ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
 
     def write(self, design: Design, path: Path) -> None:
         """Write ``design``; where its axes differ, a folder with a part for each.

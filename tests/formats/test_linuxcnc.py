@@ -41,6 +41,8 @@ def test_folder_holds_all_and_is_the_same_each_time(tmp_path):
         "jee_koren_2004_aflc.c",
         "jee_koren_2004_aflc.h",
         "loop.hal",
+        "plant_feed_drive.c",
+        "plant_feed_drive.h",
         "reference.txt",
     }
 

@@ -4,6 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 packages=(gcc g++ clang) # C
+packages+=(make)         # FMUs, which FMPy builds
 packages+=(fuzzylite)    # FLL, FCL
 linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
 packages+=(octave octave-fuzzy-logic-toolkit) # FIS, MAT
@@ -29,6 +30,11 @@ if [ ! -d .venv-st/sources ]; then
     mkdir .venv-st/unpacked
     for file in .venv-st/packed/*.tar.gz; do tar xzf "$file" -C .venv-st/unpacked; done
     mv .venv-st/unpacked .venv-st/sources
+fi
+# Reads FMUs.
+if [ ! -x .venv-fmpy/bin/python ]; then
+    .venv/bin/python -m venv .venv-fmpy
+    .venv-fmpy/bin/pip install -q --require-hashes -r requirements/fmpy.txt
 fi
 # Oracles of fronts; their packages stand behind this project's, see test_pymoo.py.
 if [ ! -x .venv-pymoo/bin/python ]; then

@@ -1,0 +1,105 @@
+"""A model as a functional mock-up unit: a ZIP archive of sources, their binary, a description."""
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
+from itertools import pairwise
+from sys import float_info
+from typing import NamedTuple
+
+from hfc_design.core.numbers import Json
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.formats import compiling
+from hfc_design.formats.fmu.description import Description, Model, Variable
+from hfc_design.formats.writing import rendered
+
+#: Files around the model; that of the version beside them.
+AROUND = ("model.h", "model.c", "slave.h", "slave.c", "export.h")
+
+
+class Version(NamedTuple):
+    """A version of FMI."""
+
+    name: str  # of its template
+    binaries: str  # folder of Linux on x86-64
+    build: bool = False  # whether the sources are listed in a file of their own
+
+
+VERSIONS = (Version("fmi2", "linux64"), Version("fmi3", "x86_64-linux", build=True))
+
+
+def fmus(model: Model, design: Design) -> dict[str, bytes]:
+    """An FMU for each version of FMI, by the names of their files.
+
+    Raises:
+        UserError: the design is called like a file that every FMU has.
+        RunError: the C compiler that is there fails.
+    """
+    return {
+        f"{model.name}_{version.name}.fmu": _fmu(model, design, version) for version in VERSIONS
+    }
+
+
+def _fmu(model: Model, design: Design, version: Version) -> bytes:
+    """The archive; its token is a hash of the rest of it but for the binary."""
+    sources = _sources(model, design, version, "")
+    described = Description(model, sorted(name for name in sources if name.endswith(".c")))
+    describe = getattr(described, version.name)
+    token = _token([describe(""), *(f"{name} {text}" for name, text in sorted(sources.items()))])
+    sources = _sources(model, design, version, token)
+    files: dict[str, str | bytes] = {"modelDescription.xml": describe(token)}
+    files |= {f"sources/{name}": text for name, text in sorted(sources.items())}
+    if version.build:
+        files["sources/buildDescription.xml"] = described.build()
+    if binary := compiling.shared_library(sources, model.name):
+        files[f"binaries/{version.binaries}/{model.name}.so"] = binary
+    return _archive(files)
+
+
+def _token(texts: list[str]) -> str:
+    """A hash in the form of a GUID."""
+    digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
+    ends = (0, 8, 12, 16, 20, 32)
+    parts = [digest[begin:end] for begin, end in pairwise(ends)]
+    return "{" + "-".join(parts) + "}"
+
+
+def _sources(model: Model, design: Design, version: Version, token: str) -> dict[str, str]:
+    """Every C file, with the token in it."""
+    values = {
+        "token": token,
+        "version": version.name,
+        "variables": list(map(_in_c, model.variables)),
+        "at": {x.name: f"values[{k}]" for k, x in enumerate(model.variables)},
+        "body": model.body,
+        **model.values,
+        "every": model.every,
+    }
+    names = (*AROUND, f"{version.name}.c")
+    if taken := model.sources.keys() & set(names):
+        told = f"an FMU has a {min(taken)} of its own"
+        raise UserError(f"design {design.name}: {told}; give the design another name")
+    return model.sources | {name: rendered(f"fmu/{name}.j2", design, **values) for name in names}
+
+
+def _in_c(variable: Variable) -> Json:
+    """A variable as the templates read it; bounds are finite, so that they keep infinity out."""
+    settable = "fixed" if variable.fixed else "tunable"
+    causality = settable if variable.causality == "parameter" else variable.causality
+    largest = float_info.max
+    bounds = max(variable.lowest, -largest), min(variable.highest, largest)
+    return variable._asdict() | {"causality": causality, "lowest": bounds[0], "highest": bounds[1]}
+
+
+def _archive(files: Mapping[str, str | bytes]) -> bytes:
+    """A ZIP archive that is the same each time."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, content)
+    return buffer.getvalue()

@@ -1,0 +1,71 @@
+"""The controller of a design as an FMU: that of an axis, or of a whole machine."""
+
+from hfc_design.controllers.controller import units_of
+from hfc_design.controllers.rules import identifier
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import axes_of
+from hfc_design.formats import code, machine_code
+from hfc_design.formats.fmu.description import TIME, Model, Variable
+from hfc_design.formats.writing import signal_meanings, signal_units
+
+#: What stays when a sample is faulty.
+FAULTY = "the commands are not a number, and the next sample goes on as if this one had not been"
+#: Names of the path that a controller of a machine sees.
+PATH = ("path.tangent_x", "path.tangent_y", "path.curvature", "path.contour_error")
+
+
+def commands_machine(design: Design) -> bool:
+    """Whether its controller commands all axes at once."""
+    return design.kind.controller is not None and design.kind.axes is None
+
+
+def controller(design: Design) -> Model:
+    """The controller alone: from what it reads at a sample to its command.
+
+    Raises:
+        UserError: as ``machine_code.sources``.
+    """
+    sources = machine_code.sources(design)
+    whole, name = commands_machine(design), code.c_name(design)
+    read, told = code.signals(design), signal_meanings(design)
+    heads = [f"{identifier(axis)}." for axis in axes_of(design)] if whole else [""]
+    inputs = [[f"{head}{signal}" for signal in read] for head in heads]
+    outputs = [f"{head}command" for head in heads]
+    unit = signal_units(design).get("command", "")
+    meaning = told.get("command", "what the drive is to do")
+    path = path_variables(design) if whole and machine_code.sees_path(design) else []
+    variables = [
+        TIME,
+        *(
+            Variable(f"{head}{signal}", "input", own, told.get(signal, signal))
+            for head in heads
+            for signal, own in read.items()
+        ),
+        *path,
+        *(Variable(output, "output", unit, meaning, discrete=True) for output in outputs),
+    ]
+    values = {
+        "headers": [f"{name}.h"],
+        "state": [f"{name}_state controller"],
+        "faulty": FAULTY,
+        "controller": name,
+        "inputs": inputs,
+        "outputs": outputs,
+        "whole": whole,
+        "path": [x.name for x in path],
+    }
+    what = f"{design.controller.kind} controller {design.name} for the plant {design.plant.name}"
+    every = design.controller.sample_time_s
+    return Model(name, what, every, variables, sources, "fmu/controller.c.j2", values)
+
+
+def path_variables(design: Design) -> list[Variable]:
+    """What a controller sees of the path."""
+    units = signal_units(design)
+    unit = units_of(units)["error"] if units else ""
+    return [
+        Variable(PATH[0], "input", "1", "along X, of the unit vector along the path", 1.0),
+        Variable(PATH[1], "input", "1", "along Y, of the unit vector along the path"),
+        Variable(PATH[2], "input", unit and f"1/{unit}", "of the path, positive to the left"),
+        Variable(PATH[3], "input", unit, "of the measured position, positive to the left"),
+    ]
