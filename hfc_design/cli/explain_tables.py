@@ -61,6 +61,7 @@ def _unit(console: Console, unit: Json, least: float) -> None:
     table.columns[1].justify = "left"
     for rule in shown:
         share, consequent = f"{100 * rule['share']:.2f} %", f"{rule['consequent']:.6g}"
+        consequent = f"{rule['label']} {consequent}" if "label" in rule else consequent
         table.add_row(rule["row"], rule["column"], share, consequent)
     hidden = unit["rules"][len(shown) :]
     if hidden:

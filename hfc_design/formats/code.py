@@ -140,6 +140,8 @@ def block(design: Design) -> str:
         "within": [*within, *kept],
         "block": name,
         "head": head(design, notes),
+        "rows": max((len(unit.row_terms) for unit in units), default=0),
+        "columns": max((len(unit.column_terms) for unit in units), default=7),
         "literals": lambda row: ", ".join(map(real, row)),
     }
     return rendered("controller.st.j2", design, template.places, **values)

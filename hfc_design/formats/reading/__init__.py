@@ -22,9 +22,9 @@ from hfc_design.formats.reading.system import System
 __all__ = ["READERS", "Wish", "imported"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
-READERS: dict[str, Callable[..., System]] = {
-    ".fll": fll.read,
-    ".fis": fis.read,
+READERS: dict[str, Callable[[dict[str, str]], System]] = {
+    ".fll": lambda texts: fll.read(*texts.values()),
+    ".fis": lambda texts: fis.read(*texts.values()),
     ".csv": csv_tables.read,
 }
 
@@ -45,13 +45,13 @@ def imported(path: Path, wish: Wish) -> Design:
         raise UserError(f"--axis {wish.axis}: is of what an axis has learnt, a .txt or .hal")
     with about(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
-        texts, digests = [], {}
+        texts, digests = {}, {}
         for file in files:
             with about(file):
                 found = content(file)
-                texts.append(decoded(found))
+                texts[file.name] = decoded(found)
             digests[file.name] = hashlib.sha256(found).hexdigest()
-        return design_of(READERS[ending](*texts), wish, path, digests)
+        return design_of(READERS[ending](texts), wish, path, digests)
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:

@@ -6,12 +6,12 @@ and of the output by number, the weight, and 1 for "and".
 
 import re
 
-from hfc_design.core.records import TERMS
 from hfc_design.formats.reading.system import (
     ALLOWED,
     Block,
     Input,
     Shape,
+    Singleton,
     System,
     Token,
     check_known,
@@ -45,11 +45,11 @@ def read(text: str) -> System:
         if allowed and not head.all(key):
             raise head.name.fault(f"[System] has no {key}; needed is {key}='{allowed[0]}'")
     first, second = map(_input, inputs)
-    system = System((first, second), {})
+    system = System((first, second), _unquoted(output.get("Name")).text, {})
     singletons = []
     for label, kind, value in _terms(output):
         kind.one_of(f"kind of the output term {label.text}", ("constant",))
-        singletons += _numbers(value, 1)
+        singletons.append(Singleton(label.text, *_numbers(value, 1)))
     _check_count(head, "NumRules", len(rules.entries))
     for _, rule in rules.entries:
         _add(system, rule, singletons)
@@ -126,7 +126,7 @@ def _numbers(value: Token, count: int) -> list[float]:
     return numbers
 
 
-def _add(system: System, rule: Token, singletons: list[float]) -> None:
+def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
     if not (found := rule.match(RULE)):
         raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
     first, second, conclusion = (int(part.text) for part in found[:3])
@@ -134,7 +134,8 @@ def _add(system: System, rule: Token, singletons: list[float]) -> None:
     if weight.number() != 1.0:
         raise rule.fault(f"a rule of weight {found[3].text} cannot be imported, only of weight 1")
     found[4].one_of("connection of a rule", ("1",))
-    for term, count in ((first, TERMS), (second, TERMS), (conclusion, len(singletons))):
+    counts = [*(len(item.labels) for item in system.inputs), len(singletons)]
+    for term, count in zip((first, second, conclusion), counts, strict=True):
         if not 1 <= term <= count:
             raise rule.fault(f"term {term} in a rule; allowed is 1 to {count}, all of them given")
     system.add(rule, (first - 1, second - 1), singletons[conclusion - 1])

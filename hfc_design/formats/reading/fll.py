@@ -12,6 +12,7 @@ from hfc_design.formats.reading.system import (
     Block,
     Input,
     Shape,
+    Singleton,
     System,
     Token,
     check_known,
@@ -42,8 +43,8 @@ def read(text: str) -> System:
             raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
     first, second = map(_input, blocks["InputVariable"])
     (output,), (rules,) = blocks["OutputVariable"], blocks["RuleBlock"]
-    system = System((first, second), {})
-    singletons = dict(map(_singleton, output.all("term")))
+    system = System((first, second), output.name.text, {})
+    singletons = {found.label: found for found in map(_singleton, output.all("term"))}
     for rule in rules.all("rule"):
         _add(system, rule, output.name.text, singletons)
     return system
@@ -99,14 +100,14 @@ def _shape(term: Token) -> Shape:
     return shape_of(label, kind.text, letters, numbers)
 
 
-def _singleton(term: Token) -> tuple[str, float]:
+def _singleton(term: Token) -> Singleton:
     if not (found := term.match(SINGLETON)):
         told = f"output term {term.text[:40]!r}: only NAME Constant NUMBER can be imported"
         raise term.fault(told)
-    return found[0].text, found[1].number()
+    return Singleton(found[0].text, found[1].number())
 
 
-def _add(system: System, rule: Token, output: str, singletons: dict[str, float]) -> None:
+def _add(system: System, rule: Token, output: str, singletons: dict[str, Singleton]) -> None:
     names = [item.name.text for item in system.inputs]
     if not (found := rule.match(RULE)):
         raise rule.fault(
