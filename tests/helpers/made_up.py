@@ -1,6 +1,7 @@
 """Random designs of every kind that has rules."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
 
@@ -142,7 +143,13 @@ def named(seed, rows, columns):
     labels = [[("slow", "fast")[(seed + i * j) % 2] for j in range(columns)] for i in range(rows)]
     rules = {"labels": labels, "output_terms": {"slow": -3.5, "fast": 20.25}}
     names = {"error": "gap", "error_change": "drift", "output": "motor"}
-    return fuzzy("flc", seed, rows, columns, rules=rules, names=names)
+    design = fuzzy("flc", seed, rows, columns, rules=rules, names=names)
+    data = design.model_dump(mode="json")
+    for key in ("error_terms", "error_change_terms"):  # as wide as they can be
+        terms = data["controller"][key]
+        for lower, upper in pairwise(terms):
+            lower["right"], upper["left"] = upper["centre"], lower["centre"]
+    return Design.model_validate(data)
 
 
 def with_options(kind, seed):
