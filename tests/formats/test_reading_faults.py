@@ -15,7 +15,8 @@ from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 
 FLL_FAULTS = [
-    ("defuzzifier: WeightedAverage", "defuzzifier: Centroid 100", 25, "only WeightedAverage"),
+    ("defuzzifier: WeightedAverage", "defuzzifier: Tsukamoto", 25, "only WeightedAverage"),
+    ("defuzzifier: WeightedAverage", "defuzzifier: Centroid 100", 26, "shape of the term u00"),
     ("  defuzzifier: WeightedAverage\n", "", 23, "OutputVariable u has no defuzzifier"),
     ("conjunction: AlgebraicProduct", "conjunction: Minimum", 76, "only AlgebraicProduct"),
     ("d0 Ramp -6.3", "d0 Triangle -13 -9.5 -6.3 #", 7, "the lowest, has to be 1 from its centre"),
@@ -50,7 +51,8 @@ FLL_FAULTS = [
     ),
 ]
 FIS_FAULTS = [
-    ("'sugeno'", "'mamdani'", 4, "Type = 'mamdani' cannot be imported, only sugeno"),
+    ("'sugeno'", "'tsukamoto'", 4, "Type = 'tsukamoto' cannot be imported, only sugeno"),
+    ("'sugeno'", "'mamdani'", 13, "DefuzzMethod = 'wtaver' cannot be imported, only centroid"),
     ("AndMethod='prod'", "AndMethod='min'", 9, "only prod"),
     ("AggMethod='sum'", "AggMethod='max'", 12, "only sum"),
     ("AggMethod='sum'\n", "", 2, "[System] has no AggMethod"),

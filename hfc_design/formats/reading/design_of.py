@@ -36,11 +36,14 @@ class Wish(NamedTuple):
     sample_time: float | None = None  # [s]
     like: str | None = None  # a design, for everything that the file does not hold
     signals: dict[str, str] = {}  # name of an input in the file -> the signal that it is
+    terms: tuple[int, int] | None = None  # of each input, to sample it
     axis: str | None = None  # of whose state the file is, where it is one
 
 
-def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -> Design:
-    """The design; ``digests`` are of the files that it was read from.
+def design_of(
+    system: System, wish: Wish, path: Path, digests: dict[str, str], sampled: Json
+) -> Design:
+    """The design; ``digests`` are of the files that it was read from, ``sampled`` says how.
 
     Raises:
         UserError, ValueError: what the user says does not fit, what the file says does not.
@@ -90,6 +93,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
             "source": f"imported from {path.name}",
             "sha256": digests,
             "terms": {item.name.text: item.labels for item in system.inputs},
+            **({"sampled": sampled} if sampled else {}),
         },
     }
     return checked(Design, data, path, path.parent)
