@@ -146,7 +146,10 @@ def _rule(rule: Token, variables: tuple[Variable, ...], by: tuple[str, ...]) -> 
     number = weight.number() if weight.text else 1.0
     if not 0.0 <= number <= 1.0:
         raise rule.fault(f"a rule of weight {number:g}; allowed is 0 to 1")
-    return Rule(clauses, not either, *_said(conclusion, output), number)
+    term, hedges = _said(conclusion, output)
+    if hedges:  # which fuzzylite would apply to how much the rule fires
+        raise conclusion.fault(f"a hedge before a conclusion, {conclusion.text[:40]!r}")
+    return Rule(clauses, not either, term, [], number)
 
 
 def _said(text: Token, variable: Variable) -> tuple[int, list[str]]:

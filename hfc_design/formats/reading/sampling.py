@@ -21,6 +21,8 @@ from hfc_design.formats.reading.system import Input, Singleton, System, input_of
 POINTS, COARSE = 201, 2
 #: Deviations count with this power, so that the largest decide.
 POWER = 8
+#: What is smaller, in shares of the largest output, is a 0 that was rounded.
+ROUNDING = 1e-13
 #: How often every centre may move.
 SWEEPS = 12
 
@@ -110,6 +112,7 @@ def _on(base: RuleBase, x: Floats, y: Floats) -> Floats:
     """Outputs on a grid; ValueError: there is none at one of its points."""
     first, second = (part.ravel() for part in np.meshgrid(x, y, indexing="ij"))
     found = base.outputs(first, second).reshape(len(x), len(y))
+    found[np.abs(found) < ROUNDING * np.abs(found).max()] = 0.0
     bad = np.argwhere(~np.isfinite(found))
     if len(bad):
         a, b = (variable.name.text for variable in base.inputs)
