@@ -182,6 +182,7 @@ FAULTS = [
     (MAMDANI_FLL, "Centroid 200", "Centroid 1e9", 22, "allowed are 2 to 10000 places"),
     (MAMDANI_FLL, "aggregation: Maximum", "aggregation: none", 22, "needs an implication and an"),
     (MAMDANI_FLL, "-1.000 1.500", "-inf 1.5", 4, "range of level: has to be finite"),
+    (MAMDANI_FLL, "-1.000 1.500", "-1e308 1e308", 2, "has to lie within -1e+09 and 1e+09"),
     (MAMDANI_FLL, "is not rising", "is never rising", 34, "hedge = 'never' cannot be imported"),
     (MAMDANI_FLL, "then valve is close", "then valve is very close", 37, "a hedge before a concl"),
     (MAMDANI_FLL, "or rate is very", "or rate is odd and rate is very", 37, "both and and or"),

@@ -5,7 +5,6 @@ by one to where that is least, from evenly spaced ones and from those of the fil
 """
 
 from itertools import product
-from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,8 @@ from hfc_design.formats.reading.system import Input, Singleton, System, input_of
 POINTS, COARSE = 201, 2
 #: Deviations count with this power, so that the largest decide.
 POWER = 8
+#: A range of an input that can be sampled, and its width in shares of that.
+LARGEST, SMALLEST = 1e9, 1e-15
 #: What is smaller, in shares of the largest output, is a 0 that was rounded.
 ROUNDING = 1e-13
 #: How often every centre may move.
@@ -43,6 +44,7 @@ class Side(NamedTuple):
     held: int | None  # number of the centre that stays on 0
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of any number in a file
 def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
     """The table with ``wanted`` terms of each input, or as many as the file has.
 
@@ -88,9 +90,9 @@ def deviation_told(told: Json) -> str:
 def _side(variable: Variable, count: int) -> Side:
     low, high = variable.low, variable.high
     name = variable.name.text
-    if not (isfinite(low) and isfinite(high) and low < high):
-        told = f"input {name}: needs a finite range that rises, to be sampled"
-        raise variable.name.fault(told)
+    if not (max(abs(low), abs(high)) <= LARGEST and high - low >= SMALLEST * LARGEST):
+        told = f"its range has to lie within {-LARGEST:g} and {LARGEST:g} and not be a point"
+        raise variable.name.fault(f"input {name}: {told}")
     marks = [place for term in variable.terms for place in term.places if low < place < high]
     marks += [0.0] if low < 0.0 < high else []
     even = _short(np.linspace(low, high, POINTS))
