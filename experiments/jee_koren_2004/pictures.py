@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from experiments.shared import Batch, Floats, curves
-from hfc_design.controllers.flc.record import LABELS
+from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.core.records import ZR
 from hfc_design.files.pairing import load_design
 from hfc_design.report.plots import OTHER, OWN, framed

@@ -1,5 +1,6 @@
 """Commands that exchange designs with other programs: export, import."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,19 @@ def export(
     click.echo(path)
 
 
+def term_counts(text: str | None) -> tuple[int, int] | None:
+    """How many terms each input has: of one number for both, or of two."""
+    from hfc_design.core.records import UserError
+
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,2})(?:x(\d{1,2}))?", text)
+    counts = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
+    if not all(2 <= count <= 11 for count in counts):
+        raise UserError(f"--terms {text[:40]}: has to be N or NxM of 2 to 11, as in 7 or 9x5")
+    return counts
+
+
 SIGNAL_HELP = (
     "Which signal an input of FILE is, as in input1=error, where its name does not say so."
 )
@@ -60,6 +74,7 @@ SIGNAL_HELP = (
 @click.argument("file", type=PATH)
 @output("--out", help="Design file [default: NAME.json].")
 @force
+@click.option("--terms", metavar="N|NxM", help="Sample FILE with so many terms, 2 to 11 each.")
 @click.option("--axis", help="Of whose state FILE is, where it is learnt and there are several.")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
@@ -68,17 +83,26 @@ SIGNAL_HELP = (
 @click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
 @click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
 def import_(
-    file: Path, out: Path | None, plant: str | None, signals: Texts, **options: Any
+    file: Path,
+    out: Path | None,
+    plant: str | None,
+    signals: Texts,
+    terms: str | None,
+    **options: Any,
 ) -> None:
     """Read another program's controller FILE: FLL, .fis, the tables of hfc export --to csv.
 
     Or what a controller has learnt, see below.
 
-    Two inputs of seven terms and a singleton for each of the 49 rules, with product and weighted
-    average. Triangles give an flc, or with --kind aflc one that adapts; Gaussians with flat tops
-    give a hierarchy of one unit. Whatever a design cannot hold is refused; within the ranges of its
-    inputs the design computes what FILE says. A scenario takes an flc or aflc as the start of a
-    search with [controller] start = "NAME.json".
+    Two inputs of 2 to 11 terms and a singleton for each rule, with product and weighted average.
+    Triangles give an flc, or seven a side with --kind aflc one that adapts; seven Gaussians with
+    flat tops give a hierarchy of one unit. Whatever a design cannot hold is refused; within the
+    ranges of its inputs the design computes what FILE says. Names are kept. A scenario takes an flc
+    or aflc as the start of a search with [controller] start = "NAME.json".
+
+    An output of terms with a shape (Mamdani) is sampled: what FILE computes at the centres of as
+    many triangles as it has terms, or of --terms, and straight between them. The largest deviation
+    is printed, and kept in the design.
 
     A .txt holds the numbers that NAME_save of exported C code has written, a .hal what halcmd save
     param has printed: what the code has learnt becomes a design again, that of --like.
@@ -87,7 +111,7 @@ def import_(
     from hfc_design.core.records import UserError
     from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats.reading import Wish, imported
+    from hfc_design.formats.reading import Wish, deviation_told, imported
 
     pairs = {}
     for item in signals:
@@ -97,7 +121,9 @@ def import_(
         pairs[name] = signal
     if plant is not None:
         plant = ALL_PLANTS.resolve(plant).name
-    design = imported(file, Wish(**options, plant=plant, signals=pairs))
+    design = imported(file, Wish(**options, plant=plant, signals=pairs, terms=term_counts(terms)))
     path = out or free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
+    if isinstance(told := design.provenance.get("sampled"), dict):
+        click.echo(deviation_told(told))
     click.echo(path)

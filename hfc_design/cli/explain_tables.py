@@ -14,6 +14,8 @@ PARTS = {
     "integral": "integral",
     "compensation": "low-velocity compensation",
 }
+#: Columns that degrees of all terms may take beside one another.
+WIDEST = 42
 
 
 def show(found: Json, least: float) -> None:
@@ -51,16 +53,26 @@ def _signals(console: Console, found: Json) -> None:
 
 def _unit(console: Console, unit: Json, least: float) -> None:
     row, column = unit["row"], unit["column"]
-    table = _table(f"{unit['unit']}: degrees of its terms", "input", "value", *row["degrees"])
-    for side in (row, column):
-        degrees = (f"{degree:.3f}" if degree else "-" for degree in side["degrees"].values())
-        table.add_row(side["input"], f"{side['value']:.4g}", *degrees)
+    title, labels = f"{unit['unit']}: degrees of its terms", list(row["degrees"])
+    if labels == list(column["degrees"]) and sum(max(len(x), 5) + 1 for x in labels) <= WIDEST:
+        table = _table(title, "input", "value", *labels)
+        for side in (row, column):
+            degrees = (f"{degree:.3f}" if degree else "-" for degree in side["degrees"].values())
+            table.add_row(side["input"], f"{side['value']:.4g}", *degrees)
+    else:  # each has its own, of which few count
+        table = _table(title, "input", "value", "term", "degree")
+        table.columns[2].justify = "left"
+        for side in (row, column):
+            for k, (label, degree) in enumerate(_counting(side)):
+                head = ("", "") if k else (side["input"], f"{side['value']:.4g}")
+                table.add_row(*head, label, f"{degree:.3f}")
     console.print(table)
     shown = [rule for rule in unit["rules"] if rule["share"] >= least]
     table = _table(None, f"if {row['input']}", f"and {column['input']}", "share", "consequent")
     table.columns[1].justify = "left"
     for rule in shown:
         share, consequent = f"{100 * rule['share']:.2f} %", f"{rule['consequent']:.6g}"
+        consequent = f"{rule['label']} {consequent}" if "label" in rule else consequent
         table.add_row(rule["row"], rule["column"], share, consequent)
     hidden = unit["rules"][len(shown) :]
     if hidden:
@@ -69,6 +81,11 @@ def _unit(console: Console, unit: Json, least: float) -> None:
         table.add_row(number, "", f"{100 * rest:.2f} %", "", style="dim")
     console.print(table)
     console.print(f"  {unit['unit']} = {unit['output']:.6g}\n", highlight=False)
+
+
+def _counting(side: Json) -> list[tuple[str, float]]:
+    """Terms of an input to which its value belongs."""
+    return [(label, degree) for label, degree in side["degrees"].items() if degree]
 
 
 def _command(console: Console, found: Json) -> None:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Json, Own, RuleTable
-from hfc_design.core.records import Table
 
 Rows = list[list[str]]
 
@@ -44,7 +43,9 @@ class RuleUnit(NamedTuple):
     row: str
     column_terms: tuple[Term, ...]
     row_terms: tuple[Term, ...]
-    table: Table  # [row term][column term]
+    table: RuleTable  # [row term][column term]
+    #: The same of names of singletons that rules share; None: each rule has one of its own.
+    labels: Sequence[Sequence[str]] | None = None
 
 
 class RuleBase(NamedTuple):
@@ -67,10 +68,16 @@ def identifier(name: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
 
 
-def rows_of(corner: str, labels: Sequence[str], table: Table) -> Rows:
+def rows_of(
+    corner: str,
+    row_labels: Sequence[str],
+    column_labels: Sequence[str],
+    table: Iterable[Iterable[object]],
+    text: Callable[[object], str] = repr,
+) -> Rows:
     """A rule table with its labels."""
-    rows = [[label, *map(repr, row)] for label, row in zip(labels, table, strict=True)]
-    return [[corner, *labels], *rows]
+    rows = [[label, *map(text, row)] for label, row in zip(row_labels, table, strict=True)]
+    return [[corner, *column_labels], *rows]
 
 
 def side(name: str, value: float, labels: Sequence[str], degrees: Iterable[float]) -> Json:
@@ -79,7 +86,14 @@ def side(name: str, value: float, labels: Sequence[str], degrees: Iterable[float
     return {"input": name, "value": float(value), "degrees": dict(pairs)}
 
 
-def fired(name: str, column: Json, row: Json, table: RuleTable, output: float) -> Json:
+def fired(
+    name: str,
+    column: Json,
+    row: Json,
+    table: RuleTable,
+    output: float,
+    labels: Sequence[Sequence[str]] | None = None,
+) -> Json:
     """One unit with the rules that fire, the strongest first; its inputs are ``side``s."""
     in_column, in_row = (np.array(list(side["degrees"].values())) for side in (column, row))
     strength = np.outer(in_row, in_column)
@@ -91,6 +105,7 @@ def fired(name: str, column: Json, row: Json, table: RuleTable, output: float) -
             "strength": float(strength[i, j]),
             "share": float(strength[i, j] / total),
             "consequent": float(table[i][j]),
+            **({"label": labels[i][j]} if labels is not None else {}),
         }
         for i, j in zip(*np.nonzero(strength), strict=True)
     ]

@@ -149,6 +149,8 @@ def block_values(design: Design) -> tuple[Template, Json]:
         "within": [*within, *kept],
         "block": name,
         "head": head(design, notes),
+        "rows": max((len(unit.row_terms) for unit in units), default=0),
+        "columns": max((len(unit.column_terms) for unit in units), default=7),
         "literals": lambda row: ", ".join(map(real, row)),
     }
     return template, values

@@ -15,8 +15,8 @@ from functools import partial
 from typing import NamedTuple
 
 from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
-from hfc_design.core.numbers import Json
-from hfc_design.core.records import Table, UserError
+from hfc_design.core.numbers import Json, RuleTable
+from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats.writing import (
     Format,
@@ -52,7 +52,7 @@ class Input(NamedTuple):
 class Rule(NamedTuple):
     """If the row input is ``row`` and the column input is ``column`` then ``value``."""
 
-    name: str  # of its singleton: a singleton a rule, so that no reader merges two of them
+    name: str  # of its singleton: one a rule, so that no reader merges two, if none has a name
     row: str
     column: str
     value: float
@@ -75,7 +75,11 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
     rows = [["unit", "column_input", "row_input", "file"]]
     for unit in units:
         lowest, highest = _range(unit.table)
-        values |= {"lowest": lowest, "highest": highest, "rules": _rules(unit), "unit": unit}
+        rules = _rules(unit)
+        singletons = {rule.name: rule.value for rule in rules}  # that rules share, once
+        check_names(target, singletons, CLASH)
+        values |= {"lowest": lowest, "highest": highest, "rules": rules, "unit": unit}
+        values["singletons"] = singletons
         name = f"{unit.name}.{suffix}"
         files[name] = rendered(f"unit.{suffix}.j2", design, inputs=read[unit.name], **values)
         rows.append([unit.name, unit.column, unit.row, name])
@@ -111,7 +115,7 @@ def inputs(units: list[RuleUnit]) -> dict[str, tuple[Input, Input]]:
     }
 
 
-def _input(name: str, terms: tuple[Term, ...], source: Table | None) -> Input:
+def _input(name: str, terms: tuple[Term, ...], source: RuleTable | None) -> Input:
     first, last = terms[0], terms[-1]
     if isinstance(first, Triangle) and isinstance(last, Triangle):
         lowest = 2.0 * first.centre - first.right
@@ -122,7 +126,7 @@ def _input(name: str, terms: tuple[Term, ...], source: Table | None) -> Input:
     return Input(name, terms, min(lowest, -1.0), max(highest, 1.0), clamped=False)
 
 
-def _range(table: Table) -> tuple[float, float]:
+def _range(table: RuleTable) -> tuple[float, float]:
     """What a weighted average of the table can be, and some room if that is one number."""
     values = [value for row in table for value in row]
     lowest, highest = min(values), max(values)
@@ -130,8 +134,11 @@ def _range(table: Table) -> tuple[float, float]:
 
 
 def _rules(unit: RuleUnit) -> list[Rule]:
+    def singleton(i: int, j: int) -> str:
+        return f"u{i}_{j}" if unit.labels is None else unit.labels[i - 1][j - 1]
+
     return [
-        Rule(f"u{i}_{j}", row.label, column.label, unit.table[i - 1][j - 1])
+        Rule(singleton(i, j), row.label, column.label, unit.table[i - 1][j - 1])
         for i, row in enumerate(unit.row_terms, 1)
         for j, column in enumerate(unit.column_terms, 1)
     ]

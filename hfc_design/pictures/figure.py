@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import UserError
+from hfc_design.core.records import TERMS, UserError
 
 Rows = list[list[str]]  # of a table
 WIDTH = 5.4  # of every figure [in]
@@ -214,18 +214,18 @@ def score(value: float) -> str:
 
 def heat_map(
     values: Floats,
-    labels: Sequence[str],
+    labels: tuple[Sequence[str], Sequence[str]],
     row: str,
     column: str,
     title: str,
     meaning: str,
     shades: Floats | None = None,
 ) -> Figure:
-    """A table (7, 7) with a number in every cell, its first row on top as the papers print it.
+    """A table with a number in every cell, its first row on top as the papers print it.
 
     Args:
         values: what is written.
-        labels: names of the terms of both inputs.
+        labels: names of the terms of the rows' input, and of the columns'.
         row: name of the input of the rows.
         column: name of the input of the columns.
         title: stands above.
@@ -238,14 +238,15 @@ def heat_map(
     limit = float(np.abs(shades).max()) or 1.0
     largest = np.abs(values).max()
     decimals = 2 if largest < 10 else 1 if largest < 100 else 0
-    edges = np.arange(len(labels) + 1) - 0.5
-    mesh = axes.pcolormesh(edges, edges, shades, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    rows, columns = (np.arange(len(of) + 1) - 0.5 for of in labels)
+    mesh = axes.pcolormesh(columns, rows, shades, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    size = 9 if len(labels[1]) <= TERMS else 7
     for (i, j), value in np.ndenumerate(values):
         color = "white" if abs(shades[i, j]) > 0.6 * limit else "black"
         text = f"{value:z.{decimals}f}".replace("-", "\u2212")
-        axes.text(j, i, text, ha="center", va="center", fontsize=9, color=color)
-    axes.set_xticks(range(len(labels)), labels)
-    axes.set_yticks(range(len(labels)), labels)
+        axes.text(j, i, text, ha="center", va="center", fontsize=size, color=color)
+    axes.set_xticks(range(len(labels[1])), labels[1])
+    axes.set_yticks(range(len(labels[0])), labels[0])
     axes.tick_params(length=0)
     axes.invert_yaxis()
     axes.set(xlabel=column, ylabel=row)

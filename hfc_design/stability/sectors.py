@@ -5,7 +5,7 @@ u_2/de. JK read both at the centres of the terms (eq. 13, 14), which is exact on
 edge meets the neighbour's centre. Elsewhere the command rises in steps and its gain between the
 centres exceeds both: with table 3 the command at e = 19 BLU is already the 32 units that belong
 to 21. ``true_sectors`` takes the edges as they are, and ``bounded`` moves a table into its
-sectors. Terms (7, 3) are left edge, centre, right edge [BLU]; beside an infinite edge a term is 1
+sectors. Terms (n, 3) are left edge, centre, right edge [BLU]; beside an infinite edge a term is 1
 (JK04 eq. 1). Never imports JAX.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from hfc_design.core.numbers import Floats, RuleTable, Scalar, Triangles, Xp, clipped
-from hfc_design.core.records import TERMS, ZR, UserError
+from hfc_design.core.records import UserError
 
 LARGEST = 1e9  # of any number here [BLU, unit], far beyond every drive
 SMALLEST = 1e-9  # distance of two centres [BLU]
@@ -42,16 +42,22 @@ class Sectors(NamedTuple):
 def sectors_at_centres(
     error_terms: Triangles, change_terms: Triangles, singletons: RuleTable
 ) -> Sectors:
-    """JK04 eq. 13 and 14, for any 7 x 7 table of singletons [unit] (rows error, columns change).
+    """JK04 eq. 13 and 14, for any table of singletons [unit] (rows error, columns change).
 
     Raises:
-        UserError: as ``true_sectors``.
+        UserError: as ``true_sectors``, or an input has no middle term on 0.
     """
     table, *_ = _checked(error_terms, change_terms, singletons)
-    kept = np.arange(TERMS) != ZR
-    errors, changes = (np.array(terms)[kept, 1] for terms in (error_terms, change_terms))
-    first = table[kept, ZR] / errors
-    second = (table - table[:, [ZR]])[:, kept] / changes
+    inputs = {"error": error_terms, "change of error": change_terms}
+    for name, terms in inputs.items():
+        if not centred(terms):
+            centre = terms[middle(terms)][1]
+            raise UserError(f"middle centre of the {name} = {centre:g}: has to be 0")
+    row, column = middle(error_terms), middle(change_terms)
+    errors: Floats = np.delete(np.array(error_terms)[:, 1], row)
+    changes: Floats = np.delete(np.array(change_terms)[:, 1], column)
+    first = np.delete(table[:, column], row) / errors
+    second = np.delete(table - table[:, [column]], column, axis=1) / changes
     bounds = (first.min(), first.max(), second.min(), second.max())
     return Sectors(*(float(bound) for bound in bounds))
 
@@ -67,8 +73,7 @@ def true_sectors(error_terms: Triangles, change_terms: Triangles, singletons: Ru
     on the safe side.
 
     Raises:
-        UserError: a number is too large, the centres do not ascend with the middle one at 0, or
-            not left < centre < right.
+        UserError: a number is too large, the centres do not ascend, or not left < centre < right.
     """
     table, error_terms, change_terms = _checked(error_terms, change_terms, singletons)
     weights = np.array([membership(term, 0.0) for term in change_terms])
@@ -76,6 +81,16 @@ def true_sectors(error_terms: Triangles, change_terms: Triangles, singletons: Ru
     first = _gains(error_terms, outputs, 0.0)
     rows = [_gains(change_terms, row, output) for row, output in zip(table, outputs, strict=True)]
     return Sectors(*first, min(low for low, _ in rows), max(high for _, high in rows))
+
+
+def middle(terms: Triangles) -> int:
+    """Place of the middle one, of an even number the upper of two."""
+    return len(terms) // 2
+
+
+def centred(terms: Triangles) -> bool:
+    """Whether there is a middle one, on 0."""
+    return len(terms) % 2 == 1 and bool(terms[middle(terms)][1] == 0.0)
 
 
 def membership(term: Sequence[float], value: float) -> float:
@@ -162,10 +177,8 @@ def _checked(
         centres = np.array([term[1] for term in terms])
         if not ((np.abs(centres) <= LARGEST).all() and (np.diff(centres) >= SMALLEST).all()):
             raise UserError(
-                f"centres of the {name} = {centres.tolist()}: 7 ascending numbers are needed"
+                f"centres of the {name} = {centres.tolist()}: ascending numbers are needed"
             )
-        if centres[ZR] != 0.0:
-            raise UserError(f"middle centre of the {name} = {centres[ZR]:g}: has to be 0")
     rounded = []
     for name, terms in inputs.items():
         rounded.append([[round(x, DIGITS) for x in term] for term in terms])
@@ -211,7 +224,7 @@ def reach(gain: Scalar, terms: Triangles, k: int) -> Scalar:
     A singleton is the whole output from the inner neighbour's edge outwards, so this is where its
     slope is steepest.
     """
-    return gain * (terms[k - 1][2] if k > ZR else terms[k + 1][0])
+    return gain * (terms[k - 1][2] if k > middle(terms) else terms[k + 1][0])
 
 
 def bounded(
@@ -222,30 +235,31 @@ def bounded(
     singletons: RuleTable,
     signs: RuleTable,
 ) -> list[list[Scalar]]:
-    """Singletons (7, 7) moved to the nearest values that keep the table in ``sectors``.
+    """Singletons moved to the nearest values that keep the table in ``sectors``.
 
     Between the points of ``reach`` the product rule stays under the chord. The column de = ZR
     makes u_1, the other columns less this one make u_2 (JK04 eq. 13, 14). No singleton takes
-    another sign than in ``signs`` (7, 7), unless its sector demands it; one that is 0 there may
+    another sign than in ``signs``, unless its sector demands it; one that is 0 there may
     take the sign of its row. The row e = ZR stays. ``xp`` as in ``core.numbers``.
     """
-    rows = [i for i in range(len(singletons)) if i != ZR]
-    middle = {}
+    zero, none = middle(error_terms), middle(change_terms)  # terms of no error, of no change
+    rows = [i for i in range(len(singletons)) if i != zero]
+    at_rest = {}
     for i in rows:
         most = reach(sectors.k1_max, error_terms, i)
-        low, high = (0.0, most) if i > ZR else (most, 0.0)
-        middle[i] = xp.once(clipped(xp, singletons[i][ZR], low, high))
-    k2_max = sectors.k2(xp, (middle[i] / reach(1.0, error_terms, i) for i in rows))
+        low, high = (0.0, most) if i > zero else (most, 0.0)
+        at_rest[i] = xp.once(clipped(xp, singletons[i][none], low, high))
+    k2_max = sectors.k2(xp, (at_rest[i] / reach(1.0, error_terms, i) for i in rows))
     table = [list(row) for row in singletons]
     for i in rows:
         bound = table[i]
-        own = bound[ZR] = middle[i]
+        own = bound[none] = at_rest[i]
         for j, singleton in enumerate(singletons[i]):
-            if j == ZR:
+            if j == none:
                 continue
-            positive = signs[i][j] >= 0.0 if i > ZR else signs[i][j] > 0.0
+            positive = signs[i][j] >= 0.0 if i > zero else signs[i][j] > 0.0
             kept = xp.where(positive, xp.maximum(singleton, 0.0), xp.minimum(singleton, 0.0))
             most = reach(k2_max, change_terms, j)
-            low, high = (own, own + most) if j > ZR else (own + most, own)
+            low, high = (own, own + most) if j > none else (own + most, own)
             bound[j] = clipped(xp, kept, low, high)
     return table

@@ -42,7 +42,7 @@ def source(design, folder):
 
 def test_the_numbers_are_those_of_the_design(tmp_path):
     text = source(load_design("jee-koren-2004-flc"), tmp_path / "c")
-    assert "static const real error_centres[TERMS] = { R(-21.0), R(-14.0), R(-7.0)," in text
+    assert "static const real error_centres[ERROR_TERMS] = { R(-21.0), R(-14.0), R(-7.0)," in text
     assert "    { R(-16.0), R(-19.0) },\n    { R(-9.0), R(-12.0) },\n" in text  # JK04 Table 3
     assert "{ R(0.0), R(8.0), R(8.0), R(8.0), R(16.0), R(16.0), R(32.0) },\n" in text
     text = source(load_design("lin-lee-1999-table-1"), tmp_path / "d")
@@ -140,7 +140,7 @@ def test_lookup_by_hand():
 
 def table_of(kind, height, **adaptation):
     design = made_up.fuzzy(kind, 1)
-    rules = {"labels": made_up.rule_labels("I"), "centroids": np.full((7, 7), height).tolist()}
+    rules = {"centroids": np.full((7, 7), height).tolist()}
     changes = {"rules": rules}
     if adaptation:
         own = design.controller.adaptation.model_dump()

@@ -15,7 +15,8 @@ from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 
 FLL_FAULTS = [
-    ("defuzzifier: WeightedAverage", "defuzzifier: Centroid 100", 25, "only WeightedAverage"),
+    ("defuzzifier: WeightedAverage", "defuzzifier: Tsukamoto", 25, "only WeightedAverage"),
+    ("defuzzifier: WeightedAverage", "defuzzifier: Centroid 100", 26, "shape of the term u00"),
     ("  defuzzifier: WeightedAverage\n", "", 23, "OutputVariable u has no defuzzifier"),
     ("conjunction: AlgebraicProduct", "conjunction: Minimum", 76, "only AlgebraicProduct"),
     ("d0 Ramp -6.3", "d0 Triangle -13 -9.5 -6.3 #", 7, "the lowest, has to be 1 from its centre"),
@@ -30,7 +31,7 @@ FLL_FAULTS = [
     ("d3 Triangle -0.9 0.25 1.7 1.0", "d3 Gaussian 0 1", 3, "mixes Gaussian and straight"),
     ("d3 Triangle -0.9 0.25 1.7 1.0", "d3 Triangle -0.9 0.25", 6, "has 3 numbers"),
     ("d3 Triangle", "d2 Triangle", 6, "term d2 stands twice"),
-    ("  term: d3 Triangle -0.9 0.25 1.7 1.0\n", "", 3, "has 6 terms; a design has 7"),
+    ("  term: d3 Triangle -0.9 0.25 1.7 1.0\n", "", 3, "there is a gap between d2"),
     ("d3 Triangle -0.9 0.25 1.7", "d3 Triangle 0.24 0.25 0.26", 3, "there is a gap between"),
     ("then u is u00", "then u is u00 with 0.5", 78, "only of weight 1"),
     ("if error is e1 and", "if error is very e1 and", 85, "cannot be imported, only: if change"),
@@ -50,7 +51,8 @@ FLL_FAULTS = [
     ),
 ]
 FIS_FAULTS = [
-    ("'sugeno'", "'mamdani'", 4, "Type = 'mamdani' cannot be imported, only sugeno"),
+    ("'sugeno'", "'tsukamoto'", 4, "Type = 'tsukamoto' cannot be imported, only sugeno"),
+    ("'sugeno'", "'mamdani'", 13, "DefuzzMethod = 'wtaver' cannot be imported, only centroid"),
     ("AndMethod='prod'", "AndMethod='min'", 9, "only prod"),
     ("AggMethod='sum'", "AggMethod='max'", 12, "only sum"),
     ("AggMethod='sum'\n", "", 2, "[System] has no AggMethod"),
@@ -167,7 +169,7 @@ TABLES = {
     ],
     "error_terms.csv": [
         ("centre_BLU", "centre", "line 1: the first line has to be"),
-        ("NM,-19.0", "NM,-15.5", "line 1: input error, with terms NL to PL in the order of"),
+        ("NM,-19.0", "NM,-15.5", "line 1: input error, with its terms in the order of"),
         ("NL,,", "NL,-26,", "line 2: term NL, the lowest, has to be 1"),
         ("NM,-19.0,", "NM,,", "line 3: term NM: only the outermost reach infinity"),
         ("PL,16.0", "PL,nan", "line 8: 'nan' has to be a number"),

@@ -5,6 +5,8 @@ The grammar is that of IEC 61131-7 as far as such a block needs it; ``GAUSS2`` a
 """
 
 import re
+from collections import Counter
+from math import prod
 
 import lark
 import numpy as np
@@ -51,7 +53,10 @@ class Block:
         (accu,) = tree.find_data("accu")
         bounded = accu.children[0] == "BSUM"
         self.united = not bounded
-        assert len(self.singles) == len(self.rules) == 49
+        counts = Counter(name for name, _ in self.terms)
+        assert len(self.rules) == prod(counts.values())
+        assert set(self.singles) == {rule[-1] for rule in self.rules}
+        assert len(singles) == len(self.singles)
 
     def evaluate(self, **inputs):
         """Output for arrays of the inputs."""
@@ -66,6 +71,7 @@ class Block:
             value = self.singles[single]
             key = value, None if self.united else single
             at[key] = at.get(key, 0.0) + firing
+            assert self.united or (at[key] <= 1.0 + 1e-12).all(), "a bounded sum is no sum here"
         weights = sum(at.values())
         weighted = sum(value * firing for (value, _), firing in at.items())
         return np.where(weights > 0.0, weighted / np.where(weights > 0.0, weights, 1), self.default)

@@ -5,6 +5,9 @@ from itertools import pairwise
 from pathlib import Path
 
 SAMPLES = Path(__file__).parents[1] / "data" / "imported"
+MAMDANI_FLL = SAMPLES / "mamdani.fll"  # shapes, hedges, or, weights; by hand
+MAMDANI_FIS = SAMPLES / "mamdani.fis"  # names that are no identifiers; by hand
+MAMDANI_SUM = SAMPLES / "mamdani-sum.fis"  # other shapes and norms, not, or, weights; by hand
 PYFUZZYLITE = SAMPLES / "pyfuzzylite-8.0.6.fll"  # its FllExporter, nine decimals
 OCTAVE = SAMPLES / "octave-fuzzy-logic-toolkit-0.4.6.fis"  # its writefis
 GAUSSIAN = SAMPLES / "pyfuzzylite-8.0.6-gaussian.fll"  # 17 decimals; singletons i - j / 2

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hfc_design.controllers.flc.record import CENTROIDS, LABELS
+from hfc_design.controllers.flc.rules import CENTROIDS, LABELS
 from hfc_design.core.records import TERMS
 from plants.feed_drive import FeedDriveParameters
 

@@ -1,11 +1,11 @@
 """Random designs of every kind that has rules."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
-from jk04 import rule_labels
 
-from hfc_design.controllers.flc.record import LABELS
+from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.controllers.neural.record import drawn
 from hfc_design.files.design import Design
 
@@ -119,18 +119,15 @@ def scheduling(seed, inputs=5, **changes):
     return hierarchy_on_linear(seed, inputs, **changes)
 
 
-def fuzzy(kind, seed, **changes):
+def fuzzy(kind, seed, rows=TERMS, columns=TERMS, **changes):
     """Random triangles, some overlapping by less than a step of the adaptation."""
     random = np.random.default_rng(seed)
     controller = {
         "kind": kind,
         "sample_time_s": 0.01,
-        "error_terms": _triangles(random, 7.0),
-        "error_change_terms": _triangles(random, 1.5),
-        "rules": {
-            "labels": rule_labels("I"),
-            "centroids": random.uniform(-32.0, 32.0, (TERMS, TERMS)).tolist(),
-        },
+        "error_terms": _triangles(random, 7.0, rows),
+        "error_change_terms": _triangles(random, 1.5, columns),
+        "rules": {"centroids": random.uniform(-32.0, 32.0, (rows, columns)).tolist()},
         "integral_gain": random.uniform(0.0, 0.2),
         "low_velocity": LOW_VELOCITY,
     }
@@ -139,6 +136,20 @@ def fuzzy(kind, seed, **changes):
     if kind == "aflc":
         controller["adaptation"]["stable_range"] = {"k1_max": 4.5, "k2_max": 5.9}
     return _design("feed-drive", **(controller | changes))
+
+
+def named(seed, rows, columns):
+    """A fuzzy controller of another program, whose rules share the singletons slow and fast."""
+    labels = [[("slow", "fast")[(seed + i * j) % 2] for j in range(columns)] for i in range(rows)]
+    rules = {"labels": labels, "output_terms": {"slow": -3.5, "fast": 20.25}}
+    names = {"error": "gap", "error_change": "drift", "output": "motor"}
+    design = fuzzy("flc", seed, rows, columns, rules=rules, names=names)
+    data = design.model_dump(mode="json")
+    for key in ("error_terms", "error_change_terms"):  # as wide as they can be
+        terms = data["controller"][key]
+        for lower, upper in pairwise(terms):
+            lower["right"], upper["left"] = upper["centre"], lower["centre"]
+    return Design.model_validate(data)
 
 
 def with_options(kind, seed):
@@ -188,10 +199,11 @@ def limited(design, limit):
     return design.model_copy(update={"limits": type(design.limits)(command=limit)})
 
 
-def _triangles(random, width):
-    centres = width * (np.arange(TERMS) - 3.0 + random.uniform(-0.2, 0.2, TERMS))
-    terms = [{"label": c, "centre": m} for c, m in zip(LABELS, centres.tolist(), strict=True)]
-    for k in range(TERMS - 1):
+def _triangles(random, width, count):
+    centres = width * (np.arange(count) - (count - 1) / 2 + random.uniform(-0.2, 0.2, count))
+    labels = LABELS if count == TERMS else [f"term_{k}" for k in range(count)]
+    terms = [{"label": c, "centre": m} for c, m in zip(labels, centres.tolist(), strict=True)]
+    for k in range(count - 1):
         left, right = np.sort(random.uniform(centres[k], centres[k + 1], 2)).tolist()
         terms[k]["right"], terms[k + 1]["left"] = right, left
     return terms

@@ -31,6 +31,8 @@ CASES = {
     "pd": (named_design("pd-only"),) * 2,
     "pid": (named_design("jee-koren-2004-pid"),) * 2,
     "pid with a dead zone": (updated("jee-koren-2004-pid", dead_zone=2.0),) * 2,
+    "flc of 5 x 3": (made_up.named(1, 5, 3),) * 2,
+    "flc of 2 x 11": (made_up.named(1, 2, 11),) * 2,
     "flc with a dead zone": (made_up.with_options("flc", 3),) * 2,
     "aflc with a dead zone": (
         updated("jee-koren-2004-aflc", dead_zone=2.0),

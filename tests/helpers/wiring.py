@@ -19,6 +19,8 @@ DESIGNS = [
     "lin-lee-1999-table-2",
     "jee-koren-2004-flc",
     "jee-koren-2004-aflc",
+    "5x3",
+    "2x11",
     "random-1",
     "random-2",
     "random-1-on-linear",
@@ -33,6 +35,8 @@ def design(name):
 
     Some have a linear part too, some of them a scheduled one, or resonators.
     """
+    if name[0].isdigit():
+        return made_up.named(10, *map(int, name.split("x")))
     if not name.startswith("random-"):
         return named_design(name)
     seed = int(name.split("-")[1])
@@ -61,7 +65,8 @@ class Unit:
         controller = record.controller
         self.fuzzy = not hasattr(controller, "units")
         if self.fuzzy:
-            self.name, self.column, self.row = "rules", "error_change", "error"
+            names = controller.names
+            self.name, self.column, self.row = names.output, names.error_change, names.error
             self.rows, self.columns = controller.error_terms, controller.error_change_terms
             self.table = controller.rules.centroids
         else:
@@ -209,7 +214,8 @@ def command(folder, signals, evaluate):
     else:
         error = signals["error"]
         change = 0.0 * error if about["form"] == "P" else np.diff(error, prepend=0.0)
-        values = {"error": error, "error_change": change}
+        names = about.get("names", {"error": "error", "error_change": "error_change"})
+        values = {names["error"]: error, names["error_change"]: change}
     with (folder / "manifest.csv").open() as file:
         for line in csv.DictReader(file):
             row, column = line["row_input"], line["column_input"]

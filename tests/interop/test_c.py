@@ -57,6 +57,7 @@ DESIGNS |= {
 ONE_VOLT = {"feed_forward": {"load": 1.0, "expected_load": 1.0}}
 DESIGNS["scheduling one volt"] = made_up.hierarchy_on_linear(4, 4, scheduled=ONE_VOLT)
 DESIGNS |= {f"flc {form}": made_up.fuzzy("flc", 1, form=form) for form in ("P", "PI", "PD")}
+DESIGNS |= {f"flc of {n} x {m}": made_up.named(2, n, m) for n, m in ((5, 3), (2, 11), (11, 2))}
 DESIGNS |= {f"flc {seed}": made_up.fuzzy("flc", seed) for seed in (2, 3)}
 DESIGNS["flc of another BLU"] = made_up.fuzzy(
     "flc", 4, low_velocity=made_up.LOW_VELOCITY | {"blu_mm": 0.002}

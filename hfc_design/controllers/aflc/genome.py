@@ -13,7 +13,7 @@ class AflcGenome(flc.FuzzyGenome):
     def gains(self, population: flc.FuzzyTables) -> AdaptiveGains:
         """The population as the simulator wants it."""
         steps = (np.full(len(population.tree), step) for step in self.start.gains().rates[:3])
-        rates = Rates(*steps, *_overlaps(population).T)
+        rates = Rates(*steps, *self.overlaps(population).T)
         return AdaptiveGains(super().gains(population), rates, self.sectors(population.share))
 
     def record(self, individual: flc.FuzzyTables) -> Json:
@@ -21,7 +21,7 @@ class AflcGenome(flc.FuzzyGenome):
         record = super().record(individual)
         sectors = self.sectors(individual.share)
         limits = {key: float(limit[0]) for key, limit in sectors._asdict().items()}
-        error, change = _overlaps(individual)[0].tolist()
+        error, change = self.overlaps(individual)[0].tolist()
         least = {"error": error, "error_change": change}
         record["adaptation"] |= {"stable_range": limits, "smallest_overlap": least}
         return record
@@ -31,11 +31,12 @@ class AflcGenome(flc.FuzzyGenome):
         rates = self.start.adaptation
         return np.maximum(super().smallest_gap(), (2.0 * rates.k_a, 2.0 * rates.k_b))
 
-
-def _overlaps(population: flc.FuzzyTables) -> Floats:
-    """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
-    distance, left, right = np.moveaxis(population.joints, -1, 0)
-    centres = flc.terms_of_joints(population.joints)[:, :, 1]
-    # Terms that reach their neighbours' centres overlap by the whole distance, not by a bit more.
-    whole = np.diff(centres, axis=1).min(axis=1).T
-    return np.minimum(((right - left) * distance).min(axis=-1), whole)
+    def overlaps(self, population: flc.FuzzyTables) -> Floats:
+        """(n, 2) the least that two neighbours overlap [BLU]; adapting terms keep to it."""
+        found = []
+        for side, terms in enumerate(self.triangles(population.joints)):
+            distance, left, right = np.moveaxis(population.joints[:, self.side == side], -1, 0)
+            # Terms that reach their neighbours' centres overlap by the whole distance, no bit more.
+            whole = np.diff(terms[:, 1], axis=0).min(axis=0)
+            found.append(np.minimum(((right - left) * distance).min(axis=-1), whole))
+        return np.stack(found, axis=-1)

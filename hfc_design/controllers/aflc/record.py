@@ -3,13 +3,14 @@
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc
 from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Judge, Rates, current
-from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, terms_of
+from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, TriangleRecord, terms_of
+from hfc_design.controllers.flc.rules import RulesRecord
 from hfc_design.core.numbers import SCALARS
-from hfc_design.core.records import NotNegative, Positive, Record
+from hfc_design.core.records import TERMS, NotNegative, Positive, Record
 from hfc_design.stability.sectors import Curve, Rectangle
 
 Point = tuple[NotNegative, NotNegative]
@@ -64,11 +65,23 @@ class BoundedRatesRecord(RatesRecord):
     stable_range: RangeRecord
 
 
+#: The adaptation judges by a table of seven terms (JK04 Table 2).
+SevenTerms = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+
+
 class AdaptiveDesign(FuzzyRecord):
     """What the two adaptive kinds have in common."""
 
     adapts: ClassVar[bool] = True
+    error_terms: SevenTerms
+    error_change_terms: SevenTerms
     adaptation: RatesRecord
+
+    @field_validator("rules")
+    @classmethod
+    def _as_they_are_by_now(cls, rules: RulesRecord) -> RulesRecord:
+        """With other labels where the adaptation has moved numbers past those of others."""
+        return rules.relabelled() if rules.contradiction() else rules
 
     @model_validator(mode="after")
     def _steps_fit(self) -> "AdaptiveDesign":
@@ -107,11 +120,13 @@ class AdaptiveDesign(FuzzyRecord):
     def adapted(self, memory: AdaptiveMemory) -> Self:
         """The controller with its terms and its rule table as ``memory`` has them."""
         table = current(self.gains(), memory)
-        rows = tuple(map(tuple, table.singletons))
+        error, change = (
+            [term.label for term in terms] for terms in (self.error_terms, self.error_change_terms)
+        )
         changes = {
-            "error_terms": terms_of(table.error_terms),
-            "error_change_terms": terms_of(table.change_terms),
-            "rules": self.rules.model_copy(update={"centroids": rows}),
+            "error_terms": terms_of(table.error_terms, error),
+            "error_change_terms": terms_of(table.change_terms, change),
+            "rules": self.rules.moved(table.singletons),
         }
         return self.model_copy(update=changes)
 

@@ -37,13 +37,12 @@ def _taken(record: AdaptiveDesign, found: dict[str, Floats]) -> AdaptiveDesign:
     table, changes = record.table(), {}
     for joints, key in JOINTS.items():
         terms = table.error_terms if key == "error_terms" else table.change_terms
+        labels = [term.label for term in getattr(record, key)]
         left, centre, right = map(np.array, zip(*terms, strict=True))
         right[:-1] = _between(centre, found[f"{joints}[].right"])
         left[1:] = _between(centre, found[f"{joints}[].left"])
-        changes[key] = terms_of(np.stack([left, centre, right], axis=1).tolist())
-    rules = record.rules.model_copy(
-        update={"centroids": tuple(map(tuple, found["table"].tolist()))}
-    )
+        changes[key] = terms_of(np.stack([left, centre, right], axis=1).tolist(), labels)
+    rules = record.rules.moved(found["table"].tolist())
     return record.model_copy(update={**changes, "rules": rules})
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
-from hfc_design.controllers.flc.record import FuzzyRecord
+from hfc_design.controllers.flc.record import FuzzyRecord, NamesRecord
 from hfc_design.controllers.kind import Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
@@ -17,32 +17,42 @@ HERE = Path(__file__).parent / "templates"
 
 
 def units(record: FuzzyRecord) -> list[RuleUnit]:
-    """The one table."""
+    """The one table, under the names of the program that it comes from."""
+    unit, names, rules = plain_unit(record), record.names, record.rules
+    called = unit._replace(name=names.output, column=names.error_change, row=names.error)
+    return [called._replace(labels=rules.labels) if rules.output_terms is not None else called]
+
+
+def plain_unit(record: FuzzyRecord) -> RuleUnit:
+    """The table under names of ours."""
     error, change = (
         tuple(Triangle(term.label, *term.edges()) for term in terms)
         for terms in (record.error_terms, record.error_change_terms)
     )
-    return [RuleUnit("rules", "error_change", "error", change, error, record.rules.centroids)]
+    return RuleUnit("rules", "error_change", "error", change, error, record.rules.centroids)
 
 
 def inputs(record: FuzzyRecord) -> list[str]:
     """Column and row."""
-    return ["error_change", "error"]
+    return [record.names.error_change, record.names.error]
 
 
 def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
     """The integral, the compensation, and the steps of a sample in words."""
-    low, form = record.low_velocity, record.control_form()
+    low, form, names = record.low_velocity, record.control_form(), record.names
     change = "error - error of the previous sample, before the first one 0"
-    action = "rules" if form != "PI" else "sum of the outputs of rules up to this sample"
+    output = names.output
+    action = output if form != "PI" else f"sum of the outputs of {output} up to this sample"
     steps = [
-        f"error_change = {'0' if form == 'P' else change}",
-        "the unit rules reads both in BLU; they are neither scaled nor limited",
+        f"{names.error_change} = {'0' if form == 'P' else change}",
+        f"the unit {output} reads both in BLU; they are neither scaled nor limited",
         "integral = sum of integral_gain * sample_time_s * error up to this sample",
         f"command = {action} + integral" + (" + compensation" if low else ""),
     ]
     if record.dead_zone:
         steps.insert(0, "an error no larger than dead_zone becomes 0")
+    if names.error != "error":
+        steps.insert(0, f"{names.error} = error")
     if low:
         steps += [
             f"v = {low.blu_mm:g} * velocity [BLU/s] in mm/s; at |v| < 0.5 compensation = "
@@ -56,9 +66,10 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
     return {
         "steps": steps,
         "form": form,
-        "output": "rules",
+        "output": output,
         "integral_gain": record.integral_gain,
         "low_velocity": low.model_dump(mode="json") if low else None,
+        **({"names": dict(names)} if names != NamesRecord() else {}),
         **({"dead_zone": record.dead_zone} if record.dead_zone else {}),
     }
 
@@ -78,11 +89,15 @@ def notes(record: FuzzyRecord) -> list[str]:
 
 def tables(record: FuzzyRecord) -> dict[str, Rows]:
     """``rules.csv`` (rows: error, columns: change of error), the terms and ``manifest.csv``."""
-    labels = [term.label for term in record.error_terms]
-    corner = "row error [BLU] \\ column error_change [BLU]"
-    found = {"rules.csv": rows_of(corner, labels, record.rules.centroids)}
+    names, rules = record.names, record.rules
+    error, change = labels_of(record)
+    corner = f"row {names.error} [BLU] \\ column {names.error_change} [BLU]"
+    found = {"rules.csv": rows_of(corner, error, change, rules.centroids)}
     manifest = [["unit", "column_input", "row_input", "file"]]
-    manifest.append([record.kind, "error_change", "error", "rules.csv"])
+    unit = record.kind if names.output == NamesRecord().output else names.output
+    manifest.append([unit, names.error_change, names.error, "rules.csv"])
+    if rules.output_terms is not None:
+        found["labels.csv"] = rows_of(corner, error, change, rules.labels, str)
     for key in ("error_terms", "error_change_terms"):
         rows = [["label", "left_BLU", "centre_BLU", "right_BLU"]]
         for term in getattr(record, key):
@@ -90,6 +105,14 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
             rows.append([term.label, *("" if edge is None else repr(edge) for edge in edges)])
         found[f"{key}.csv"] = rows
     return found | {"manifest.csv": manifest}
+
+
+def labels_of(record: FuzzyRecord) -> tuple[list[str], list[str]]:
+    """Of the terms of the error and of its change."""
+    error, change = (
+        [term.label for term in terms] for terms in (record.error_terms, record.error_change_terms)
+    )
+    return error, change
 
 
 def signals(record: FuzzyRecord) -> tuple[list[str], list[str]]:
@@ -104,10 +127,11 @@ def remember(memory: Memory, readings: dict[str, float]) -> Memory:
 
 def shown(record: FuzzyRecord, parts: Parts) -> Json:
     """What a sample's command is made of."""
-    labels = [term.label for term in record.error_terms]
-    column = side("error_change", parts.change, labels, parts.in_change)
-    row = side("error", parts.error, labels, parts.in_error)
-    unit = fired("rules", column, row, parts.singletons, parts.inferred)
+    names, (error, change) = record.names, labels_of(record)
+    labels = None if record.rules.output_terms is None else record.rules.labels
+    column = side(names.error_change, parts.change, change, parts.in_change)
+    row = side(names.error, parts.error, error, parts.in_error)
+    unit = fired(names.output, column, row, parts.singletons, parts.inferred, labels)
     shares = {"fuzzy": float(parts.fuzzy), "integral": float(parts.integral)}
     if parts.compensation is not None:
         shares["compensation"] = float(parts.compensation)
@@ -178,7 +202,7 @@ def _st(record: FuzzyRecord) -> Json:
         "constants": constants,
         "remembered": ["previous_error", "control_action", "error_integral"],
         "within": within,
-        "units": units(record),
+        "units": [plain_unit(record)],
         "form": record.control_form(),
         "leaves_out": record.adapts,
     }

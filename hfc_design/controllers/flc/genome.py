@@ -7,12 +7,12 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.flc.law import FlcGains
-from hfc_design.controllers.flc.record import FuzzySettings, nearest_labels, terms_of
+from hfc_design.controllers.flc.record import FuzzySettings, terms_of
+from hfc_design.controllers.flc.rules import nearest_labels
 from hfc_design.controllers.genome import Genome, Stage, some, taken
 from hfc_design.controllers.kind import Target
 from hfc_design.core.numbers import ARRAYS, Floats, Gains, Integers, Json, Own
-from hfc_design.core.records import TERMS, ZR
-from hfc_design.stability.sectors import Rectangle, bounded, reach
+from hfc_design.stability.sectors import Rectangle, bounded, middle, reach
 from hfc_design.stability.stable_range import StableRange, stable_range
 
 #: Neighbouring centres of the error and of its change are at least so far apart [BLU].
@@ -39,8 +39,8 @@ class FuzzyTables(NamedTuple):
     """
 
     tree: Integers  # (n,) 0: there is one structure
-    joints: Floats  # (n, 2, 6, 3): of error and its change; distance [BLU], left, right [1]
-    singletons: Floats  # (n, 7, 7), units of the command
+    joints: Floats  # (n, joints, 3): of error, then of its change; distance [BLU], left, right [1]
+    singletons: Floats  # (n, error terms, change terms), units of the command
     k_i: Floats  # (n,) [units/(BLU s)]
     share: Floats  # (n,) K_1 limit of the table, in shares of the stable range's K_1
 
@@ -61,14 +61,19 @@ class FuzzyGenome(Genome):
         commands = (abs(end) for drive, own in drives for end in drive.largest_commands(own))
         limits = (limit for limit in target.limits.values() if limit is not None)
         self.start: Own = settings.start.on(*drives[0])  # a FuzzyRecord of the kind
+        self.terms = tuple(map(len, self.start.table()[:2]))  # of the error, of its change
+        rows, columns = (count - 1 for count in self.terms)
+        self.side = np.repeat([0, 1], [rows, columns])  # of each joint
+        self.mirror = np.r_[rows - 1 : -1 : -1, rows + columns - 1 : rows - 1 : -1]
         self.stable = min(ranges, key=lambda found: found.k1_bound)
         self.largest_command = min(*commands, *limits)  # [unit]
 
     def empty(self) -> FuzzyTables:
         """One individual, the start."""
         table = self.start.table()
-        terms = np.array([table.error_terms, table.change_terms])
-        lower, upper = terms[:, :-1], terms[:, 1:]
+        sides = [np.array(terms) for terms in (table.error_terms, table.change_terms)]
+        lower = np.concatenate([terms[:-1] for terms in sides])
+        upper = np.concatenate([terms[1:] for terms in sides])
         gap = upper[..., 1] - lower[..., 1]
         left, right = upper[..., 0] - lower[..., 1], lower[..., 2] - lower[..., 1]
         found = FuzzyTables(
@@ -88,10 +93,8 @@ class FuzzyGenome(Genome):
         near[0] = 0.0
         factor = np.exp(near[:, None] * rng.standard_normal((count, 3)))
         noise = near[:, None, None] * rng.standard_normal(found.singletons.shape)
-        joints = found.joints + 0.2 * near[:, None, None, None] * rng.standard_normal(
-            found.joints.shape
-        )
-        joints[..., 0] = found.joints[..., 0] * factor[:, :2, None]
+        joints = found.joints + 0.2 * near[:, None, None] * rng.standard_normal(found.joints.shape)
+        joints[..., 0] = found.joints[..., 0] * factor[:, self.side]
         return self._allowed(
             found._replace(
                 tree=tree,
@@ -108,14 +111,15 @@ class FuzzyGenome(Genome):
         """Move single singletons and joints, scale, tilt and shift the whole."""
         count = len(population.tree)
         size = step[:, None, None]
-        each = np.exp(rng.uniform(-np.log(TERMS * TERMS), 0.0, (count, 1, 1)))
-        place = np.linspace(-1.0, 1.0, TERMS)
+        shape = population.singletons.shape
+        each = np.exp(rng.uniform(-np.log(shape[1] * shape[2]), 0.0, (count, 1, 1)))
+        rows, columns = (np.linspace(-1.0, 1.0, terms) for terms in self.terms)
         tilt = some(rng, (3, count, 1, 1), 0.2)
-        moved = some(rng, (count, TERMS, TERMS), each) + tilt[0] * place + tilt[1] * place[:, None]
+        moved = some(rng, shape, each) + tilt[0] * columns + tilt[1] * rows[:, None]
         singletons = population.singletons * np.exp(size * tilt[2])
-        joints = population.joints + size[..., None] * some(rng, population.joints.shape, 0.2)
-        widths = some(rng, (count, 2, 1), 0.3) + some(rng, (count, 2, TERMS - 1), 0.2)
-        joints[..., 0] = population.joints[..., 0] * np.exp(size * widths)
+        joints = population.joints + size * some(rng, population.joints.shape, 0.2)
+        widths = some(rng, (count, 2), 0.3)[:, self.side] + some(rng, joints.shape[:2], 0.2)
+        joints[..., 0] = population.joints[..., 0] * np.exp(step[:, None] * widths)
         k_i = population.k_i * np.exp(step * some(rng, (count,), 0.3))
         fresh = self.settings.largest_integral_gain * rng.random(count) ** 3
         return self._allowed(
@@ -172,15 +176,16 @@ class FuzzyGenome(Genome):
             lambda number: np.full(len(population.tree), number), (own.compensation, own.dead_zone)
         )
         singletons: Any = np.moveaxis(population.singletons, 0, -1)
-        error_terms, change_terms = terms_of_joints(population.joints)
+        error_terms, change_terms = self.triangles(population.joints)
         return FlcGains(error_terms, change_terms, singletons, population.k_i, *given)
 
     def record(self, individual: FuzzyTables) -> Json:
         """The kind's record: as the start but for what was searched."""
         record: Json = self.start.model_dump()
         keys = ("error_terms", "error_change_terms")
-        for key, terms in zip(keys, terms_of_joints(individual.joints), strict=True):
-            record[key] = [term.model_dump() for term in terms_of(terms[..., 0].tolist())]
+        for key, terms in zip(keys, self.triangles(individual.joints), strict=True):
+            labels = [term["label"] for term in record[key]]
+            record[key] = [term.model_dump() for term in terms_of(terms[..., 0].tolist(), labels)]
         table = individual.singletons[0]
         record["rules"] = {"labels": nearest_labels(table.tolist()), "centroids": table.tolist()}
         record["integral_gain"] = float(individual.k_i[0])
@@ -190,13 +195,14 @@ class FuzzyGenome(Genome):
         """The nearest individuals whose terms leave no gap and whose tables are in range."""
         joints, singletons = population.joints.copy(), population.singletons
         if self.settings.symmetric:
-            mirrored = joints[:, :, ::-1]
+            mirrored = joints[:, self.mirror]
             joints[..., 0] = 0.5 * (joints[..., 0] + mirrored[..., 0])
             left = 0.5 * (joints[..., 1] + 1.0 - mirrored[..., 2])
-            joints[..., 1], joints[..., 2] = left, 1.0 - left[:, :, ::-1]
+            joints[..., 1], joints[..., 2] = left, 1.0 - left[:, self.mirror]
             singletons = 0.5 * (singletons - singletons[:, ::-1, ::-1])
-        gap = np.maximum(joints[..., 0], self.smallest_gap()[:, None])
-        half = 0.5 * np.maximum(SMALLEST_OVERLAP, self.smallest_gap()[:, None] / (2.0 * gap))
+        least = self.smallest_gap()[self.side]
+        gap = np.maximum(joints[..., 0], least)
+        half = 0.5 * np.maximum(SMALLEST_OVERLAP, least / (2.0 * gap))
         left, right = np.moveaxis(np.clip(joints[..., 1:], 0.0, 1.0), -1, 0)
         middle = np.clip(0.5 * (left + right), half, 1.0 - half)
         tight = right - left < 2.0 * half
@@ -206,10 +212,15 @@ class FuzzyGenome(Genome):
         singletons = np.clip(singletons, -self.largest_command, self.largest_command)
         return population._replace(
             joints=joints,
-            singletons=_in_sectors(self.sectors(share), terms_of_joints(joints), singletons),
+            singletons=_in_sectors(self.sectors(share), self.triangles(joints), singletons),
             k_i=np.clip(population.k_i, 0.0, self.settings.largest_integral_gain),
             share=share,
         )
+
+    def triangles(self, joints: Floats) -> tuple[Any, Any]:
+        """Terms (terms, 3, n) of the error and of its change, of joints (n, joints, 3)."""
+        error, change = (terms_of_joints(joints[:, self.side == side]) for side in (0, 1))
+        return error, change
 
     def smallest_gap(self) -> Floats:
         """(2,) that neighbouring centres are apart [BLU]."""
@@ -229,13 +240,14 @@ def _bounds(stable: StableRange) -> tuple[Floats, Floats]:
 
 
 def terms_of_joints(joints: Floats) -> Floats:
-    """Terms (2, 7, 3, n) of the error and its change, of joints (n, 2, 6, 3).
+    """Terms (terms, 3, n) of an input, of its joints (n, terms - 1, 3).
 
-    ZR is centred on 0, the outermost edges are infinite.
+    The middle one is centred on 0, the outermost edges are infinite.
     """
     gap = joints[..., 0]
     centres = np.cumsum(np.insert(gap, 0, 0.0, axis=-1), axis=-1)
-    centres = centres - centres[..., ZR : ZR + 1]
+    half = gap.shape[-1] // 2
+    centres = centres - centres[..., half : half + 1]
     lower, upper = centres[..., :-1], centres[..., 1:]
     left, right = np.full_like(centres, -np.inf), np.full_like(centres, np.inf)
     # Rounding passes no centre.
@@ -244,14 +256,15 @@ def terms_of_joints(joints: Floats) -> Floats:
     return np.moveaxis(np.stack([left, centres, right], axis=-1), 0, -1)
 
 
-def _in_sectors(sectors: Rectangle, terms: Floats, singletons: Floats) -> Floats:
-    """Singletons (n, 7, 7) moved to the nearest that keep the table in ``sectors`` of (n,)."""
+def _in_sectors(sectors: Rectangle, terms: tuple[Any, Any], singletons: Floats) -> Floats:
+    """Singletons (n, rows, columns) moved to the nearest that keep them in ``sectors`` of (n,)."""
     table: Any = np.moveaxis(singletons, 0, -1)
     error_terms, change_terms = terms
     rows = bounded(ARRAYS, sectors, error_terms, change_terms, table, table)
     # The adaptation never touches the row of no error; here it has to obey the sector of u_2 too.
-    for j in range(TERMS):
+    row, none = rows[middle(error_terms)], middle(change_terms)
+    for j in range(len(row)):
         most = reach(sectors.k2_max, change_terms, j)
-        low, high = (0.0, most) if j > ZR else (most, 0.0)
-        rows[ZR][j] = 0.0 * most if j == ZR else np.clip(rows[ZR][j], low, high)
+        low, high = (0.0, most) if j > none else (most, 0.0)
+        row[j] = 0.0 * most if j == none else np.clip(row[j], low, high)
     return np.moveaxis(np.array(rows), -1, 0)

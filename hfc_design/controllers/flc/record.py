@@ -1,11 +1,10 @@
 """The two-input fuzzy controller in a design file and in a scenario. Never imports JAX."""
 
-import sys
+from collections.abc import Iterable
 from itertools import pairwise
 from math import inf, isinf
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
@@ -16,6 +15,7 @@ from pydantic import (
 )
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
+from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord
 from hfc_design.controllers.kind import (
     ControllerRecord,
     ControllerSettings,
@@ -23,22 +23,15 @@ from hfc_design.controllers.kind import (
     Target,
 )
 from hfc_design.controllers.start import controller_named
-from hfc_design.core.numbers import Floats, Json, Parameters, Plain, RuleTable, Triangles
-from hfc_design.core.records import TERMS, Finite, NotNegative, Positive, Record, Table
-from hfc_design.stability.sectors import sectors_at_centres, true_sectors
+from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
+from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.stability.sectors import centred, sectors_at_centres, true_sectors
 
 if TYPE_CHECKING:
     from plants import Drive  # which imports JAX
 
-#: Linguistic labels, negative large to positive large.
-TermLabel = Literal["NL", "NM", "NS", "ZR", "PS", "PM", "PL"]
-LABELS: tuple[TermLabel, ...] = get_args(TermLabel)
-#: JK04 Table 3: centroid of each label in units of the command.
-CENTROIDS = (-32.0, -16.0, -8.0, 0.0, 8.0, 16.0, 32.0)
 #: Length of a BLU [mm] where a design says none.
 BLU_MM = 0.01
-LabelRow = Annotated[tuple[TermLabel, ...], Field(min_length=TERMS, max_length=TERMS)]
-LabelTable = Annotated[tuple[LabelRow, ...], Field(min_length=TERMS, max_length=TERMS)]
 
 
 class TriangleRecord(Record):
@@ -47,7 +40,7 @@ class TriangleRecord(Record):
     So is one that is left out: TOML has no null.
     """
 
-    label: TermLabel
+    label: Label
     left: Finite | None = None  # [BLU]
     centre: Finite  # [BLU]
     right: Finite | None = None  # [BLU]
@@ -58,11 +51,11 @@ class TriangleRecord(Record):
         return left, self.centre, inf if self.right is None else self.right
 
 
-Terms = Annotated[tuple[TriangleRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
+Terms = Annotated[tuple[TriangleRecord, ...], Field(min_length=FEWEST, max_length=MOST)]
 
 
-def terms_of(triangles: Triangles) -> Terms:
-    """Terms NL to PL of (left, centre, right), unchecked."""
+def terms_of(triangles: Triangles, labels: Iterable[str]) -> Terms:
+    """Terms of (left, centre, right), unchecked, from the lowest on."""
     return tuple(
         TriangleRecord.model_construct(
             label=label,
@@ -70,15 +63,23 @@ def terms_of(triangles: Triangles) -> Terms:
             centre=centre,
             right=None if isinf(right) else right,
         )
-        for label, (left, centre, right) in zip(LABELS, triangles, strict=True)
+        for label, (left, centre, right) in zip(labels, triangles, strict=True)
     )
 
 
-class RulesRecord(Record):
-    """The rule base, rows by error and columns by its change, both NL to PL."""
+class NamesRecord(Record):
+    """What the variables of a rule table are called in the program that it comes from."""
 
-    labels: LabelTable
-    centroids: Table  # units of the command
+    error: Label = "error"
+    error_change: Label = "error_change"
+    output: Label = "rules"
+
+    @model_validator(mode="after")
+    def _differ(self) -> Self:
+        names = [name.casefold() for name in dict(self).values()]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise ValueError(f"two of error, error_change, output are called {twice}")
+        return self
 
 
 class CompensationRecord(Record):
@@ -97,10 +98,11 @@ class FuzzyRecord(ControllerRecord):
 
     error_terms: Terms
     error_change_terms: Terms
-    rules: RulesRecord
+    rules: RulesRecord  # [error term][term of its change]
     integral_gain: Finite  # [units/(BLU s)]
     low_velocity: CompensationRecord | None = None
     dead_zone: DeadZone = 0.0  # [BLU]
+    names: NamesRecord = Field(NamesRecord(), exclude_if=NamesRecord().__eq__)
     adapts: ClassVar[bool] = False
 
     @model_validator(mode="after")
@@ -108,6 +110,14 @@ class FuzzyRecord(ControllerRecord):
         for key in ("error_terms", "error_change_terms"):
             if fault := terms_fault(getattr(self, key)):
                 raise ValueError(f"{key}: {fault}")
+        needed = len(self.error_terms), len(self.error_change_terms)
+        if (shape := self.rules.shape()) != needed:
+            rows, columns = needed
+            told = f"has {shape[0]} x {shape[1]} entries"
+            raise ValueError(
+                f"rules.centroids: {told}; {rows} error_terms and {columns} error_change_terms "
+                f"need {rows} x {columns}"
+            )
         return self
 
     def control_form(self) -> str:
@@ -139,10 +149,9 @@ class FuzzyRecord(ControllerRecord):
     def table_gains(self) -> dict[str, tuple[float, float]]:
         """(K_1, K_2) of the rule table [unit/BLU], by how they were found."""
         table = self.table()[:3]
-        found = {
-            "table, eq. 13 and 14": sectors_at_centres(*table),
-            "table, with its edges": true_sectors(*table),
-        }
+        found = {"table, with its edges": true_sectors(*table)}
+        if all(map(centred, table[:2])):
+            found = {"table, eq. 13 and 14": sectors_at_centres(*table), **found}
         return {name: (sectors.k1, sectors.k2) for name, sectors in found.items()}
 
 
@@ -151,6 +160,13 @@ class FlcDesign(FuzzyRecord):
 
     kind: Literal["flc"] = "flc"
     form: Literal["P", "PI", "PD"] = "PD"
+
+    @field_validator("rules")
+    @classmethod
+    def _labels_fit(cls, rules: RulesRecord) -> RulesRecord:
+        if fault := rules.contradiction():
+            raise ValueError(fault)
+        return rules
 
     def gains(self) -> FlcGains:
         """The gains of one individual."""
@@ -163,11 +179,13 @@ class FlcDesign(FuzzyRecord):
 
 def terms_fault(terms: Terms) -> str | None:
     """What is wrong with a row of terms, in one line; None if nothing is."""
-    if [term.label for term in terms] != list(LABELS):
-        return f"has to hold the labels {', '.join(LABELS)} in this order"
+    labels = [term.label for term in terms]
+    if fault := _labels_fault(labels):
+        return fault
     for k, term in enumerate(terms):
-        if (term.left is None) != (k == 0) or (term.right is None) != (k == TERMS - 1):
-            return f"{term.label}: null has to stand left of NL and right of PL and nowhere else"
+        if (term.left is None) != (k == 0) or (term.right is None) != (k == len(terms) - 1):
+            ends = f"left of {labels[0]} and right of {labels[-1]}"
+            return f"{term.label}: null has to stand {ends} and nowhere else"
     for term in terms:
         left, centre, right = term.edges()
         if not left < centre < right:
@@ -182,12 +200,13 @@ def terms_fault(terms: Terms) -> str | None:
     return None
 
 
-def nearest_labels(table: RuleTable) -> list[list[str]]:
-    """The label of each singleton whose usual height, in shares of the largest, is nearest."""
-    heights: Floats = np.array(table)
-    shares = heights / max(np.abs(heights).max(), sys.float_info.min)
-    off = np.abs(shares[..., None] - np.array(CENTROIDS) / CENTROIDS[-1])
-    return [[LABELS[k] for k in row] for row in off.argmin(axis=-1)]
+def _labels_fault(labels: list[str]) -> str | None:
+    usual = [label for label in labels if label in LABELS]
+    if usual != sorted(set(usual), key=LABELS.index):
+        return f"has to hold the labels {', '.join(LABELS)} in this order"
+    folded = [label.casefold() for label in labels]
+    twice = next((x for x in labels if folded.count(x.casefold()) > 1), None)
+    return f"two terms are called {twice}, or differ in case only" if twice else None
 
 
 class FuzzySettings(ControllerSettings):
@@ -222,7 +241,13 @@ class FuzzySettings(ControllerSettings):
                 f"simulation.sample_time_s is {target.sample_time}"
             )
         for key in ("error_terms", "error_change_terms"):
-            middle = getattr(self.start, key)[TERMS // 2]
+            terms = getattr(self.start, key)
+            middle = terms[len(terms) // 2]
+            if len(terms) % 2 == 0:
+                return (
+                    f"controller.start: has {len(terms)} {key}; a search keeps the middle one on "
+                    "0 and needs an odd number"
+                )
             if middle.centre != 0.0:
                 return (
                     f"controller.start: {middle.label} of its {key} is centred on "

@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from hfc_design.controllers.flc.export import labels_of
 from hfc_design.controllers.flc.law import infer, memberships
-from hfc_design.controllers.flc.record import LABELS, FlcDesign, FuzzyRecord, Terms
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, NamesRecord, Terms
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures.figure import (
@@ -79,6 +80,9 @@ def controller(
             ("command at rest, backward", low.breakaway[1], "unit"),
             ("command at rest from an error of", low.smallest_error, "BLU"),
         ]
+    labels = [term.label for term in record.error_terms]
+    usual = {"NL": "negative large (NL)", "PL": "positive large (PL)"}
+    first, last = (usual.get(label, label) for label in (labels[0], labels[-1]))
     cells = [[name, v if isinstance(v, str) else f"{v:.5g}", unit] for name, v, unit in rows]
     return Section(
         "The controller",
@@ -88,8 +92,7 @@ def controller(
             Drawing(
                 rule_table(record, f"rule table {ORIGINAL}"),
                 "Heat map of the rule table",
-                "Rule table: the command for each pair of terms, from negative large (NL) to "
-                "positive large (PL).",
+                f"Rule table: the command for each pair of terms, from {first} to {last}.",
             ),
             Drawing(
                 terms(record, f"terms {ORIGINAL}"),
@@ -188,7 +191,14 @@ def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = Non
     values = np.array(record.rules.centroids)
     moved = None if before is None else values - np.array(before.rules.centroids)
     meaning = "command [unit]" if before is None else "moved by [unit]"
-    return heat_map(values, LABELS, "row: error", "column: change of error", title, meaning, moved)
+    names, usual = record.names, NamesRecord()
+    row = "row: error" + _named(names.error, usual.error)
+    column = "column: change of error" + _named(names.error_change, usual.error_change)
+    return heat_map(values, labels_of(record), row, column, title, meaning, moved)
+
+
+def _named(name: str, usual: str) -> str:
+    return "" if name == usual else f", {name}"
 
 
 def surface(record: FuzzyRecord, title: str) -> Figure:

@@ -69,7 +69,7 @@ def tables(record: SlidingDesign) -> dict[str, Rows]:
         centres.append([name, *(repr(term.centre) for term in terms)])
     manifest = [["unit", "column_input", "row_input", "file"]]
     manifest.append([record.kind, "error_rate", "error", "rules.csv"])
-    rules = rows_of(corner, LABELS, record.table())
+    rules = rows_of(corner, LABELS, LABELS, record.table())
     return {"rules.csv": rules, "centres.csv": centres, "manifest.csv": manifest}
 
 

@@ -123,7 +123,7 @@ def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) ->
 
 def _rules(values: Floats, title: str, meaning: str, moved: Floats | None = None) -> Figure:
     names = "row: error", "column: rate of the error"
-    return heat_map(values, LABELS, *names, title, meaning, moved)
+    return heat_map(values, (LABELS, LABELS), *names, title, meaning, moved)
 
 
 def phase_plane(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Figure:

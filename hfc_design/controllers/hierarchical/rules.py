@@ -126,7 +126,7 @@ def tables(record: HierarchicalDesign) -> dict[str, Rows]:
     for unit, table in zip(record.units, record.tables(), strict=True):
         name = f"unit-{unit.id}.csv"
         corner = f"row {unit.row_input} \\ column {unit.column_input}"
-        found[name] = rows_of(corner, labels, table)
+        found[name] = rows_of(corner, labels, labels, table)
         manifest.append([f"unit-{unit.id}", unit.column_input, unit.row_input, name])
     return found | {"manifest.csv": manifest}
 

@@ -152,7 +152,9 @@ def rule_tables(controller: HierarchicalDesign) -> list[Figure]:
     for unit, consequents in zip(controller.units, controller.tables(), strict=True):
         row, column = f"row: {readable(unit.row_input)}", f"column: {readable(unit.column_input)}"
         table = np.array(consequents)
-        found.append(heat_map(table, labels, row, column, f"unit {unit.id}", "consequent [1]"))
+        found.append(
+            heat_map(table, (labels, labels), row, column, f"unit {unit.id}", "consequent [1]")
+        )
     return found
 
 

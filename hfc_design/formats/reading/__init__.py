@@ -3,8 +3,9 @@
 And of what a controller has learnt on a machine: see ``learned``.
 
 Within the ranges of the file's inputs the design computes what the file says, to rounding. Beyond
-them, where programs differ, its outermost terms stay 1. Nothing is approximated: what a design
-cannot hold is refused.
+them, where programs differ, its outermost terms stay 1. What a design cannot hold is refused; where
+the output has terms with a shape (Mamdani), or the user asks for it, what the file computes is
+sampled, and the largest deviation told.
 """
 
 import hashlib
@@ -12,21 +13,27 @@ from collections.abc import Callable
 from os.path import isdir
 from pathlib import Path
 
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design
-from hfc_design.formats.reading import csv_tables, fis, fll, learned
+from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll, learned
 from hfc_design.formats.reading.design_of import Wish, checked_name, design_of
+from hfc_design.formats.reading.inference import RuleBase
+from hfc_design.formats.reading.sampling import deviation_told, sampled
 from hfc_design.formats.reading.system import System
 
-__all__ = ["READERS", "Wish", "imported"]
+__all__ = ["READERS", "Wish", "deviation_told", "imported"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
-READERS: dict[str, Callable[..., System]] = {
-    ".fll": fll.read,
-    ".fis": fis.read,
+READERS: dict[str, Callable[[dict[str, str]], System]] = {
+    ".fll": lambda texts: fll.read(*texts.values()),
+    ".fis": lambda texts: fis.read(*texts.values()),
     ".csv": csv_tables.read,
 }
+
+#: Ending of a file -> the reader of what is sampled.
+SAMPLED = {".fll": any_fll, ".fis": any_fis}
 
 
 def imported(path: Path, wish: Wish) -> Design:
@@ -45,13 +52,29 @@ def imported(path: Path, wish: Wish) -> Design:
         raise UserError(f"--axis {wish.axis}: is of what an axis has learnt, a .txt or .hal")
     with about(path):
         files = csv_tables.files(path) if ending == ".csv" else [path]
-        texts, digests = [], {}
+        texts, digests = {}, {}
         for file in files:
             with about(file):
                 found = content(file)
-                texts.append(decoded(found))
+                texts[file.name] = decoded(found)
             digests[file.name] = hashlib.sha256(found).hexdigest()
-        return design_of(READERS[ending](*texts), wish, path, digests)
+        told: Json = {}
+        if (base := _rule_base(ending, texts, wish)) is not None:
+            system, told = sampled(base, wish.terms)
+        else:
+            system = READERS[ending](texts)
+        return design_of(system, wish, path, digests, told)
+
+
+def _rule_base(ending: str, texts: dict[str, str], wish: Wish) -> RuleBase | None:
+    """What is to be sampled; None: the tables are read as they are."""
+    reader = SAMPLED.get(ending)
+    if reader is None:
+        if wish.terms:
+            raise UserError("--terms: tables of .csv have as many as they have; it is for others")
+        return None
+    (text,) = texts.values()
+    return reader.rule_base(text) if wish.terms or reader.is_mamdani(text) else None
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:

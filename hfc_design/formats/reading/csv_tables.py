@@ -2,15 +2,30 @@
 
 import csv
 import io
+import re
+from collections.abc import Iterator
 from math import inf
 from os.path import isdir, isfile
 from pathlib import Path
 
-from hfc_design.core.records import TERMS
-from hfc_design.formats.reading.system import Input, Shape, System, Token, input_of, shape_of
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.formats.reading.system import (
+    Input,
+    Shape,
+    Singleton,
+    System,
+    Token,
+    input_of,
+    shape_of,
+)
 
 FILES = ("rules.csv", "error_terms.csv", "error_change_terms.csv")
+#: What need not be there: names of the rules' singletons, and of the output.
+OTHERS = ("labels.csv", "manifest.csv")
+CORNER = re.compile(r"row (\S+) \[BLU\] \\ column (\S+) \[BLU\]")
 HEADER = ["label", "left_BLU", "centre_BLU", "right_BLU"]
+
+SIGNALS = ("error", "error_change")
 
 Rows = list[list[Token]]
 
@@ -22,26 +37,46 @@ def files(path: Path) -> list[Path]:
         raise ValueError(f"has to be named {FILES[0]}, beside {FILES[1]} and {FILES[2]}")
     if not isfile(folder / FILES[0]):
         raise ValueError(f"has no {FILES[0]}; a hierarchy's tables hold no terms to import")
-    return [folder / name for name in FILES]
+    others = [name for name in OTHERS if isfile(folder / name)]
+    return [folder / name for name in (*FILES, *others)]
 
 
-def read(*texts: str) -> System:
-    """The system in the texts of ``FILES``; ValueError: a table is not complete."""
-    rules, first, second = map(_rows, FILES, texts)
-    system = System((_input("error", first), _input("error_change", second)), {})
-    error, change = (item.labels for item in system.inputs)
-    header, *rest = rules
-    if len(header) != TERMS + 1:
-        told = f"{len(header)} cells; needed are a corner and {TERMS} labels"
+def read(texts: dict[str, str]) -> System:
+    """The system in the texts of files by name; ValueError: a table is not complete."""
+    tables = {name: _rows(name, text) for name, text in texts.items()}
+    rules, first, second = (tables[name] for name in FILES)
+    corner = CORNER.fullmatch(rules[0][0].text)
+    names = corner.groups() if corner else SIGNALS
+    inputs = _input(names[0], first), _input(names[1], second)
+    system = System(inputs, _output(tables.get("manifest.csv", [])), {}, SIGNALS)
+    labels = {}
+    if "labels.csv" in tables:
+        labels = {place: cell.text for place, cell in _cells(tables["labels.csv"], inputs)}
+    for place, cell in _cells(rules, inputs):
+        system.add(cell, place, Singleton(labels.get(place, ""), cell.number()))
+    return system
+
+
+def _cells(table: Rows, inputs: tuple[Input, Input]) -> Iterator[tuple[tuple[int, int], Token]]:
+    """Places of the two terms and the cell of each rule."""
+    error, change = (item.labels for item in inputs)
+    header, *rest = table
+    if len(header) != len(change) + 1:
+        told = f"{len(header)} cells; needed are a corner and {len(change)} labels"
         raise header[0].fault(told)
     columns = [label.place(change, f"label in {FILES[2]}") for label in header[1:]]
     for label, *cells in rest:
         row = label.place(error, f"label in {FILES[1]}")
-        if len(cells) != TERMS:
-            raise label.fault(f"{len(cells)} numbers; needed are {TERMS}")
+        if len(cells) != len(change):
+            raise label.fault(f"{len(cells)} numbers; needed are {len(change)}")
         for column, cell in zip(columns, cells, strict=True):
-            system.add(cell, (row, column), cell.number())
-    return system
+            yield (row, column), cell
+
+
+def _output(manifest: Rows) -> str:
+    """The name of the output; "": what is there is that of a kind, or nothing."""
+    named = [row[0].text for row in manifest if row[-1].text == FILES[0]]
+    return named[0] if len(named) == 1 and named[0] not in KINDS.known else ""
 
 
 def _rows(file: str, text: str) -> Rows:

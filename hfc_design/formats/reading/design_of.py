@@ -7,13 +7,18 @@ from math import sqrt
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.record import nearest_labels
+from hfc_design.controllers.flc.record import NamesRecord
 from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import NAME, TERMS, UserError, checked
 from hfc_design.files.design import Design, named_design
-from hfc_design.formats.reading.system import Shape, System
+from hfc_design.formats.reading.names import identifiers
+from hfc_design.formats.reading.system import Shape, Singleton, System
 
+#: Names of variables that a design does not speak of.
+USUAL = NamesRecord()
+#: A name that only says of which rule a singleton is, or is none.
+NUMBERED = re.compile(r"([A-Za-z]?\d+(_\d+)?)?")
 HIERARCHY = "pd+hierarchical-fuzzy"
 #: Kind -> plant where neither --plant nor --like says one.
 PLANT_OF = {"flc": "feed-drive", "aflc": "feed-drive", HIERARCHY: "c-axis"}
@@ -31,11 +36,14 @@ class Wish(NamedTuple):
     sample_time: float | None = None  # [s]
     like: str | None = None  # a design, for everything that the file does not hold
     signals: dict[str, str] = {}  # name of an input in the file -> the signal that it is
+    terms: tuple[int, int] | None = None  # of each input, to sample it
     axis: str | None = None  # of whose state the file is, where it is one
 
 
-def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -> Design:
-    """The design; ``digests`` are of the files that it was read from.
+def design_of(
+    system: System, wish: Wish, path: Path, digests: dict[str, str], sampled: Json
+) -> Design:
+    """The design; ``digests`` are of the files that it was read from, ``sampled`` says how.
 
     Raises:
         UserError, ValueError: what the user says does not fit, what the file says does not.
@@ -85,6 +93,7 @@ def design_of(system: System, wish: Wish, path: Path, digests: dict[str, str]) -
             "source": f"imported from {path.name}",
             "sha256": digests,
             "terms": {item.name.text: item.labels for item in system.inputs},
+            **({"sampled": sampled} if sampled else {}),
         },
     }
     return checked(Design, data, path, path.parent)
@@ -100,6 +109,8 @@ def checked_name(name: str) -> str:
 
 def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
     """The signal that each input is."""
+    if system.signals is not None:
+        return system.signals
     names = [item.name.text for item in system.inputs]
     for name in wish.signals:
         if name not in names:
@@ -117,8 +128,8 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
     return first, second
 
 
-def _table(system: System) -> list[list[float]]:
-    """Singletons (7, 7), rows by the terms of the first input, from the lowest to the highest."""
+def _table(system: System) -> list[list[Singleton]]:
+    """Singletons, rows by the terms of the first input, from the lowest to the highest."""
     first, second = system.inputs
     for i, j in product(first.order, second.order):
         if (i, j) not in system.rules:
@@ -134,13 +145,29 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     table, (error, change) = _table(system), system.inputs
     if signals[0] != "error":
         table, error, change = [list(column) for column in zip(*table, strict=True)], change, error
+    names = [error.name.text, change.name.text, system.output or USUAL.output]
+    called = identifiers(names, "variable")
     return {
         "integral_gain": 0.0,
         **base,
         "error_terms": error.triangles,
         "error_change_terms": change.triangles,
-        "rules": {"labels": nearest_labels(table), "centroids": table},
+        "rules": _rules(table),
+        "names": dict(zip(dict(USUAL), called, strict=True)),
     }
+
+
+def _rules(table: list[list[Singleton]]) -> Json:
+    """The rule table, with the names of its singletons if they have any that tell something."""
+    centroids = [[one.value for one in row] for row in table]
+    values = {one.label: one.value for row in table for one in row}
+    telling = any(not NUMBERED.fullmatch(label) for label in values)
+    if not telling or any(values[one.label] != one.value for row in table for one in row):
+        return {"centroids": centroids}
+    called = dict(zip(values, identifiers(values, "term"), strict=True))
+    labels = [[called[one.label] for one in row] for row in table]
+    terms = {called[label]: value for label, value in values.items()}
+    return {"labels": labels, "centroids": centroids, "output_terms": terms}
 
 
 def _with_room(controller: Json) -> Json:
@@ -163,7 +190,8 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
         raise ValueError("both inputs need the same terms; a hierarchy has one set of them")
     scales = {item["name"]: item["scale"] for item in base.get("inputs", ())}
     row, column = signals
-    unit = {"id": 0, "column_input": column, "row_input": row, "consequents": _table(system)}
+    table = [[one.value for one in values] for values in _table(system)]
+    unit = {"id": 0, "column_input": column, "row_input": row, "consequents": table}
     return {
         "pd": {"kp": 0.0, "kd": 0.0},
         "output_scale": 1.0,

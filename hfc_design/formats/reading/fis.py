@@ -6,12 +6,13 @@ and of the output by number, the weight, and 1 for "and".
 
 import re
 
-from hfc_design.core.records import TERMS
 from hfc_design.formats.reading.system import (
     ALLOWED,
+    Allowed,
     Block,
     Input,
     Shape,
+    Singleton,
     System,
     Token,
     check_known,
@@ -33,27 +34,33 @@ RULE = re.compile(r"(-?\d+)[\s,]+(-?\d+)\s*,\s*(-?\d+)\s*\(([^()]*)\)\s*:\s*(\d+
 
 def read(text: str) -> System:
     """The system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
+    head, *inputs, output, rules = checked_sections(text, SYSTEM)
+    first, second = map(_input, inputs)
+    system = System((first, second), unquoted(output.get("Name")).text, {})
+    singletons = []
+    for label, kind, value in terms_in(output):
+        kind.one_of(f"kind of the output term {label.text}", ("constant",))
+        singletons.append(Singleton(label.text, *numbers_of(value, 1)))
+    check_count(head, "NumRules", len(rules.entries))
+    for _, rule in rules.entries:
+        _add(system, rule, singletons)
+    return system
+
+
+def checked_sections(text: str, system: Allowed) -> list[Block]:
+    """The sections in the order of ``SECTIONS``; ValueError: they say what is not allowed."""
     sections = _sections(text)
     for name in SECTIONS:
         if name not in sections:
             needed = ", ".join(SECTIONS)
             raise Token(1, "").fault(f"there is no section [{name}]; needed are {needed}")
-    head, *inputs, output, rules = (sections[name] for name in SECTIONS)
+    head = sections["System"]
     for key, value in head.entries:
-        check_known(key, _unquoted(value), SYSTEM, "[System]")
-    for key, allowed in SYSTEM.items():
+        check_known(key, unquoted(value), system, "[System]")
+    for key, allowed in system.items():
         if allowed and not head.all(key):
             raise head.name.fault(f"[System] has no {key}; needed is {key}='{allowed[0]}'")
-    first, second = map(_input, inputs)
-    system = System((first, second), {})
-    singletons = []
-    for label, kind, value in _terms(output):
-        kind.one_of(f"kind of the output term {label.text}", ("constant",))
-        singletons += _numbers(value, 1)
-    _check_count(head, "NumRules", len(rules.entries))
-    for _, rule in rules.entries:
-        _add(system, rule, singletons)
-    return system
+    return [sections[name] for name in SECTIONS]
 
 
 def _sections(text: str) -> dict[str, Block]:
@@ -80,23 +87,24 @@ def _sections(text: str) -> dict[str, Block]:
     return sections
 
 
-def _unquoted(value: Token) -> Token:
+def unquoted(value: Token) -> Token:
+    """A text without its quotes."""
     return value._replace(text=value.text.strip("'"))
 
 
 def _input(section: Block) -> Input:
-    low, high = _numbers(section.get("Range", "[]"), 2)
-    shapes = [_shape(*term) for term in _terms(section)]
-    return input_of(_unquoted(section.get("Name")), low, high, shapes)
+    low, high = numbers_of(section.get("Range", "[]"), 2)
+    shapes = [_shape(*term) for term in terms_in(section)]
+    return input_of(unquoted(section.get("Name")), low, high, shapes)
 
 
 def _shape(label: Token, kind: Token, value: Token) -> Shape:
     letters = SHAPES[kind.one_of(f"shape of the term {label.text}", SHAPES)]
-    numbers = _numbers(value, len(set(letters) - {"-", "+"}))
+    numbers = numbers_of(value, len(set(letters) - {"-", "+"}))
     return shape_of(label, kind.text, letters, numbers)
 
 
-def _terms(section: Block) -> list[list[Token]]:
+def terms_in(section: Block) -> list[list[Token]]:
     """Label, shape and numbers of each term, MF1 first."""
     found: list[list[Token]] = []
     for key, value in section.entries:
@@ -108,17 +116,19 @@ def _terms(section: Block) -> list[list[Token]]:
             told = f"{key[:20]}={value.text[:40]} cannot be imported"
             raise value.fault(f"{told}; here belongs {wanted}")
         found.append(term)
-    _check_count(section, "NumMFs", len(found))
+    check_count(section, "NumMFs", len(found))
     return found
 
 
-def _check_count(section: Block, key: str, count: int) -> None:
+def check_count(section: Block, key: str, count: int) -> None:
+    """Refuses a number of entries that is not theirs."""
     value = section.get(key)
     if value.text != str(count):
         raise value.fault(f"{key}={value.text[:20]}, but there are {count}")
 
 
-def _numbers(value: Token, count: int) -> list[float]:
+def numbers_of(value: Token, count: int) -> list[float]:
+    """So many numbers between brackets; ValueError: they are others."""
     inner = value._replace(text=value.text.strip("[]").replace(",", " "))
     numbers = [word.number() for word in inner.words()]
     if len(numbers) != count:
@@ -126,7 +136,7 @@ def _numbers(value: Token, count: int) -> list[float]:
     return numbers
 
 
-def _add(system: System, rule: Token, singletons: list[float]) -> None:
+def _add(system: System, rule: Token, singletons: list[Singleton]) -> None:
     if not (found := rule.match(RULE)):
         raise rule.fault(f"{rule.text[:40]!r} is no rule of two inputs, as in 1 1, 1 (1) : 1")
     first, second, conclusion = (int(part.text) for part in found[:3])
@@ -134,7 +144,8 @@ def _add(system: System, rule: Token, singletons: list[float]) -> None:
     if weight.number() != 1.0:
         raise rule.fault(f"a rule of weight {found[3].text} cannot be imported, only of weight 1")
     found[4].one_of("connection of a rule", ("1",))
-    for term, count in ((first, TERMS), (second, TERMS), (conclusion, len(singletons))):
+    counts = [*(len(item.labels) for item in system.inputs), len(singletons)]
+    for term, count in zip((first, second, conclusion), counts, strict=True):
         if not 1 <= term <= count:
             raise rule.fault(f"term {term} in a rule; allowed is 1 to {count}, all of them given")
     system.add(rule, (first - 1, second - 1), singletons[conclusion - 1])

@@ -9,9 +9,11 @@ import re
 from hfc_design.formats.reading.system import (
     ALLOWED,
     GAUSSIANS,
+    Allowed,
     Block,
     Input,
     Shape,
+    Singleton,
     System,
     Token,
     check_known,
@@ -35,21 +37,26 @@ RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: 
 
 def read(text: str) -> System:
     """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
-    blocks = _blocks(text)
-    for kind, count in COUNTS.items():
-        if len(blocks[kind]) != count:
-            last = blocks[kind][-1].name if blocks[kind] else Token(1, "")
-            raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
-    first, second = map(_input, blocks["InputVariable"])
-    (output,), (rules,) = blocks["OutputVariable"], blocks["RuleBlock"]
-    system = System((first, second), {})
-    singletons = dict(map(_singleton, output.all("term")))
+    *inputs, output, rules = engine(text, KEYS)
+    first, second = map(_input, inputs)
+    system = System((first, second), output.name.text, {})
+    singletons = {found.label: found for found in map(_singleton, output.all("term"))}
     for rule in rules.all("rule"):
         _add(system, rule, output.name.text, singletons)
     return system
 
 
-def _blocks(text: str) -> dict[str, list[Block]]:
+def engine(text: str, allowed: dict[str, Allowed]) -> list[Block]:
+    """Two inputs, the output and the rules; ValueError: there are others, or more is said."""
+    blocks = _blocks(text, allowed)
+    for kind, count in COUNTS.items():
+        if len(blocks[kind]) != count:
+            last = blocks[kind][-1].name if blocks[kind] else Token(1, "")
+            raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
+    return [block for kind in COUNTS for block in blocks[kind]]
+
+
+def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
     """The blocks of each kind."""
     blocks: dict[str, list[Block]] = {kind: [] for kind in KEYS}
     kind, block = "", None
@@ -64,7 +71,7 @@ def _blocks(text: str) -> dict[str, list[Block]]:
             raise line.fault(f"{key[:40]!r} stands before any block; an FLL starts with Engine:")
         else:
             value = value._replace(text=" ".join(value.text.split()))
-            check_known(key, value, KEYS[kind], f"{kind} {block.name.text}")
+            check_known(key, value, allowed[kind], f"{kind} {block.name.text}")
             if key not in ("term", "rule") and block.all(key):
                 raise line.fault(f"{key} stands twice in {kind} {block.name.text}")
             block.entries.append((key, value))
@@ -99,14 +106,14 @@ def _shape(term: Token) -> Shape:
     return shape_of(label, kind.text, letters, numbers)
 
 
-def _singleton(term: Token) -> tuple[str, float]:
+def _singleton(term: Token) -> Singleton:
     if not (found := term.match(SINGLETON)):
         told = f"output term {term.text[:40]!r}: only NAME Constant NUMBER can be imported"
         raise term.fault(told)
-    return found[0].text, found[1].number()
+    return Singleton(found[0].text, found[1].number())
 
 
-def _add(system: System, rule: Token, output: str, singletons: dict[str, float]) -> None:
+def _add(system: System, rule: Token, output: str, singletons: dict[str, Singleton]) -> None:
     names = [item.name.text for item in system.inputs]
     if not (found := rule.match(RULE)):
         raise rule.fault(

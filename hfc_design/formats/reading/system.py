@@ -1,4 +1,4 @@
-"""What every reader takes from a file, and what it fills in: two inputs of seven terms each, and a
+"""What every reader takes from a file, and what it fills in: two inputs of 2 to 11 terms, and a
 singleton a rule.
 
 What cannot be imported is a ``ValueError`` that starts with the line that it is about; the caller
@@ -12,8 +12,10 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.record import LABELS, TriangleRecord, terms_fault
+from hfc_design.controllers.flc.record import TriangleRecord, terms_fault
+from hfc_design.controllers.flc.rules import FEWEST, MOST
 from hfc_design.core.records import TERMS
+from hfc_design.formats.reading.names import identifiers
 
 #: Key -> values that can be imported.
 Allowed = dict[str, list[str]]
@@ -173,13 +175,23 @@ class Input(NamedTuple):
     triangles: list[TriangleRecord]  # the same, if they are straight
 
 
+class Singleton(NamedTuple):
+    """What a rule concludes."""
+
+    label: str  # "": it has none
+    value: float
+
+
 class System(NamedTuple):
     """What a file says; rules by the places of the first and the second input's labels."""
 
     inputs: tuple[Input, Input]
-    rules: dict[tuple[int, int], tuple[Token, float]]  # -> what says so, singleton
+    output: str  # its name; "": none
+    rules: dict[tuple[int, int], tuple[Token, Singleton]]  # -> what says so, what it concludes
+    #: Which signal each input is, where the file says so.
+    signals: tuple[str, str] | None = None
 
-    def add(self, said: Token, places: tuple[int, int], singleton: float) -> None:
+    def add(self, said: Token, places: tuple[int, int], singleton: "Singleton") -> None:
         """A rule more; ValueError: it is not the first for its terms."""
         earlier, _ = self.rules.setdefault(places, (said, singleton))
         if earlier is not said:
@@ -190,8 +202,9 @@ class System(NamedTuple):
 
 def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> Input:
     """An input; ValueError: its terms are not those of a design."""
-    if len(shapes) != TERMS:
-        raise name.fault(f"input {name.text} has {len(shapes)} terms; a design has {TERMS}")
+    if not FEWEST <= len(shapes) <= MOST:
+        told = f"input {name.text} has {len(shapes)} terms; a design has {FEWEST} to {MOST}"
+        raise name.fault(told)
     if not low < high:
         raise name.fault(f"input {name.text}: its range has to rise")
     labels = [shape.label.text for shape in shapes]
@@ -201,22 +214,29 @@ def input_of(name: Token, low: float, high: float, shapes: Sequence[Shape]) -> I
     if len({shape.gaussian for shape in shapes}) > 1:
         raise name.fault(f"input {name.text} mixes Gaussian and straight terms; a design does not")
     centres = [shape.centre(low, high) for shape in shapes]
-    order = sorted(range(TERMS), key=centres.__getitem__)
+    if shapes[0].gaussian and len(shapes) != TERMS:
+        told = f"input {name.text} has {len(shapes)} Gaussian terms; a hierarchy has {TERMS}"
+        raise name.fault(f"{told}; --terms N samples them into triangles")
+    order = sorted(range(len(shapes)), key=centres.__getitem__)
     terms = [shapes[k] for k in order]
     if terms[0].gaussian:
         return Input(name, low, high, labels, order, terms, [])
+    called = identifiers([term.label.text for term in terms], "term")
+    ends = {0: "lowest", len(terms) - 1: "highest"}
     triangles = [
-        _triangle(low, high, *each) for each in zip(LABELS, sorted(centres), terms, strict=True)
+        _triangle(low, high, called[k], centres[order[k]], term, ends.get(k, ""))
+        for k, term in enumerate(terms)
     ]
     if message := terms_fault(tuple(triangles)):
-        told = f"input {name.text}, with terms NL to PL in the order of centres: {message}"
-        raise name.fault(told)
+        raise name.fault(f"input {name.text}, with its terms in the order of centres: {message}")
     return Input(name, low, high, labels, order, terms, triangles)
 
 
-def _triangle(low: float, high: float, label: str, centre: float, term: Shape) -> TriangleRecord:
+def _triangle(
+    low: float, high: float, label: str, centre: float, term: Shape, end: str
+) -> TriangleRecord:
     """A term; the outermost are 1 up to the range's end and beyond."""
-    lowest, highest = label == LABELS[0], label == LABELS[-1]
+    lowest, highest = end == "lowest", end == "highest"
     if lowest and not term.low <= low <= centre:
         raise term.fault(f", the lowest, {_SHOULDER}")
     if highest and not centre <= high <= term.high:

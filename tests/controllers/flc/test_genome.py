@@ -48,7 +48,7 @@ def test_the_first_ones_are_the_published_table_with_other_widths(own):
     """All widths of an input by one factor exp(n Z), n from 0 to 1, Z normal."""
     start, found = own.empty(), own.fresh(np.zeros(COUNT, int), np.random.default_rng(22))
     assert np.array_equal(found.joints[0], start.joints[0])
-    factor = found.joints[..., 0] / start.joints[..., 0]
+    factor = by_side(found.joints[..., 0] / start.joints[..., 0])
     for wider in (0.0, 0.5, 1.0):  # narrower ones may meet the smallest width
         share, _ = scipy.integrate.quad(lambda n, t=wider: norm.sf(t / n), 0.0, 1.0)
         mean_is(np.log(factor[1:, :, 0]) > wider, share)
@@ -69,15 +69,20 @@ def test_the_first_integral_gains_and_shares(own):
     mean_is(gain**3, 1 / 4 * 1 / 10)
 
 
+def by_side(joints):
+    """(n, 12, ...) of seven terms a side as (n, 2, 6, ...)."""
+    return joints.reshape(len(joints), 2, 6, *joints.shape[2:])
+
+
 def test_mutation_widens_inputs_and_single_joints(own):
     before = published(own)
     found = mutated(own, before)
-    width = np.log(found.joints[..., 0] / before.joints[..., 0]) / STEP
+    width = by_side(np.log(found.joints[..., 0] / before.joints[..., 0]) / STEP)
     mean_is((np.abs(width) < 1e-9), np.full((2, 6), 0.7 * 0.8))
     mean_is(width**2, np.full((2, 6), 0.3 + 0.2))
     mean_is(width[:, 0, 0] * width[:, 0, 5], 0.3)  # what the joints of an input share
     mean_is(width[:, 0, 0] * width[:, 1, 0], 0.0)
-    edges = (found.joints[..., 1:] - before.joints[..., 1:]) / STEP
+    edges = by_side((found.joints[..., 1:] - before.joints[..., 1:]) / STEP)
     moved = np.abs(edges) > 1e-9
     mean_is(moved, np.full((2, 6, 2), 0.2))
     normal(edges[moved])

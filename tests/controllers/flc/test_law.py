@@ -12,7 +12,7 @@ from hfc_design.controllers.flc.law import (
     infer,
     memberships,
 )
-from hfc_design.controllers.flc.record import LABELS
+from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.core.numbers import SCALARS
 
 INF = float("inf")

@@ -11,7 +11,8 @@ from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 from hfc_design.controllers.aflc.section import at_the_end
 from hfc_design.controllers.flc import section as fuzzy_plots
-from hfc_design.controllers.flc.record import LABELS, FlcDesign
+from hfc_design.controllers.flc.record import FlcDesign
+from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.controllers.kind import Shown
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings

@@ -1,0 +1,123 @@
+"""The rule table of a fuzzy controller: a label and a number a rule. Never imports JAX."""
+
+import sys
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Annotated, Self, cast
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from hfc_design.core.numbers import Floats, Plain, RuleTable
+from hfc_design.core.records import Finite, Label, Record
+
+#: Terms that an input of a rule table may have.
+FEWEST, MOST = 2, 11
+#: Linguistic labels, negative large to positive large.
+LABELS = ("NL", "NM", "NS", "ZR", "PS", "PM", "PL")
+#: JK04 Table 3: centroid of each label in units of the command.
+CENTROIDS = (-32.0, -16.0, -8.0, 0.0, 8.0, 16.0, 32.0)
+Labels = tuple[Annotated[tuple[Label, ...], Field(min_length=FEWEST, max_length=MOST)], ...]
+LabelTable = Annotated[Labels, Field(min_length=FEWEST, max_length=MOST)]
+Heights = tuple[Annotated[tuple[Finite, ...], Field(min_length=FEWEST, max_length=MOST)], ...]
+HeightTable = Annotated[Heights, Field(min_length=FEWEST, max_length=MOST)]
+
+
+class RulesRecord(Record):
+    """The rule base, rows by error and columns by its change, both from the lowest term on.
+
+    Where ``output_terms`` names the singletons a rule's number is that of its label. Elsewhere
+    labels are the seven usual ones, and say no more than which numbers are larger. Either labels
+    or numbers may be left out: they follow from the others.
+    """
+
+    labels: LabelTable
+    centroids: HeightTable  # units of the command
+    output_terms: dict[Label, Finite] | None = Field(None, exclude_if=lambda terms: terms is None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _completed(cls, data: Plain) -> Plain:
+        if not isinstance(data, dict):
+            return data
+        labels: Plain = data.get("labels")
+        table: Plain = data.get("centroids")
+        try:
+            if labels is None and data.get("output_terms") is None:
+                return {**data, "labels": nearest_labels(table)}
+            if table is None:
+                terms = data["output_terms"]
+                return {**data, "centroids": [[terms[label] for label in row] for row in labels]}
+        except (KeyError, TypeError, ValueError):
+            pass  # the fields say what is wrong
+        return data
+
+    @model_validator(mode="after")
+    def _labels_name_numbers(self) -> Self:
+        rows, needed = ([len(row) for row in table] for table in (self.labels, self.centroids))
+        if uneven := next((i for i, count in enumerate(needed) if count != needed[0]), None):
+            told = f"has {needed[uneven]} entries, row 0 has {needed[0]}"
+            raise ValueError(f"centroids.{uneven}: {told}")
+        if rows != needed:
+            raise ValueError(f"labels: has not the shape of centroids, {len(needed)} x {needed[0]}")
+        terms = self.output_terms
+        for i, (row, numbers) in enumerate(zip(self.labels, self.centroids, strict=True)):
+            for j, (label, number) in enumerate(zip(row, numbers, strict=True)):
+                if label not in (LABELS if terms is None else terms):
+                    listed = ", ".join(LABELS if terms is None else terms)
+                    raise ValueError(f"labels.{i}.{j} = {label!r}: has to be one of {listed}")
+                if terms is not None and terms[label] != number:
+                    told = f"its label {label} stands for {terms[label]} in output_terms"
+                    raise ValueError(f"centroids.{i}.{j} = {number}: {told}")
+        return self
+
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return len(self.centroids), len(self.centroids[0])
+
+    def contradiction(self) -> str | None:
+        """Two rules of which the one with the larger label has the smaller number, in one line."""
+        if self.output_terms is not None:
+            return None  # each label is a number
+        found = defaultdict(list)
+        for i, row in enumerate(self.labels):
+            for j, label in enumerate(row):
+                found[label].append((self.centroids[i][j], i, j))
+        highest, below = (-np.inf, 0, 0), ""
+        for label in filter(found.__contains__, LABELS):
+            lowest = min(found[label])
+            if highest[0] > lowest[0]:
+                return _told(below, highest, label, lowest)
+            highest, below = max(found[label]), label
+        return None
+
+    def moved(self, table: RuleTable) -> Self:
+        """The same rules with other numbers, and with labels that fit them."""
+        rows = tuple(tuple(map(float, row)) for row in table)
+        found = self.model_copy(update={"centroids": rows, "output_terms": None})
+        unfit = self.output_terms is not None or found.contradiction()
+        return found.relabelled() if unfit else found
+
+    def relabelled(self) -> Self:
+        """The same numbers with the labels that are nearest."""
+        rows = tuple(map(tuple, nearest_labels(self.centroids)))
+        return self.model_copy(update={"labels": rows})
+
+
+Cell = tuple[float, int, int]
+
+
+def _told(low: str, higher: Cell, high: str, lower: Cell) -> str:
+    (a, i, j), (b, m, n) = higher, lower
+    return (
+        f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}: a larger "
+        "label has to have the larger centroid; left out, labels follow from the centroids"
+    )
+
+
+def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
+    """The label of each singleton whose usual height, in shares of the largest, is nearest."""
+    heights: Floats = np.array(table, dtype=np.float64)
+    shares = heights / max(np.abs(heights).max(), sys.float_info.min)
+    off = np.abs(shares[..., None] - np.array(CENTROIDS) / CENTROIDS[-1])
+    return [[LABELS[k] for k in row] for row in cast(Floats, off.argmin(axis=-1))]
