@@ -1,0 +1,105 @@
+"""What to record next: under which command the log would tell most of what it does not tell yet.
+
+Commands of a few shapes, each simulated on the machine as it is known by now; what one would tell
+is its Fisher information, added to that of the log (Ljung, System Identification, 1999, sec. 13.3).
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.identify.certainty import Certainty, information, inverted
+from hfc_design.identify.fit import Fit
+from hfc_design.identify.free import Free
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import replay
+from hfc_design.identify.search import Found
+
+#: How long each is [s], in at most so many samples.
+LASTS, SAMPLES = 5.0, 10_000
+#: Frequencies [Hz], none above this share of the samples; amplitudes as shares of the largest
+#: command that was recorded.
+FREQUENCIES, FASTEST = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0), 0.1
+AMPLITUDES = (0.2, 0.5, 1.0)
+#: It may go so many times as far and as fast as the log does.
+FURTHER = 1.5
+#: Of so many parameters it is said what they gain, if the best gains this at least (a logarithm).
+SHOWN, WORTH = 2, 0.1
+
+
+class Advice(NamedTuple):
+    """A command that is worth recording."""
+
+    amplitude: float  # of a sine of the command [its unit]
+    frequency: float  # [Hz]
+    duration: float  # [s]
+    travel: float  # from end to end [unit of the position]
+    speed: float  # [the same per s]
+    errors: dict[str, tuple[float, float]]  # name -> relative standard error before and after
+
+
+def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Advice | None:
+    """The sine that tells most of what the log does not tell; None: none tells much more."""
+    if told.command is None:
+        return None
+    fit, free, every = found.fit, found.fit.free, told.sample_time
+    steps = min(round(LASTS / every), SAMPLES)
+    pairs = _shapes(float(np.abs(told.command).max()), every, steps)
+    time = every * np.arange(steps)
+    commands = np.array([a * np.sin(2.0 * np.pi * f * time) for a, f in pairs])
+    bandwidth = found.bandwidth or 0.0
+    with jax.enable_x64(True):
+        places, slopes = _simulated(free, fit, told, commands, bandwidth, substeps)
+    going = np.ptp(places, axis=1), np.abs(np.diff(places, axis=1)).max(axis=1) / every
+    far = np.ptp(told.place), np.abs(np.diff(told.place)).max() / every
+    allowed = (going[0] <= FURTHER * far[0]) & (going[1] <= FURTHER * far[1])
+    shares = free.shares(fit.numbers)
+    before = information(fit.jacobian, fit.scale)
+    after = []
+    for own in slopes:
+        whole = inverted(before + information(np.nan_to_num(own), fit.scale))
+        after.append(np.sqrt(np.diag(whole) * known.inflated)[:-1] * shares)
+    wanted = np.flatnonzero(~np.array(known.told))
+    if not wanted.size:
+        wanted = np.argsort(-known.error, kind="stable")[:SHOWN]
+    gains = np.log(known.error[wanted] / np.array(after)[:, wanted])
+    total = np.where(allowed & np.isfinite(gains).all(axis=1), gains.sum(axis=1), -np.inf)
+    k = int(total.argmax())
+    if not np.isfinite(total[k]) or gains[k].max() < WORTH:
+        return None
+    best = wanted[np.argsort(-gains[k], kind="stable")[:SHOWN]]
+    errors = {free.names[i]: (float(known.error[i]), float(after[k][i])) for i in best}
+    return Advice(*pairs[k], steps * every, float(going[0][k]), float(going[1][k]), errors)
+
+
+def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float]]:
+    allowed = [f for f in FREQUENCIES if 1.0 / (steps * every) <= f <= FASTEST / every]
+    return [(share * largest, f) for share in AMPLITUDES for f in allowed]
+
+
+def _simulated(
+    free: Free, fit: Fit, told: Recording, commands: Floats, bandwidth: float, substeps: int
+) -> tuple[Floats, Floats]:
+    """(commands, steps) where the axis would be, and (commands, steps, outputs, numbers) slopes."""
+    steps, still = commands.shape[1], np.zeros(commands.shape[1])
+    nothing = dict.fromkeys(told.outputs, still)
+    blank = told._replace(outputs=nothing, load=still, added=still, usable=still + 1.0, rate=0.0)
+
+    def shown(command: Floats) -> Floats:
+        own = replay(free, blank._replace(command=command), 0.0, substeps)
+        return -own(free.parameters(fit.numbers), 0.0)
+
+    def slopes(command: Floats, outputs: Floats) -> Floats:
+        columns = {name: outputs[:, k] for k, name in enumerate(nothing)}
+        recorded = blank._replace(command=command, outputs=columns)
+        own = replay(free, recorded, bandwidth, substeps)
+        off = jax.jacfwd(lambda x: own(free.parameters(x), x[-1]))
+        return off(jnp.asarray(fit.numbers))
+
+    outputs = jax.jit(jax.vmap(shown))(commands)
+    found = jax.jit(jax.vmap(slopes))(commands, outputs)
+    assert found.shape[1] == steps
+    return np.asarray(outputs)[:, :, 0], np.asarray(found)

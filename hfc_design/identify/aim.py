@@ -1,0 +1,187 @@
+"""The scenario that a design run takes: the machine as it was identified, within its tolerances.
+
+Whoever has no scenario yet gets motions like those of the log, in the cycle of its samples, with a
+fitness that asks for a small error at a calm command.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.identify.identified import Identified
+from hfc_design.identify.recording import Recording
+
+#: Least tolerance of a parameter that the log tells: friction is another one when it is warm.
+#: The largest one, also of what the log does not tell.
+LEAST, MOST = 0.05, 0.5
+#: Tolerance of parameters that were not looked for, unless the scenario says it.
+OTHERS = 0.1
+#: Digits of a parameter in a file.
+DIGITS = 6
+
+
+def tolerances(found: Identified) -> dict[str, float]:
+    """Of each parameter half its interval as a share of its value, within bounds."""
+    known, shares = found.known, {}
+    each = zip(found.free.names, known.value, known.low, known.high, strict=True)
+    for name, value, low, high in each:
+        half = 0.5 * (high - low) / abs(value) if value else MOST
+        share = float(np.clip(half if np.isfinite(half) else MOST, LEAST, MOST))
+        shares[name] = float(f"{share:.2g}")
+    return shares
+
+
+def plant(found: Identified) -> Json:
+    """The machine as it was identified."""
+    data: Json = found.scenario.plant.model_dump(mode="json", exclude_unset=True)
+    each = zip(found.free.names, found.known.value, strict=True)
+    value = {name: float(f"{x:.{DIGITS}g}") for name, x in each}
+    if len(axes := found.scenario.plant.machine.axes) == 1:
+        return {**data, "parameters": {**data.get("parameters", {}), **value}}
+    name = axes[found.axis]
+    every = data.get("axes", {})
+    return {**data, "axes": {**every, name: {**every.get(name, {}), **value}}}
+
+
+def scenario_text(found: Identified, name: str, from_file: bool) -> str:
+    """The scenario as TOML; ``from_file``: it has motions and fitness already.
+
+    Raises:
+        UserError: it is no scenario with these parameters.
+    """
+    data = _own(found) if from_file else _made(found)
+    data["plant"] = plant(found)
+    robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
+    data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **tolerances(found)}}
+    told = {"name": called(name), "description": f"{found.scenario.plant.name} by its log"}
+    data = {**told, **data}
+    notes = []
+    try:
+        load_scenario(data)
+    except UserError as error:
+        if not from_file:
+            raise
+        del data["robust"]  # its fitness ranks one machine alone
+        notes = [f"# Without [robust]: {str(error).splitlines()[0]}"]
+        load_scenario(data)
+    head = ["# What the machine is by its log; tolerances are halves of the 95 % intervals,"]
+    head += [f"# at least {100 * LEAST:g} % and at most {100 * MOST:g} %.", *notes]
+    return "\n".join(head) + "\n" + tomli_w.dumps(data)
+
+
+def _own(found: Identified) -> Json:
+    data: Json = found.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    return {key: value for key, value in data.items() if key not in ("name", "description")}
+
+
+def _made(found: Identified) -> Json:
+    """Motions like those of the log."""
+    told, scenario = found.told, found.scenario
+    axis = scenario.plant.each()[found.axis]
+    speed, acceleration = _fastest(told)
+    distance, limit = float(np.ptp(told.place)), _limit(found)
+    lasts = distance / speed + speed / acceleration
+    settled = round(1.2 * lasts + 0.2, 2)
+    slow = 0.05 * speed
+    error = _recorded_error(told) or 1e-3 * distance
+    data: Json = {
+        "plant": {"name": scenario.plant.name},
+        "simulation": {
+            "duration_s": round(1.5 * lasts + 0.5, 2),
+            "sample_time_s": float(f"{told.sample_time:.9g}"),
+            "substeps": scenario.simulation.substeps,
+        },
+        "limits": {"command": limit},
+        "sensors": {"velocity": "encoder"},
+        "motions": [
+            {
+                "name": "move",
+                "reference": _rounded(
+                    kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
+                ),
+                "settled_after_s": settled,
+            },
+            {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
+            {
+                "name": "reversal",
+                "reference": _rounded(kind="sine", amplitude=0.1 * speed, frequency_rad_s=2.0),
+            },
+        ],
+        "fitness": {
+            "kind": "tolerances",
+            "tolerances": {
+                "rms_error": float(f"{0.1 * error:.2g}"),
+                "settled_rms_error": float(f"{0.02 * error:.2g}"),
+                "chatter": {"tolerance": float(f"{0.02 * limit:.2g}"), "weight": 0.3},
+            },
+        },
+        "controller": {
+            "output_scale": 1.0,
+            "schedules": True,
+            "inputs": [
+                {"name": "reference_rate", "scale": float(f"{40.0 / speed:.2g}")},
+                {"name": "error", "scale": float(f"{1.0 / error:.2g}")},
+            ],
+            "linear": {},
+        },
+        "search": {"preset": "cma"},
+    }
+    if (step := resolution(told.place)) and not axis.resolution:
+        data["sensors"]["encoder_resolution"] = step
+    return data
+
+
+def _rounded(**reference: Any) -> Json:
+    return {key: float(f"{x:.3g}") if isinstance(x, float) else x for key, x in reference.items()}
+
+
+def _fastest(told: Recording) -> tuple[float, float]:
+    """Speed and acceleration that the log reaches, but for its noise."""
+    place = told.place if told.reference is None else told.reference
+    width = max(round(0.01 / told.sample_time), 1)
+    smooth = np.convolve(place, np.ones(width) / width, "valid")
+    rate = (smooth[width:] - smooth[:-width]) / (width * told.sample_time)
+    change = (rate[width:] - rate[:-width]) / (width * told.sample_time)
+    speed = float(np.quantile(np.abs(rate), 0.99))
+    return speed, max(float(np.quantile(np.abs(change), 0.99)), speed)
+
+
+def _limit(found: Identified) -> float:
+    """The largest command of the drive, or, where it has no limit, of the log."""
+    axis = found.scenario.plant.each()[found.axis]
+    low, high = axis.drive.largest_commands(axis.parameters, found.scenario.limits.command)
+    largest = min(-low, high)
+    if np.isfinite(largest):
+        return float(largest)
+    command = found.told.command
+    return float(f"{np.abs(command).max():.2g}") if command is not None else 1.0
+
+
+def _recorded_error(told: Recording) -> float | None:
+    """What the loop that recorded the log was off its reference (rms)."""
+    if told.reference is None:
+        return None
+    return float(np.sqrt(np.mean((told.reference - told.place) ** 2))) or None
+
+
+def resolution(place: Floats) -> float | None:
+    """The step of an encoder, if the values of a log are whole steps; None if that is not seen."""
+    steps = np.unique(np.round(np.abs(np.diff(place)), 15))
+    steps = steps[steps > 1e-12 * max(np.abs(place).max(), 1e-300)]
+    if len(steps) < 2:
+        return None
+    least = float(steps[0])
+    off = np.abs(steps / least - np.round(steps / least))
+    return float(f"{least:.4g}") if off[: min(len(off), 50)].max() < 0.02 else None
+
+
+def called(log: str) -> str:
+    """What a scenario is called, and the folder, that a log is made into."""
+    stem = re.sub(r"[^A-Za-z0-9_-]+", "-", Path(log).stem)[:60].strip("-") or "log"
+    return f"{stem}-identified"

@@ -1,0 +1,129 @@
+"""How well a log tells each parameter: intervals, and combinations that it does not tell.
+
+The residual of a fit is coloured: what the model lacks lasts longer than a sample. So the
+covariance is the sandwich of White and of Newey and West (Econometrica 55, 1987) with the
+residual's own correlation in the middle, not the inverse of the normal matrix alone.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import fftconvolve
+from scipy.stats import norm
+
+from hfc_design.core.numbers import Floats, Mask
+from hfc_design.identify.fit import VAGUE, Fit
+
+#: The share of repeats in which an interval holds the true value.
+CONFIDENCE = 0.95
+#: A parameter whose standard error is more than this share of it is not told by the log.
+TOLD = 0.25
+#: Correlations of the residual are counted up to this share of the log, as Newey and West do with
+#: weights that fall to 0.
+CORRELATED = 0.02
+#: A parameter that takes at least this share of what one takes that changes most is named with it.
+NAMED = 0.2
+
+
+class Combination(NamedTuple):
+    """A direction in which the parameters may change together."""
+
+    change: float  # relative, of the one that changes most, within which the log tells nothing
+    shares: dict[str, float]  # of each parameter, the largest is 1 or -1
+
+
+class Certainty(NamedTuple):
+    """Of each parameter of a fit, in the order of ``free``."""
+
+    value: Floats
+    low: Floats  # ends of the interval
+    high: Floats
+    error: Floats  # standard error as a share of the value
+    told: tuple[bool, ...]  # whether the log tells it
+    untold: tuple[Combination, ...]  # combinations that it does not tell, the worst first
+    late: tuple[float, float]  # ends of the interval of the delay [samples]
+    covariance: Floats  # (names + 1, names + 1) of the numbers
+    inflated: Floats  # (names + 1,) variance of each number over that under white noise
+
+
+def both(one: Certainty, other: Certainty) -> Certainty:
+    """What is sure by both: where slopes change much, those of one place tell half the truth."""
+    low, high = np.minimum(one.low, other.low), np.maximum(one.high, other.high)
+    inside = (low <= other.value) & (other.value <= high)
+    sure = zip(one.told, other.told, inside, strict=True)
+    told = tuple(bool(all(each)) for each in sure)
+    low, high = np.minimum(low, other.value), np.maximum(high, other.value)
+    error = np.maximum(one.error, other.error)
+    return one._replace(value=other.value, low=low, high=high, error=error, told=told)
+
+
+def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
+    """Intervals of the parameters, and what cannot be told.
+
+    ``free`` (names,) are those that are not taken for known; None: all of them.
+    """
+    free = np.ones(len(fit.free.names), bool) if free is None else free
+    fit = fit._replace(jacobian=fit.jacobian * np.append(free, True))
+    covariance, inflated = covariance_of(fit)
+    covariance = covariance * np.outer(np.append(free, True), np.append(free, True))
+    error = np.sqrt(np.diag(covariance))
+    far = norm.ppf(0.5 + 0.5 * CONFIDENCE)
+    low, high = (fit.free.values(fit.numbers + sign * far * error) for sign in (-1.0, 1.0))
+    value = fit.free.values(fit.numbers)
+    relative = error[:-1] * fit.free.shares(fit.numbers)
+    told = tuple(
+        bool(share < TOLD) and sure for share, sure in zip(relative, free.tolist(), strict=True)
+    )
+    late = fit.late - far * error[-1], fit.late + far * error[-1]
+    untold = _untold(fit, covariance[:-1, :-1])
+    return Certainty(value, low, high, relative, told, untold, late, covariance, inflated)
+
+
+def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
+    """(numbers, numbers) of the numbers; of each its variance over that under white noise."""
+    middle, white = np.zeros(2 * (len(fit.numbers),)), information(fit.jacobian, fit.scale)
+    for k, scale in enumerate(fit.scale):
+        middle += _correlated(fit.residual[:, k] / scale, fit.jacobian[:, k] / scale)
+    before = np.eye(len(fit.numbers)) / VAGUE**2
+    inverse = inverted(white + before)
+    found = inverse @ (middle + before) @ inverse
+    return found, np.diag(found) / np.diag(inverse)
+
+
+def inverted(information: Floats) -> Floats:
+    """The covariance by an information that knows of everything as much as ``VAGUE`` at least."""
+    sizes, directions = np.linalg.eigh(information)
+    return np.asarray(directions / np.maximum(sizes, VAGUE**-2) @ directions.T)
+
+
+def information(slopes: Floats, scale: Floats) -> Floats:
+    """(numbers, numbers) by the slopes (steps, outputs, numbers) of white residuals of a scale."""
+    own = (slopes / scale[:, None]).reshape(-1, slopes.shape[-1])
+    return np.asarray(own.T @ own)
+
+
+def _correlated(residual: Floats, slopes: Floats) -> Floats:
+    """(numbers, numbers) variance of the slopes times noise that is as coloured as the residual."""
+    steps = len(residual)
+    lags = max(int(CORRELATED * steps), 1)
+    own = fftconvolve(residual, residual[::-1])[steps - 1 :] / steps
+    kept = own[:lags] * (1.0 - np.arange(lags) / lags)
+    both = np.r_[kept[:0:-1], kept]
+    spread = np.stack([fftconvolve(column, both, "same") for column in slopes.T], axis=1)
+    return np.asarray(slopes.T @ spread)
+
+
+def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
+    """Principal directions of the relative errors that are too long."""
+    positive, own = fit.free.positive > 0, fit.numbers[:-1]
+    shares = fit.free.shares(fit.numbers) * np.where(positive | (own >= 0.0), 1.0, -1.0)
+    lengths, directions = np.linalg.eigh(covariance * np.outer(shares, shares))
+    found = []
+    for length, direction in zip(np.sqrt(np.maximum(lengths, 0.0)), directions.T, strict=True):
+        most = np.abs(direction).argmax()
+        if length * abs(direction[most]) < TOLD:
+            continue
+        own = direction / direction[most]
+        named = {n: float(x) for n, x in zip(fit.free.names, own, strict=True) if abs(x) > NAMED}
+        found.append(Combination(float(length * abs(direction[most])), named))
+    return tuple(sorted(found, key=lambda one: -one.change))

@@ -1,0 +1,94 @@
+"""Which parameters of a machine are looked for, and the numbers that a fit changes."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Parameters, Scalar
+from plants import Drive
+
+#: Whatever ends further than by this factor from where it began is told: units may be wrong.
+FACTOR = 30.0
+#: Size of what may have either sign, and is 0 where it begins [its unit].
+SMALL = 0.1
+
+
+class Free(NamedTuple):
+    """The parameters that are looked for.
+
+    Their numbers are logarithms where a sign is known, and shares of their sizes elsewhere; one
+    more number says by how many samples the command is late.
+    """
+
+    drive: Drive
+    start: Parameters  # everything, numbers
+    names: tuple[str, ...]
+    scale: Floats  # (names,) size of each, in its unit
+    positive: Floats  # (names,) 1 where it is more than zero, whatever it is
+
+    def parameters(self, numbers: Scalar) -> Parameters:
+        """The record with ``numbers`` (names + 1,) in it; traced ones too."""
+        own = numbers[:-1]
+        values = jnp.where(self.positive > 0, self.scale * jnp.exp(own), self.scale * own)
+        return self.start._replace(**{name: values[k] for k, name in enumerate(self.names)})
+
+    def values(self, numbers: Floats) -> Floats:
+        """(names,) in units of the drive."""
+        own = np.asarray(numbers)[:-1]
+        with np.errstate(over="ignore"):
+            return np.where(self.positive > 0, self.scale * np.exp(own), self.scale * own)
+
+    def shares(self, numbers: Floats) -> Floats:
+        """(names,) by which share of itself each value changes with its number."""
+        size = np.maximum(np.abs(np.asarray(numbers)[:-1]), 1e-9)
+        return np.where(self.positive > 0, 1.0, 1.0 / size)
+
+    @property
+    def begun(self) -> Floats:
+        """(names + 1,) the numbers of the start."""
+        own = np.array([getattr(self.start, name) for name in self.names])
+        return np.append(np.where(self.positive > 0, 0.0, own / self.scale), 0.0)
+
+    def away(self, numbers: Floats) -> dict[str, float]:
+        """By which factor each parameter has left its start, of those that left it far."""
+        value = dict(zip(self.names, self.values(numbers), strict=True))
+        factors = {name: x / getattr(self.start, name) for name, x in value.items() if x}
+        known = dict(zip(self.names, self.positive, strict=True))
+        return {
+            name: float(factor)
+            for name, factor in factors.items()
+            if known[name] and not 1.0 / FACTOR < factor < FACTOR
+        }
+
+
+def free(drive: Drive, changes: Mapping[str, float], names: Sequence[str] | None = None) -> Free:
+    """The parameters ``names`` of a drive; None: all that are neither exact nor 0.
+
+    ``changes`` are values to start from.
+
+    Raises:
+        ValueError: one is unknown, or has no value to start from.
+    """
+    start = drive.parameters(**changes)
+    if names is None:
+        names = [
+            name for name in start._fields if name not in drive.exact and getattr(start, name) != 0
+        ]
+    sizes, signs = [], []
+    for name in dict.fromkeys(names):
+        if name not in start._fields:
+            raise ValueError(
+                f"{name}: {drive.name} has no such parameter; {', '.join(start._fields)}"
+            )
+        value = float(getattr(start, name))
+        signed = drive.fault({**changes, name: -(value or SMALL)}) is None
+        if value == 0.0 and not signed:
+            key = f"plant.parameters.{name}"
+            raise ValueError(f"{name}: is 0; give it a value to start from: --set {key}=0.1")
+        sizes.append(abs(value) or SMALL)
+        signs.append(0.0 if signed else 1.0)
+    if not sizes:
+        raise ValueError(f"names no parameter; {drive.name} has {', '.join(start._fields)}")
+    return Free(drive, start, tuple(dict.fromkeys(names)), np.array(sizes), np.array(signs))

@@ -1,0 +1,96 @@
+"""Profile likelihood: how the fit grows worse while one parameter is held off its value.
+
+All others are fitted again at every place (Raue et al., Bioinformatics 25, 2009). A parabola is
+what the intervals suppose; a curve that stays flat on one side has an end on the other one only.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.stats import chi2
+
+from hfc_design.core.numbers import Floats, Scalar
+from hfc_design.identify.certainty import CONFIDENCE, Certainty, information
+from hfc_design.identify.fit import VAGUE
+from hfc_design.identify.search import Found
+
+#: Of so many parameters, those that the log tells least.
+WORST = 2
+#: Places on either side, in standard errors; no number leaves its value further than ``FURTHEST``.
+PLACES, FURTHEST = (1.0, 2.2), 1.5
+#: Steps of Levenberg-Marquardt at each place, after what the slopes say.
+STEPS, TOLERANCE = 6, (1e-4, 1e-5)
+#: By which the fit has grown worse at the ends of the interval.
+LIMIT = float(chi2.ppf(CONFIDENCE, 1))
+
+
+class Profile(NamedTuple):
+    """One parameter."""
+
+    name: str
+    values: Floats  # (places,) rising, the fitted one in the middle
+    worse: Floats  # (places,) by which twice the logarithm of the likelihood falls
+
+    @property
+    def interval(self) -> tuple[float | None, float | None]:
+        """Where it has fallen by ``LIMIT``; None: beyond the places that were looked at."""
+        middle = len(self.values) // 2
+        low = _crossing(self.values[middle::-1], self.worse[middle::-1])
+        return low, _crossing(self.values[middle:], self.worse[middle:])
+
+
+def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
+    """Of the parameters that are known least."""
+    fit = found.fit
+    worst = np.argsort(-known.error, kind="stable")[:WORST]
+    error = np.sqrt(np.diag(known.covariance))
+    normal = information(fit.jacobian, fit.scale) + np.eye(len(fit.numbers)) / VAGUE**2
+    lanes, held = [], []
+    for k in worst:
+        far = np.minimum(np.array(PLACES) * error[k], np.array(PLACES) / PLACES[-1] * FURTHEST)
+        for place in (*-far[::-1], *far):
+            others = np.arange(len(fit.numbers)) != k
+            step = np.zeros(len(fit.numbers))
+            step[k] = place
+            step[others] = (
+                -np.linalg.solve(normal[np.ix_(others, others)], normal[others, k]) * place
+            )
+            lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
+            held.append(others * found.problem.held)
+    with jax.enable_x64(True):
+        cost = _costs(found, np.array(lanes), np.array(held))
+        least = float(jax.jit(found.problem.cost)(fit.numbers))
+    rows, count = np.array(lanes).reshape(len(worst), -1, len(fit.numbers)), fit.residual.size
+    each = []
+    for row, k, costs in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
+        half, name = len(costs) // 2, fit.free.names[k]
+        numbers = np.insert(row[:, k], half, fit.numbers[k])
+        values = [
+            fit.free.values(np.where(np.arange(len(fit.numbers)) == k, x, fit.numbers))[k]
+            for x in numbers
+        ]
+        worse = count * (np.insert(costs, half, least) - least) / least / known.inflated[k]
+        each.append(Profile(name, np.array(values), np.maximum(worse, 0.0)))
+    return tuple(each)
+
+
+def _costs(found: Found, lanes: Floats, held: Floats) -> Floats:
+    def cost(numbers: Scalar, held: Scalar) -> Scalar:
+        own = found.problem._replace(held=held)
+        ended = own.refined(numbers, TOLERANCE, STEPS, certain=1.0 / VAGUE)
+        return jnp.minimum(own.cost(ended), own.cost(numbers))
+
+    return np.asarray(jax.jit(jax.vmap(cost))(lanes, held))
+
+
+def _crossing(values: Floats, worse: Floats) -> float | None:
+    """The first place from the middle outwards that is worse by ``LIMIT``."""
+    beyond = np.flatnonzero(worse >= LIMIT)
+    if not beyond.size or beyond[0] == 0:
+        return None
+    k = beyond[0]
+    low, high = np.sqrt(worse[k - 1]), np.sqrt(worse[k])
+    share = (np.sqrt(LIMIT) - low) / max(high - low, 1e-12)
+    return float(values[k - 1] + share * (values[k] - values[k - 1]))

@@ -1,0 +1,160 @@
+"""A plant under the command that was recorded, held near the recorded motion.
+
+In open loop whatever the model lacks adds up, and after some seconds the simulated axis is
+anywhere. So it is an observer: in each sample its positions and velocities are set right by a
+share of how far it is off the recorded position, as a rigid body. What is left is what the model
+lacks, at the frequencies above the observer's; a fast one makes of it what least squares on the
+inverse dynamics have, with a filter of the same bandwidth (Gautier, Janot and Vandanjon, IEEE
+Trans. Control Systems Technology 21, 2013). With none it is the plain open loop.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import NamedTuple, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Parameters, Scalar, State
+from hfc_design.identify.free import Free
+from hfc_design.identify.recording import Recording
+from plants import Drive
+
+#: Damping ratio of the observer.
+DAMPED = 0.7
+#: Parameters of one machine and by how many samples its command is late -> by how much it is off
+#: each recorded output (steps, outputs).
+Residual: TypeAlias = Callable[[Parameters, Scalar], Scalar]
+
+
+class Rows(NamedTuple):
+    """A recording, (steps, ...) each; in the loop one sample."""
+
+    command: Scalar
+    place: Scalar
+    load: Scalar
+    rise: Scalar  # of the load until the next sample
+    bend: Scalar  # of the load there: what its middle lies below the mean of its ends, by eight
+    outputs: Scalar
+    usable: Scalar
+
+
+def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Residual:
+    """How far a machine is off what was recorded, where that counts.
+
+    Args:
+        free: whose drive is replayed; by its start the gears are known.
+        told: under which commands and loads, and where it was.
+        bandwidth: of the observer [Hz]; 0: open loop.
+        substeps: integration steps in a sample.
+    """
+    assert told.command is not None
+    drive = free.drive
+    step, position = told.sample_time / substeps, drive.seen[0]
+    body = rigid(drive, free.start)
+    angular = 2.0 * np.pi * bandwidth
+    gains = told.sample_time * 2.0 * DAMPED * angular, told.sample_time * angular**2
+    recorded = told.command
+    rise, bend = between(told.load)
+    unknown = zeros(body, told.outputs, [] if not bandwidth else [position])
+    # An observer finds out how the log began; a period of its bandwidth later that is over.
+    periods = bandwidth * told.sample_time * np.arange(len(told.usable))
+    counted = np.where(periods < 1.0, 0.0, told.usable) if bandwidth else told.usable
+
+    def off(parameters: Parameters, late: Scalar) -> Scalar:
+        fixed = drive.coefficients(parameters)
+
+        def sample(state: State, row: Rows) -> tuple[State, Scalar]:
+            missing = row.outputs - read(drive, fixed, state, told.outputs)
+            behind = row.place - getattr(state, position)
+            state = shifted(body, state, gains[0] * behind, gains[1] * behind)
+            command = drive.accepted(fixed, row.command)
+            for k in range(substeps):
+                shares = ((k + x) / substeps for x in (0.0, 0.5, 1.0))
+                loads = tuple(curved(row.load, row.rise, row.bend, share) for share in shares)
+                state = drive.step(fixed, state, command, loads, step)
+            return state, missing * row.usable
+
+        commands, outputs = later(recorded, late), jnp.stack([*told.outputs.values()], axis=-1)
+        rows = Rows(commands, told.place, told.load, rise, bend, outputs, counted)
+        begun = shifted(body, drive.initial_state(0.0 * commands[0]), told.place[0], told.rate)
+        return unzeroed(jax.lax.scan(sample, begun, rows)[1], counted, unknown)
+
+    return off
+
+
+def zeros(body: Iterable[str], outputs: Iterable[str], known: Iterable[str]) -> Floats:
+    """(outputs,) 1 for an encoder of whose zero nothing is known, else 0.
+
+    In open loop that is the axis' own too: its first sample has noise as every other.
+    """
+    return np.array([float(name in body and name not in known) for name in outputs])
+
+
+def unzeroed(off: Scalar, usable: Scalar, unknown: Floats) -> Scalar:
+    """(steps, outputs) without the mean of those whose zero is ``unknown``."""
+    return off - unknown * usable[:, None] * jnp.sum(off, axis=0) / jnp.sum(usable)
+
+
+def between(load: Floats) -> tuple[Floats, Floats]:
+    """(steps,) by how much a load rises until the next sample, and how it bends there.
+
+    On a straight line a swing would be too small: by (w T)^2 / 12 of itself at w rad/s.
+    """
+    rise = np.diff(load, append=load[-1])
+    turns = np.diff(rise, prepend=rise[0])  # at each sample
+    return rise, 0.5 * (turns + np.append(turns[1:], 0.0))
+
+
+def curved(load: Scalar, rise: Scalar, bend: Scalar, share: float) -> Scalar:
+    """The load at a share of a sample time."""
+    return load + share * rise - 0.5 * share * (1.0 - share) * bend
+
+
+def later(command: Scalar, late: Scalar) -> Scalar:
+    """(steps,) the mean in each sample of commands that act so many samples later."""
+    samples = jnp.arange(len(command), dtype=float)
+    return jnp.interp(samples - late, samples, command)
+
+
+def read(drive: Drive, fixed: Parameters, state: State, outputs: Iterable[str]) -> Scalar:
+    """(outputs,) what a machine shows, without the steps of its encoders."""
+    signals = drive.signals(fixed, state)
+    found = [signals[name] if name in signals else getattr(state, name) for name in outputs]
+    return jnp.stack(found)
+
+
+def shifted(body: dict[str, tuple[str, float]], state: State, place: Scalar, rate: Scalar) -> State:
+    """The state with the whole axis further and faster by so much."""
+    moved = {name: getattr(state, name) + share * place for name, (_, share) in body.items()}
+    moved |= {name: getattr(state, name) + share * rate for name, share in body.values()}
+    return state._replace(**moved)
+
+
+@cache  # a replay inside of compiled code finds it here
+def rigid(drive: Drive, parameters: Parameters) -> dict[str, tuple[str, float]]:
+    """Of each angle its rate, and how far it goes where the axis goes by 1 without being bent.
+
+    A shift after which nothing moves that did not move before: gears are in it, those of the
+    ``parameters`` (floats).
+    """
+    pairs = {drive.position: drive.velocity, drive.seen[0]: drive.seen[1], **drive.encoders}
+    names = list(pairs)
+    fixed = drive.coefficients(parameters)
+
+    def after(places: Scalar) -> Scalar:
+        zero = drive.initial_state(0.0 * places[0])
+        state = zero._replace(**dict(zip(names, places, strict=True)))
+        moved = drive.step(fixed, state, 0.0, (0.0, 0.0, 0.0), 1e-3)
+        return jnp.stack([getattr(moved, name) for name in (*names, *pairs.values())])
+
+    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+        change = np.asarray(jax.jacfwd(after)(jnp.zeros(len(names))))
+    change = change - np.eye(*change.shape)
+    _, sizes, directions = np.linalg.svd(change)
+    free = directions[sizes <= 1e-9 * max(sizes.max(), 1.0)]
+    found = free.T @ (free @ np.ones(len(names))) if len(free) else np.ones(len(names))
+    first = found[names.index(drive.seen[0])]
+    shares = found / first if abs(first) > 1e-6 else np.ones(len(names))
+    return {name: (pairs[name], float(s)) for name, s in zip(names, shares, strict=True)}

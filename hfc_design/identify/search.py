@@ -1,0 +1,110 @@
+"""The whole search: which observer tells most, and what it finds."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from hfc_design.core.numbers import Floats
+from hfc_design.identify.fit import Fit, Problem, fitted, searched, settled
+from hfc_design.identify.free import Free
+from hfc_design.identify.recording import Recording
+from hfc_design.identify.replay import Residual, replay
+
+#: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples.
+BANDWIDTHS, SHARE = (50.0, 20.0, 5.0), 0.1
+#: A slower observer is tried if under the numbers of the faster one it is off by less than so many
+#: times as much; whoever knows the machine needs no fast one.
+WORTH = 3.0
+
+Tell = Callable[[str], None]
+
+
+class Found(NamedTuple):
+    """A fit and how its residual comes about."""
+
+    fit: Fit
+    problem: Problem
+    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: the closed loop
+
+
+def by_command(
+    free: Free, told: Recording, substeps: int, bandwidth: float | None, seed: int, tell: Tell
+) -> Found:
+    """Under the command that was recorded; ``bandwidth`` None: that of the least residual."""
+    fast = [hz for hz in BANDWIDTHS if hz <= SHARE / told.sample_time]
+    tried = [bandwidth] if bandwidth is not None else fast or [SHARE / told.sample_time]
+    best: Found | None = None
+    for hz in tried:
+        residual = replay(free, told, hz, substeps)
+        numbers = None if best is None else best.fit.numbers
+        if best is not None and not _worth(best, residual):
+            break
+        name = f"observer of {hz:g} Hz" if hz else "open loop"
+        how = Way(told, residual, name, True)
+        fit, problem = _fit(free, how, numbers, seed, tell)
+        if best is None or _less(fit, best.fit):
+            agreeing = fit.agreeing if best is None else best.fit.agreeing
+            best = Found(fit._replace(agreeing=agreeing), problem, hz)
+    assert best is not None
+    return best
+
+
+def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Tell) -> Found:
+    """In the closed loop that recorded it."""
+    way = Way(told, residual, "closed loop", False)
+    fit, problem = _fit(free, way, None, seed, tell)
+    return Found(fit, problem, None)
+
+
+def held(found: Found, told: Sequence[bool], late: bool) -> Found:
+    """Fitted again with what the log does not tell where it began."""
+    keep = np.append(np.array(told, float), float(late))
+    numbers = np.where(keep > 0, found.fit.numbers, found.fit.free.begun)
+    with jax.enable_x64(True):
+        problem, numbers = settled(found.problem._replace(held=keep), numbers)
+        fit = fitted(problem, numbers, found.fit.agreeing)
+    return Found(fit, problem, found.bandwidth)
+
+
+def opened(found: Found, late: bool) -> Fit:
+    """The fit where it is, with the slopes of all numbers."""
+    keep = np.append(np.ones(len(found.fit.free.names)), float(late))
+    with jax.enable_x64(True):
+        return fitted(found.problem._replace(held=keep), found.fit.numbers, found.fit.agreeing)
+
+
+class Way(NamedTuple):
+    """How a recording is replayed."""
+
+    told: Recording
+    residual: Residual
+    name: str
+    late: bool  # whether a delay of the command is looked for
+
+
+def _fit(
+    free: Free, way: Way, numbers: Floats | None, seed: int, tell: Tell
+) -> tuple[Fit, Problem]:
+    size = np.array([max(np.std(values), 1e-300) for values in way.told.outputs.values()])
+    held = np.append(np.ones(len(free.names)), float(way.late))
+    problem, agreeing = Problem(free, way.residual, size, held), 0
+    with jax.enable_x64(True):
+        if numbers is None:
+            tell(f"{way.name}: a hundred starts side by side, the best ten refined")
+            numbers, agreeing = searched(problem, seed)
+        tell(f"{way.name}: the best one refined")
+        problem, numbers = settled(problem, numbers)
+        return fitted(problem, numbers, agreeing), problem
+
+
+def _worth(best: Found, residual: Residual) -> bool:
+    with jax.enable_x64(True):
+        off = jax.jit(best.problem._replace(residual=residual).off)(best.fit.numbers)
+        return bool(np.sqrt(np.mean(np.asarray(off)[:, 0] ** 2)) < WORTH * best.fit.rms[0])
+
+
+def _less(one: Fit, other: Fit) -> bool:
+    """Whether a residual is less than another, by the position."""
+    return bool(one.rms[0] < other.rms[0])

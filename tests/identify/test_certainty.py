@@ -1,0 +1,109 @@
+"""Intervals and what is not told: against exact variances, and combinations known by hand."""
+
+import jax
+import numpy as np
+import pytest
+from carts import CART, Cart, driven, forced, recorded
+
+from hfc_design.identify.advice import advice
+from hfc_design.identify.certainty import certainty, covariance_of
+from hfc_design.identify.fit import Fit, Problem, fitted, settled
+from hfc_design.identify.free import free
+from hfc_design.identify.page import NOTHING, _untold
+from hfc_design.identify.replay import replay
+from hfc_design.identify.search import Found
+from plants import PLANTS
+
+STEPS, LEFT = 4000, 0.9  # samples; what is left of a disturbance after a sample
+
+
+def coloured(share):
+    """(logs, steps) residuals, each ``share`` of the one before and white noise."""
+    noise = np.random.default_rng(5).normal(0.0, 1.0, (40, STEPS))
+    for k in range(1, STEPS):
+        noise[:, k] += share * noise[:, k - 1]
+    return noise
+
+
+@pytest.mark.parametrize("share", [0.0, LEFT])
+def test_coloured_residuals_are_counted(share):
+    """The variance of a slow sine's share: J'RJ / (J'J)^2, R = share^|lag| / (1 - share^2).
+
+    Weights of Newey and West that fall to 0 at 2 % of the log leave out some of it, by hand.
+    """
+    wave = np.sin(2.0 * np.pi * 7.0 * np.arange(STEPS) / STEPS)
+    lags = np.abs(np.subtract.outer(np.arange(STEPS), np.arange(STEPS)))
+    true = share**lags / (1.0 - share**2)
+    weighed = true * np.maximum(1.0 - lags / (0.02 * STEPS), 0.0)
+    exact, expected = (wave @ r @ wave / (wave @ wave) ** 2 for r in (true, weighed))
+    assert 0.85 * exact < expected <= exact
+    wanted = free(CART, {}, ["mass"])
+    slopes = np.stack([wave, np.zeros(STEPS)], axis=1)[:, None]
+    variances, inflated = [], []
+    for residual in coloured(share):
+        scale = np.array([residual.std()])
+        fit = Fit(wanted, np.zeros(2), residual[:, None], slopes, scale, 1)
+        covariance, more = covariance_of(fit)
+        variances.append(covariance[0, 0])
+        inflated.append(more[0])
+    assert np.mean(variances) == pytest.approx(expected, rel=0.06)
+    white = expected * (wave @ wave) * (1.0 - share**2)  # ordinary least squares have 1
+    assert np.mean(inflated) == pytest.approx(white, rel=0.06)
+
+
+def cart_found(names, true, start=None, noise=1e-4, steps=800):
+    force = forced(steps)
+    place = driven(true, force) + np.random.default_rng(3).normal(0.0, noise, steps)
+    told = recorded(place, force)
+    wanted = free(CART, start or {}, names)
+    residual = replay(wanted, told, 0.0, 1)
+    problem = Problem(wanted, residual, np.array([np.std(place)]), np.ones(len(names) + 1))
+    with jax.enable_x64(True):
+        problem, numbers = settled(problem, wanted.begun)
+        return Found(fitted(problem, numbers, 1), problem, 0.0), told
+
+
+def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
+    """Mass, friction, gain and pull of a cart: all of them by the same factor move it alike."""
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    names = ["mass", "viscous_friction", "force_gain", "pull"]
+    found, told = cart_found(names, true)
+    known = certainty(found.fit)
+    assert not any(known.told)
+    worst = known.untold[0]
+    assert worst.shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
+    assert "may change by" in _untold(worst)
+    assert len(known.untold) == 1
+    assert advice(found, known, told, 1) is None
+    assert "measure other signals" in NOTHING
+    # What is told is their ratios.
+    values = dict(zip(names, known.value, strict=True))
+    assert values["mass"] / values["force_gain"] == pytest.approx(2.0, rel=2e-3)
+
+
+def test_one_that_is_known_tells_the_others():
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    found, _ = cart_found(["mass", "viscous_friction", "pull"], true, {"force_gain": 1.2})
+    known = certainty(found.fit)
+    assert all(known.told)
+    assert known.untold == ()
+    assert (known.low < [2.4, 7.0, 0.6]).all()
+    assert (known.high > [2.4, 7.0, 0.6]).all()
+
+
+def test_mass_and_gain_of_the_positioning_stage_are_one_number():
+    """The same of a built-in machine, by its slopes alone."""
+    stage = PLANTS["positioning-stage"]
+    names = ["mass", "viscous_friction", "coulomb_friction", "offset", "amplifier_gain"]
+    wanted = free(stage, {}, names)
+    steps = 1000
+    command = 2.0 * np.sin(2.0 * np.pi * 2.0 * 1e-3 * np.arange(steps))
+    blank = recorded(np.zeros(steps), command)
+    with jax.enable_x64(True):
+        place = -np.asarray(replay(wanted, blank, 0.0, 1)(wanted.start, 0.0))[:, 0]
+        place += np.random.default_rng(2).normal(0.0, 1e-3, steps)
+        residual = replay(wanted, recorded(place, command), 20.0, 1)
+        problem = Problem(wanted, residual, np.array([1e-3]), np.ones(len(names) + 1))
+        known = certainty(fitted(problem, wanted.begun, 1))
+    assert not any(known.told)
+    assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)

@@ -1,0 +1,112 @@
+"""Signals made of columns: units, times that tremble, samples that are missing or cut off."""
+
+import numpy as np
+import pytest
+
+from hfc_design.logs.log import Log
+from hfc_design.logs.signals import at_an_end, mapped, signals
+from plants import PLANTS
+
+STAGE = PLANTS["positioning-stage"]
+TIME = np.arange(400) * 1e-3
+PLACE = 3.0 * np.sin(20 * TIME)  # mm
+VOLTS = np.sin(20 * TIME + 1)
+
+
+def found(columns, *told, breaks=None, sample_time=None, drive=STAGE):
+    log = Log(columns, None, breaks)
+    return signals(log, drive, [mapped(text) for text in told], sample_time)
+
+
+def test_units_of_people_and_of_encoders():
+    """The same motion in m, in counts of 5 um and in the drive's mm."""
+    told = found({"t": 1e3 * TIME, "q": PLACE / 1e3, "u": 1e3 * VOLTS},
+                 "time=t [ms]", "position=q [m]", "command=u [mV]")  # fmt: skip
+    counted = found({"t": TIME, "enc": PLACE / 5e-3, "u": VOLTS},
+                    "time=t", "position = enc [5 um]", "command=u [V]")  # fmt: skip
+    for one in (told, counted):
+        np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+        np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
+        assert one.sample_time == pytest.approx(1e-3)
+        assert one.usable.all()
+        assert one.notes == ()
+
+
+def test_columns_are_known_by_their_names():
+    """As ``hfc simulate --csv`` writes them, and as people do."""
+    for names in (
+        ("time_s", "position_mm", "voltage_V"),
+        ("time [ms]", "position (um)", "command"),
+    ):
+        ms = 1e3 if "ms" in names[0] else 1.0
+        um = 1e3 if "um" in names[1] else 1.0
+        one = found(dict(zip(names, (ms * TIME, um * PLACE, VOLTS), strict=True)))
+        np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+        assert one.sample_time == pytest.approx(1e-3)
+
+
+def test_stamps_that_tremble_are_evened_out():
+    """By a tenth of a period; the motion is 0.06 mm/ms fast, so that it is off uncorrected."""
+    rng = np.random.default_rng(1)
+    stamps = TIME + 1e-4 * rng.standard_normal(400)
+    motion = 3.0 * np.sin(20 * stamps)
+    one = found({"time_s": stamps, "position": motion, "command": VOLTS})
+    expected, uneven = 3.0 * np.sin(20 * one.time), 3.0 * np.sin(20 * TIME)
+    middle = slice(2, -2)
+    assert np.abs(one.values["position"] - expected)[middle].max() < 2e-3
+    assert np.abs(motion - uneven).max() > 1e-2
+    assert "tremble by 9" in one.notes[0] or "tremble by 10" in one.notes[0]
+
+
+def test_samples_that_are_missing_are_filled_in_and_not_used():
+    kept = np.ones(400, bool)
+    kept[[100, 101, 250]] = False
+    one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})
+    assert np.flatnonzero(~one.usable).tolist() == [100, 101, 250]
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=2e-3)
+    assert one.values["command"][101] == VOLTS[99]  # it stays
+    assert one.notes == ("3 of 400 samples are missing",)
+
+
+def test_a_long_gap_cuts_the_log():
+    kept = (TIME < 0.1) | (TIME > 0.15)
+    one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})
+    np.testing.assert_allclose(one.values["position"], PLACE[TIME > 0.15])
+    assert "1 places" in one.notes[-1]
+    breaks = np.zeros(400, bool)
+    breaks[300] = True  # halsampler's overrun
+    one = found({"position": PLACE, "command": VOLTS}, breaks=breaks, sample_time=1e-3)
+    np.testing.assert_array_equal(one.values["command"], VOLTS[:300])
+
+
+def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
+    cut = np.clip(PLACE, -2.0, 5.0)
+    one = found({"time_s": TIME, "position": cut, "command": VOLTS})
+    np.testing.assert_array_equal(one.usable, PLACE > -2.0)
+    rests = np.clip(TIME, 0.0, 0.2)  # a ramp that ends: it may well rest there
+    assert at_an_end(rests * (0.4 - rests)).sum() == 0
+
+
+@pytest.mark.parametrize(
+    ("columns", "told", "words"),
+    [
+        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT]; there is p, u"),
+        (["p", "u"], ["command=u", "position=p"], "which column is the time?"),
+        (["time", "position", "still"], ["command=still"], "the command is 2 throughout"),
+        (["time", "still", "command"], ["position=still"], "the position is 2 throughout"),
+        (["back", "position", "command"], ["time=back"], "its time falls after sample 1"),
+        (["still", "position", "command"], ["time=still"], "its time stands still"),
+        (["time", "position", "command"], ["position=q"], "has no column 'q'; there is time, pos"),
+        (["time", "position", "command"], ["speed=q"], "speed: is no signal of positioning-stage"),
+        (["time", "position", "command"], ["position"], "has to be NAME=COLUMN"),
+        (["time", "p", "command"], ["position=p [kg]"], "has to be a quantity in mm"),
+        (["time", "p", "command"], ["position=p [__import__]"], "'1 __import__'"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_a_line(columns, told, words):
+    named = {"time": TIME, "back": -TIME, "still": 2 + 0 * TIME, "position": PLACE, "p": PLACE}
+    columns = {name: (named | {"command": VOLTS, "u": VOLTS})[name] for name in columns}
+    with pytest.raises(ValueError, match=r".") as refusal:
+        found(columns, *told)
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
