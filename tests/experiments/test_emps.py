@@ -1,5 +1,6 @@
 """The positioning stage of EMPS; what needs its data is skipped without EMPS_DATA."""
 
+import json
 import os
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import hfc_design.api as hfc
 from experiments.emps import compared, page
 from experiments.emps.logs import DATA, GAIN, K_P, K_V, following, log
 from experiments.emps.replay import PUBLISHED, SAMPLE, fitted, repeated, replayed, rms
+from hfc_design.cli import main
 
 HERE = Path(compared.__file__).parent
 #: A stage that is none of anybody's.
@@ -132,3 +134,31 @@ def test_the_page_has_the_parameters_of_the_search():
     text = (HERE / "README.md").read_text(encoding="utf-8")
     for row in page.parameters():
         assert f"| {' | '.join(row)} |" in text
+
+
+@needs_data
+@pytest.mark.slow
+def test_the_stage_is_identified_from_its_log(tmp_path):
+    """Published: 95.11 kg, 203.5 N s/m, 20.39 N, -3.16 N; prototype's replays 2.3 and 2.9 um."""
+    begin = {"mass": 50.0, "viscous_friction": 100.0, "coulomb_friction": 40.0, "offset": -1.0}
+    command = ["identify", str(Path(os.environ[DATA]) / "DATA_EMPS.mat")]
+    command += ["--check-log", str(Path(os.environ[DATA]) / "DATA_EMPS_PULSES.mat")]
+    command += ["--controller", "emps-cascade", "--free", ",".join(begin), "--json"]
+    for name, value in begin.items():
+        command += ["--set", f"plant.parameters.{name}={value}"]
+    for column in ("time=t [s]", "position=qm [m]", "reference=qg [m]", "command=vir [V]"):
+        command += ["--column", column, "--check-column", column]
+    command += ["--check-column", "added=pulses_N [V]", "--out", str(tmp_path / "stage")]
+    found = CliRunner().invoke(main, command)
+    assert found.exit_code == 0, found.output
+    told = json.loads(found.stdout)
+    value = {name: one["value"] for name, one in told["parameters"].items()}
+    assert value["mass"] == pytest.approx(95.11, rel=0.01)
+    assert value["viscous_friction"] == pytest.approx(203.5, rel=0.01)
+    assert value["coulomb_friction"] == pytest.approx(20.39, rel=0.01)
+    offset = told["parameters"]["offset"]
+    assert offset["low"] < -3.16 < offset["high"]
+    assert offset["value"] == pytest.approx(-3.16, rel=0.012)  # 0.03 N, a tenth of the interval
+    closed = [check["rms"] for check in told["checks"] if check["how"] == "closed loop"]
+    assert len(closed) == 2
+    assert np.all(np.array(closed) < [2.3e-3, 2.9e-3])  # [mm]
