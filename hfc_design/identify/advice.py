@@ -4,18 +4,18 @@ Commands of a few shapes, each simulated on the machine as it is known by now; w
 is its Fisher information, added to that of the log (Ljung, System Identification, 1999, sec. 13.3).
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.identify.certainty import Certainty, information, inverted
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import replay
+from hfc_design.identify.replay import Replay, replay
 from hfc_design.identify.search import Found
 
 #: How long each is [s], in at most so many samples.
@@ -84,22 +84,38 @@ def _simulated(
     free: Free, fit: Fit, told: Recording, commands: Floats, bandwidth: float, substeps: int
 ) -> tuple[Floats, Floats]:
     """(commands, steps) where the axis would be, and (commands, steps, outputs, numbers) slopes."""
-    steps, still = commands.shape[1], np.zeros(commands.shape[1])
+    still = np.zeros(commands.shape[1])
     nothing = dict.fromkeys(told.outputs, still)
-    blank = told._replace(outputs=nothing, load=still, added=still, usable=still + 1.0, rate=0.0)
+    blank = told._replace(
+        outputs=nothing, command=still, load=still, added=still, usable=still + 1.0, rate=0.0
+    )
+    outputs = _shown(free, replay(free, blank, 0.0, substeps), commands, fit.numbers)
+    observed = replay(free, blank, bandwidth, substeps)
+    slopes = _slopes(free, observed, commands, outputs, fit.numbers)
+    return np.asarray(outputs)[:, :, 0], np.asarray(slopes)
 
-    def shown(command: Floats) -> Floats:
-        own = replay(free, blank._replace(command=command), 0.0, substeps)
-        return -own(free.parameters(fit.numbers), 0.0)
 
-    def slopes(command: Floats, outputs: Floats) -> Floats:
-        columns = {name: outputs[:, k] for k, name in enumerate(nothing)}
-        recorded = blank._replace(command=command, outputs=columns)
-        own = replay(free, recorded, bandwidth, substeps)
-        off = jax.jacfwd(lambda x: own(free.parameters(x), x[-1]))
-        return off(jnp.asarray(fit.numbers))
+@jax.jit
+def _shown(free: Free, blank: Replay, commands: Scalar, numbers: Scalar) -> Scalar:
+    """(commands, steps, outputs) of machines that nobody holds."""
 
-    outputs = jax.jit(jax.vmap(shown))(commands)
-    found = jax.jit(jax.vmap(slopes))(commands, outputs)
-    assert found.shape[1] == steps
-    return np.asarray(outputs)[:, :, 0], np.asarray(found)
+    def one(command: Scalar) -> Scalar:
+        own = replace(blank, rows=blank.rows._replace(command=command))
+        return -own(free.parameters(numbers), 0.0)
+
+    return jax.vmap(one)(commands)
+
+
+@jax.jit
+def _slopes(
+    free: Free, blank: Replay, commands: Scalar, outputs: Scalar, numbers: Scalar
+) -> Scalar:
+    """(commands, steps, outputs, numbers)."""
+
+    def one(command: Scalar, outputs: Scalar) -> Scalar:
+        place = outputs[:, 0]
+        rows = blank.rows._replace(command=command, outputs=outputs, place=place)
+        own = replace(blank, rows=rows, begun=(place[0], 0.0))
+        return jax.jacfwd(lambda x: own(free.parameters(x), x[-1]))(numbers)
+
+    return jax.vmap(one)(commands, outputs)

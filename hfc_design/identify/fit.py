@@ -1,6 +1,5 @@
 """Parameters under which a machine does what was recorded: many starts, the best ones refined."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -52,7 +51,7 @@ class Fit(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A residual and what its outputs weigh."""
+    """A residual and what its outputs weigh; one program does for all of a kind and a length."""
 
     free: Free
     residual: Residual
@@ -68,7 +67,7 @@ class Problem(NamedTuple):
         return jnp.mean(jnp.square(self.off(numbers) / self.scale))
 
     def refined(
-        self, numbers: Floats, tolerance: tuple[float, float], steps: int, certain: float = 0.0
+        self, numbers: Scalar, tolerance: tuple[float, float], steps: int, certain: float = 0.0
     ) -> Scalar:
         """Where Levenberg-Marquardt ends (names + 1,).
 
@@ -90,6 +89,33 @@ class Problem(NamedTuple):
         return solve(weighed, solver, numbers, options=options, max_steps=steps, throw=False).value
 
 
+@jax.jit
+def offs(problem: Problem, numbers: Scalar) -> Scalar:
+    """``Problem.off``."""
+    return problem.off(numbers)
+
+
+@jax.jit
+def costs(problem: Problem, numbers: Scalar) -> Scalar:
+    """(starts,) ``Problem.cost`` of numbers (starts, names + 1)."""
+    return jax.vmap(problem.cost)(numbers)
+
+
+@jax.jit
+def _slopes(problem: Problem, numbers: Scalar) -> Scalar:
+    return jax.jacfwd(problem.off)(numbers)
+
+
+@jax.jit
+def _nearly(problem: Problem, numbers: Scalar) -> Scalar:
+    return jax.vmap(lambda x: problem.refined(x, LOOSE, FEW))(numbers)
+
+
+@jax.jit
+def _wholly(problem: Problem, numbers: Scalar) -> Scalar:
+    return problem.refined(numbers, TIGHT, MANY, 1.0 / VAGUE)
+
+
 def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     """Numbers of the best of many starts, and how many of those refined ended like it.
 
@@ -97,36 +123,31 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     """
     starts = _starts(problem.free, seed)
     held = np.where(problem.held > 0, starts, starts[0])
-    cost = jax.jit(jax.vmap(problem.cost))
-    first = np.asarray(cost(held))
+    first = np.asarray(costs(problem, held))
     best = held[np.argsort(np.where(np.isfinite(first), first, np.inf))[:REFINED]]
     near = problem._replace(scale=np.sqrt(np.nanmin(first)) * problem.scale)
-    ended = np.asarray(jax.jit(jax.vmap(lambda x: near.refined(x, LOOSE, FEW)))(best))
-    found = np.sqrt(np.asarray(jax.jit(jax.vmap(problem.cost))(ended)))
+    ended = np.asarray(_nearly(near, best))
+    found = np.sqrt(np.asarray(costs(problem, ended)))
     found = np.where(np.isfinite(found), found, np.inf)
     return ended[found.argmin()], int((found <= (1.0 + SAME) * found.min()).sum())
 
 
 def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
     """The problem with each output in the scale of its residual, and the numbers it ends at."""
-    off: Callable[..., Any] = jax.jit(problem.off)
-    step: Callable[..., Any] = jax.jit(
-        lambda x, scale: problem._replace(scale=scale).refined(x, TIGHT, MANY, 1.0 / VAGUE)
-    )
     scale = np.asarray(problem.scale)
     for k in range(ROUNDS):
-        rms = np.sqrt(np.mean(np.asarray(off(numbers)) ** 2, axis=0))
+        rms = np.sqrt(np.mean(np.asarray(offs(problem, numbers)) ** 2, axis=0))
         now = np.maximum(rms, 1e-9 * np.asarray(problem.scale))
         if k and (np.abs(np.log(now / scale)) < SETTLED).all():
             break
-        scale, numbers = now, np.asarray(step(numbers, now))
+        scale, numbers = now, np.asarray(_wholly(problem._replace(scale=now), numbers))
     return problem._replace(scale=scale), numbers
 
 
 def fitted(problem: Problem, numbers: Floats, agreeing: int) -> Fit:
     """The fit at ``numbers``, with its residual and slopes."""
-    residual = np.asarray(jax.jit(problem.off)(numbers))
-    jacobian = np.asarray(jax.jit(jax.jacfwd(problem.off))(numbers)) * problem.held
+    residual = np.asarray(offs(problem, numbers))
+    jacobian = np.asarray(_slopes(problem, numbers)) * problem.held
     return Fit(problem.free, numbers, residual, jacobian, problem.scale, agreeing)
 
 

@@ -1,8 +1,9 @@
 """Which parameters of a machine are looked for, and the numbers that a fit changes."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,18 +16,21 @@ FACTOR = 30.0
 SMALL = 0.1
 
 
-class Free(NamedTuple):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Free:
     """The parameters that are looked for.
 
     Their numbers are logarithms where a sign is known, and shares of their sizes elsewhere; one
-    more number says by how many samples the command is late.
+    more number says by how many samples the command is late. Names are compiled in, values not.
     """
 
-    drive: Drive
+    drive: Drive = field(metadata={"static": True})
+    names: tuple[str, ...] = field(metadata={"static": True})
     start: Parameters  # everything, numbers
-    names: tuple[str, ...]
     scale: Floats  # (names,) size of each, in its unit
     positive: Floats  # (names,) 1 where it is more than zero, whatever it is
+    begun: Floats  # (names + 1,) the numbers of the start
 
     def parameters(self, numbers: Scalar) -> Parameters:
         """The record with ``numbers`` (names + 1,) in it; traced ones too."""
@@ -44,12 +48,6 @@ class Free(NamedTuple):
         """(names,) by which share of itself each value changes with its number."""
         size = np.maximum(np.abs(np.asarray(numbers)[:-1]), 1e-9)
         return np.where(self.positive > 0, 1.0, 1.0 / size)
-
-    @property
-    def begun(self) -> Floats:
-        """(names + 1,) the numbers of the start."""
-        own = np.array([getattr(self.start, name) for name in self.names])
-        return np.append(np.where(self.positive > 0, 0.0, own / self.scale), 0.0)
 
     def away(self, numbers: Floats) -> dict[str, float]:
         """By which factor each parameter has left its start, of those that left it far."""
@@ -76,8 +74,8 @@ def free(drive: Drive, changes: Mapping[str, float], names: Sequence[str] | None
         names = [
             name for name in start._fields if name not in drive.exact and getattr(start, name) != 0
         ]
-    sizes, signs = [], []
-    for name in dict.fromkeys(names):
+    sizes, signs, begun = [], [], []
+    for name in (names := [*dict.fromkeys(names)]):
         if name not in start._fields:
             raise ValueError(
                 f"{name}: {drive.name} has no such parameter; {', '.join(start._fields)}"
@@ -89,6 +87,8 @@ def free(drive: Drive, changes: Mapping[str, float], names: Sequence[str] | None
             raise ValueError(f"{name}: is 0; give it a value to start from: --set {key}=0.1")
         sizes.append(abs(value) or SMALL)
         signs.append(0.0 if signed else 1.0)
+        begun.append(value / sizes[-1] if signed else 0.0)
     if not sizes:
         raise ValueError(f"names no parameter; {drive.name} has {', '.join(start._fields)}")
-    return Free(drive, start, tuple(dict.fromkeys(names)), np.array(sizes), np.array(signs))
+    numbers = (np.array(own) for own in (sizes, signs, [*begun, 0.0]))
+    return Free(drive, tuple(names), start, *numbers)

@@ -12,7 +12,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import Advice, advice
 from hfc_design.identify.certainty import Certainty, certainty
-from hfc_design.identify.fit import Fit
+from hfc_design.identify.fit import Fit, offs
 from hfc_design.identify.free import Free, free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.loop import loop
@@ -142,7 +142,7 @@ def _off(found: Found, residual: Residual, numbers: Floats) -> Floats:
     """(steps,) of the position."""
     problem = found.problem._replace(residual=residual)
     with jax.enable_x64(True):
-        return np.asarray(jax.jit(problem.off)(numbers))[:, 0]
+        return np.asarray(offs(problem, numbers))[:, 0]
 
 
 def how_of(found: Found) -> str:

@@ -59,7 +59,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
     body = rigid(drive, believed[0])
     rows = _rows(told, one.substeps, len(drive.encoders) + _readings(scenario))
     outputs = np.stack([*told.outputs.values()], axis=-1)
-    usable, unknown = told.usable, zeros(body, told.outputs, [drive.seen[0]])
+    usable, unknown = told.usable, zeros(dict(body), told.outputs, [drive.seen[0]])
 
     def off(parameters: Parameters, late: Scalar) -> Scalar:
         fixed = one.machine.coefficients((parameters,))
@@ -80,7 +80,7 @@ def loop(scenario: Scenario, design: Design, told: Recording) -> Residual:
         off = jax.lax.scan(sample, before, (rows, outputs, usable, told.added))[1]
         return unzeroed(off, usable, unknown)
 
-    return off
+    return jax.tree_util.Partial(off)
 
 
 def _readings(scenario: Scenario) -> int:

@@ -13,7 +13,7 @@ from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, information
-from hfc_design.identify.fit import VAGUE
+from hfc_design.identify.fit import VAGUE, Problem, costs
 from hfc_design.identify.search import Found
 
 #: Of so many parameters, those that the log tells least.
@@ -60,29 +60,30 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
             lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
             held.append(others * found.problem.held)
     with jax.enable_x64(True):
-        cost = _costs(found, np.array(lanes), np.array(held))
-        least = float(jax.jit(found.problem.cost)(fit.numbers))
+        cost = np.asarray(_costs(found.problem, np.array(lanes), np.array(held)))
+        least = float(costs(found.problem, fit.numbers[None])[0])
     rows, count = np.array(lanes).reshape(len(worst), -1, len(fit.numbers)), fit.residual.size
     each = []
-    for row, k, costs in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
-        half, name = len(costs) // 2, fit.free.names[k]
+    for row, k, own in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
+        half, name = len(own) // 2, fit.free.names[k]
         numbers = np.insert(row[:, k], half, fit.numbers[k])
         values = [
             fit.free.values(np.where(np.arange(len(fit.numbers)) == k, x, fit.numbers))[k]
             for x in numbers
         ]
-        worse = count * (np.insert(costs, half, least) - least) / least / known.inflated[k]
+        worse = count * (np.insert(own, half, least) - least) / least / known.inflated[k]
         each.append(Profile(name, np.array(values), np.maximum(worse, 0.0)))
     return tuple(each)
 
 
-def _costs(found: Found, lanes: Floats, held: Floats) -> Floats:
+@jax.jit
+def _costs(problem: Problem, lanes: Scalar, held: Scalar) -> Scalar:
     def cost(numbers: Scalar, held: Scalar) -> Scalar:
-        own = found.problem._replace(held=held)
+        own = problem._replace(held=held)
         ended = own.refined(numbers, TOLERANCE, STEPS, certain=1.0 / VAGUE)
         return jnp.minimum(own.cost(ended), own.cost(numbers))
 
-    return np.asarray(jax.jit(jax.vmap(cost))(lanes, held))
+    return jax.vmap(cost)(lanes, held)
 
 
 def _crossing(values: Floats, worse: Floats) -> float | None:

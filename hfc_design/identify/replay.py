@@ -9,6 +9,7 @@ Trans. Control Systems Technology 21, 2013). With none it is the plain open loop
 """
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
@@ -24,8 +25,12 @@ from plants import Drive
 #: Damping ratio of the observer.
 DAMPED = 0.7
 #: Parameters of one machine and by how many samples its command is late -> by how much it is off
-#: each recorded output (steps, outputs).
+#: each recorded output (steps, outputs). JAX takes it as an argument: what was recorded is data.
 Residual: TypeAlias = Callable[[Parameters, Scalar], Scalar]
+
+
+#: Of each angle of a drive its rate, and how far it goes where the axis goes by 1.
+Body: TypeAlias = tuple[tuple[str, tuple[str, float]], ...]
 
 
 class Rows(NamedTuple):
@@ -40,7 +45,43 @@ class Rows(NamedTuple):
     usable: Scalar
 
 
-def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Residual:
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """A ``Residual``; one program does for any recording of a length and any observer."""
+
+    drive: Drive = field(metadata={"static": True})
+    body: Body = field(metadata={"static": True})
+    names: tuple[str, ...] = field(metadata={"static": True})  # of the outputs
+    substeps: int = field(metadata={"static": True})
+    rows: Rows  # leaves (steps,), outputs (steps, outputs)
+    begun: tuple[Scalar, Scalar]  # place and rate of the axis before the first sample
+    sample_time: Scalar  # [s]
+    gains: tuple[Scalar, Scalar]  # of the observer, for the place and for the rate [1/s]
+    unknown: Scalar  # (outputs,) see ``zeros``
+
+    def __call__(self, parameters: Parameters, late: Scalar) -> Scalar:
+        """(steps, outputs) recorded less simulated, 0 where it does not count."""
+        drive, step = self.drive, self.sample_time / self.substeps
+        fixed = drive.coefficients(parameters)
+
+        def sample(state: State, row: Rows) -> tuple[State, Scalar]:
+            missing = row.outputs - read(drive, fixed, state, self.names)
+            behind = row.place - getattr(state, drive.seen[0])
+            state = shifted(self.body, state, self.gains[0] * behind, self.gains[1] * behind)
+            command = drive.accepted(fixed, row.command)
+            for k in range(self.substeps):
+                shares = ((k + x) / self.substeps for x in (0.0, 0.5, 1.0))
+                loads = tuple(curved(row.load, row.rise, row.bend, share) for share in shares)
+                state = drive.step(fixed, state, command, loads, step)
+            return state, missing * row.usable
+
+        rows = self.rows._replace(command=later(self.rows.command, late))
+        begun = shifted(self.body, drive.initial_state(0.0 * rows.command[0]), *self.begun)
+        return unzeroed(jax.lax.scan(sample, begun, rows)[1], rows.usable, self.unknown)
+
+
+def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Replay:
     """How far a machine is off what was recorded, where that counts.
 
     Args:
@@ -50,38 +91,19 @@ def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Resi
         substeps: integration steps in a sample.
     """
     assert told.command is not None
-    drive = free.drive
-    step, position = told.sample_time / substeps, drive.seen[0]
-    body = rigid(drive, free.start)
+    drive, every = free.drive, told.sample_time
+    body, names = rigid(drive, free.start), tuple(told.outputs)
     angular = 2.0 * np.pi * bandwidth
-    gains = told.sample_time * 2.0 * DAMPED * angular, told.sample_time * angular**2
-    recorded = told.command
     rise, bend = between(told.load)
-    unknown = zeros(body, told.outputs, [] if not bandwidth else [position])
+    unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
     # An observer finds out how the log began; a period of its bandwidth later that is over.
-    periods = bandwidth * told.sample_time * np.arange(len(told.usable))
+    periods = bandwidth * every * np.arange(len(told.usable))
     counted = np.where(periods < 1.0, 0.0, told.usable) if bandwidth else told.usable
-
-    def off(parameters: Parameters, late: Scalar) -> Scalar:
-        fixed = drive.coefficients(parameters)
-
-        def sample(state: State, row: Rows) -> tuple[State, Scalar]:
-            missing = row.outputs - read(drive, fixed, state, told.outputs)
-            behind = row.place - getattr(state, position)
-            state = shifted(body, state, gains[0] * behind, gains[1] * behind)
-            command = drive.accepted(fixed, row.command)
-            for k in range(substeps):
-                shares = ((k + x) / substeps for x in (0.0, 0.5, 1.0))
-                loads = tuple(curved(row.load, row.rise, row.bend, share) for share in shares)
-                state = drive.step(fixed, state, command, loads, step)
-            return state, missing * row.usable
-
-        commands, outputs = later(recorded, late), jnp.stack([*told.outputs.values()], axis=-1)
-        rows = Rows(commands, told.place, told.load, rise, bend, outputs, counted)
-        begun = shifted(body, drive.initial_state(0.0 * commands[0]), told.place[0], told.rate)
-        return unzeroed(jax.lax.scan(sample, begun, rows)[1], counted, unknown)
-
-    return off
+    outputs = np.stack([*told.outputs.values()], axis=-1)
+    rows = Rows(told.command, told.place, told.load, rise, bend, outputs, counted)
+    gains = every * 2.0 * DAMPED * angular, every * angular**2
+    begun = float(told.place[0]), told.rate
+    return Replay(drive, body, names, substeps, rows, begun, every, gains, unknown)
 
 
 def zeros(body: Iterable[str], outputs: Iterable[str], known: Iterable[str]) -> Floats:
@@ -125,16 +147,16 @@ def read(drive: Drive, fixed: Parameters, state: State, outputs: Iterable[str]) 
     return jnp.stack(found)
 
 
-def shifted(body: dict[str, tuple[str, float]], state: State, place: Scalar, rate: Scalar) -> State:
+def shifted(body: Body, state: State, place: Scalar, rate: Scalar) -> State:
     """The state with the whole axis further and faster by so much."""
-    moved = {name: getattr(state, name) + share * place for name, (_, share) in body.items()}
-    moved |= {name: getattr(state, name) + share * rate for name, share in body.values()}
+    moved = {name: getattr(state, name) + share * place for name, (_, share) in body}
+    moved |= {name: getattr(state, name) + share * rate for _, (name, share) in body}
     return state._replace(**moved)
 
 
 @cache  # a replay inside of compiled code finds it here
-def rigid(drive: Drive, parameters: Parameters) -> dict[str, tuple[str, float]]:
-    """Of each angle its rate, and how far it goes where the axis goes by 1 without being bent.
+def rigid(drive: Drive, parameters: Parameters) -> Body:
+    """How far each angle goes where the axis goes by 1 without being bent.
 
     A shift after which nothing moves that did not move before: gears are in it, those of the
     ``parameters`` (floats).
@@ -157,4 +179,4 @@ def rigid(drive: Drive, parameters: Parameters) -> dict[str, tuple[str, float]]:
     found = free.T @ (free @ np.ones(len(names))) if len(free) else np.ones(len(names))
     first = found[names.index(drive.seen[0])]
     shares = found / first if abs(first) > 1e-6 else np.ones(len(names))
-    return {name: (pairs[name], float(s)) for name, s in zip(names, shares, strict=True)}
+    return tuple((name, (pairs[name], float(s))) for name, s in zip(names, shares, strict=True))

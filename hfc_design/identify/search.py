@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats
-from hfc_design.identify.fit import Fit, Problem, fitted, searched, settled
+from hfc_design.identify.fit import Fit, Problem, fitted, offs, searched, settled
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -101,7 +101,7 @@ def _fit(
 
 def _worth(best: Found, residual: Residual) -> bool:
     with jax.enable_x64(True):
-        off = jax.jit(best.problem._replace(residual=residual).off)(best.fit.numbers)
+        off = offs(best.problem._replace(residual=residual), best.fit.numbers)
         return bool(np.sqrt(np.mean(np.asarray(off)[:, 0] ** 2)) < WORTH * best.fit.rms[0])
 
 
