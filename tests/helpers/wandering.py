@@ -18,12 +18,14 @@ def wandering(design, seed=0, count=3000):
         return random.uniform(-1.0, 1.0, (count, len(reach))) * reach
     if design.plant.name == "milling-table":  # from the scale's steps to far beyond every set
         swings = 0.4 * np.sin(np.arange(count) / 40.0) * np.exp(-np.arange(count) / count)
-        return (swings + random.normal(0.0, 0.01, count))[:, None]
-    error = 25.0 * np.sin(np.arange(count) / 40.0) + random.normal(0.0, 1.0, count)
-    error[::50] = random.uniform(-40.0, 40.0, error[::50].size)
-    error[1000:1100] = 0.0
-    error[2000:] = np.round(error[2000:])  # as an encoder counts, where degrees are alike
-    signals = {"error": error, "velocity": 900.0 * np.sin(np.arange(count) / 70.0)}
+        error, highest = swings + random.normal(0.0, 0.01, count), 20.0
+    else:
+        error = 25.0 * np.sin(np.arange(count) / 40.0) + random.normal(0.0, 1.0, count)
+        error[::50] = random.uniform(-40.0, 40.0, error[::50].size)
+        error[1000:1100] = 0.0
+        error[2000:] = np.round(error[2000:])  # as an encoder counts, where degrees are alike
+        highest = 900.0
+    signals = {"error": error, "velocity": highest * np.sin(np.arange(count) / 70.0)}
     signals["error_rate"] = 100.0 * np.gradient(error)
     signals["reference_rate"] = signals["velocity"] + signals["error_rate"]
     signals["reference_acceleration"] = 100.0 * np.gradient(signals["reference_rate"])
