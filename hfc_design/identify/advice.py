@@ -11,7 +11,7 @@ import jax
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.identify.certainty import Certainty, information, inverted
+from hfc_design.identify.certainty import Certainty, errors_of, root_of
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
@@ -57,11 +57,10 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
     far = np.ptp(told.place), np.abs(np.diff(told.place)).max() / every
     allowed = (going[0] <= FURTHER * far[0]) & (going[1] <= FURTHER * far[1])
     shares = free.shares(fit.numbers)
-    before = information(fit.jacobian, fit.scale)
-    after = []
+    before, after = root_of(fit.jacobian, fit.scale), []
     for own in slopes:
-        whole = inverted(before + information(np.nan_to_num(own), fit.scale))
-        after.append(np.sqrt(np.diag(whole) * known.inflated)[:-1] * shares)
+        error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
+        after.append((error * np.sqrt(known.inflated))[:-1] * shares)
     wanted = np.flatnonzero(~np.array(known.told))
     if not wanted.size:
         wanted = np.argsort(-known.error, kind="stable")[:SHOWN]

@@ -80,26 +80,42 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
 
 
 def covariance_of(fit: Fit) -> tuple[Floats, Floats]:
-    """(numbers, numbers) of the numbers; of each its variance over that under white noise."""
-    middle, white = np.zeros(2 * (len(fit.numbers),)), information(fit.jacobian, fit.scale)
+    """(numbers, numbers) of the numbers; of each its variance over that under white noise.
+
+    In the slopes' singular directions: none is lost beside a far larger one, as it would be in
+    the normal matrix, and what comes out is a square.
+    """
+    numbers = len(fit.numbers)
+    rows = np.vstack([_rows(fit.jacobian, fit.scale), np.eye(numbers) / VAGUE])
+    left, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    own, before = left[:-numbers].reshape(fit.jacobian.shape), left[-numbers:]
+    middle = before.T @ before
     for k, scale in enumerate(fit.scale):
-        middle += _correlated(fit.residual[:, k] / scale, fit.jacobian[:, k] / scale)
-    before = np.eye(len(fit.numbers)) / VAGUE**2
-    inverse = inverted(white + before)
-    found = inverse @ (middle + before) @ inverse
-    return found, np.diag(found) / np.diag(inverse)
+        middle += _correlated(fit.residual[:, k] / scale, own[:, k])
+    inverse = right.T / sizes  # root of the covariance under white noise
+    lengths, directions = np.linalg.eigh(middle)
+    root = inverse @ (directions * np.sqrt(np.maximum(lengths, 0.0)))
+    return root @ root.T, np.sum(root**2, axis=1) / np.sum(inverse**2, axis=1)
 
 
-def inverted(information: Floats) -> Floats:
-    """The covariance by an information that knows of everything as much as ``VAGUE`` at least."""
-    sizes, directions = np.linalg.eigh(information)
-    return np.asarray(directions / np.maximum(sizes, VAGUE**-2) @ directions.T)
+def root_of(slopes: Floats, scale: Floats) -> Floats:
+    """(numbers, numbers) root of the information in slopes (steps, outputs, numbers).
+
+    ``scale`` (outputs,) is the size of their residuals, which are white.
+    """
+    return np.asarray(np.linalg.qr(_rows(slopes, scale), mode="r"))
 
 
-def information(slopes: Floats, scale: Floats) -> Floats:
-    """(numbers, numbers) by the slopes (steps, outputs, numbers) of white residuals of a scale."""
-    own = (slopes / scale[:, None]).reshape(-1, slopes.shape[-1])
-    return np.asarray(own.T @ own)
+def errors_of(*roots: Floats) -> Floats:
+    """(numbers,) standard errors by all of these, and by ``VAGUE``, which is known beforehand."""
+    numbers = roots[0].shape[1]
+    _, sizes, right = np.linalg.svd(np.vstack([*roots, np.eye(numbers) / VAGUE]))
+    return np.asarray(np.linalg.norm(right.T / sizes, axis=1))
+
+
+def _rows(slopes: Floats, scale: Floats) -> Floats:
+    """(steps outputs, numbers) slopes of residuals that have a deviation of 1."""
+    return np.asarray((slopes / scale[:, None]).reshape(-1, slopes.shape[-1]))
 
 
 def _correlated(residual: Floats, slopes: Floats) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, Scalar
-from hfc_design.identify.certainty import CONFIDENCE, Certainty, information
+from hfc_design.identify.certainty import CONFIDENCE, Certainty, root_of
 from hfc_design.identify.fit import VAGUE, Problem, costs
 from hfc_design.identify.search import Found
 
@@ -46,7 +46,7 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
     fit = found.fit
     worst = np.argsort(-known.error, kind="stable")[:WORST]
     error = np.sqrt(np.diag(known.covariance))
-    normal = information(fit.jacobian, fit.scale) + np.eye(len(fit.numbers)) / VAGUE**2
+    root = np.vstack([root_of(fit.jacobian, fit.scale), np.eye(len(fit.numbers)) / VAGUE])
     lanes, held = [], []
     for k in worst:
         far = np.minimum(np.array(PLACES) * error[k], np.array(PLACES) / PLACES[-1] * FURTHEST)
@@ -54,9 +54,7 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
             others = np.arange(len(fit.numbers)) != k
             step = np.zeros(len(fit.numbers))
             step[k] = place
-            step[others] = (
-                -np.linalg.solve(normal[np.ix_(others, others)], normal[others, k]) * place
-            )
+            step[others] = -place * np.linalg.lstsq(root[:, others], root[:, k])[0]
             lanes.append(fit.numbers + np.clip(step, -FURTHEST, FURTHEST))
             held.append(others * found.problem.held)
     with jax.enable_x64(True):

@@ -58,8 +58,8 @@ class ObjectiveSettings(Record):
     @model_serializer(mode="wrap")
     def _own_keys_first(self, whole: SerializerFunctionWrapHandler) -> dict[str, object]:
         data: dict[str, object] = whole(self)
-        after = data.pop("settled_after_s")
-        return {**data, "settled_after_s": after}
+        last = {key: data.pop(key) for key in ("settled_after_s",) if key in data}
+        return data | last
 
 
 class Objective(NamedTuple):
