@@ -3,10 +3,12 @@
 import re
 import shutil
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
-from cortex import DESIGNS, case, compiled, program, stepped, symbols
+from cortex import BOARD, DESIGNS, case, compiled, program, stepped, symbols
+from cortex_sizes import NAMES, row
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.formats import saving
@@ -22,6 +24,10 @@ MEMORY = {"memcpy", "memset"}
 #: Arithmetic that the processor has no instructions for, and functions in double precision.
 DOUBLE = re.compile(r"__aeabi_.*|exp|tanh|sqrt|pow|log")
 HEAP = re.compile(r"_*((m|c|re)alloc|free|s?brk)(_r)?")
+
+PAGE = (Path(__file__).parents[2] / "docs" / "c.md").read_text(encoding="utf-8")
+#: Name, points of a lookup table, numbers.
+DOCUMENTED = re.findall(r"^\| `([\w-]+)`(?:, `--lookup (\d+)`)? \| (.* / .*) \|$", PAGE, re.M)
 
 expectations = cache(lambda name: case(DESIGNS[name]))
 
@@ -78,3 +84,25 @@ def test_a_table_needs_no_library(name, tmp_path):
     off, largest = deviation(name, elf)
     named = lookup(DESIGNS[name].controller, POINTS).deviation
     assert 0.1 * named < off < named + 1e-6 * largest
+
+
+def test_all_sizes_are_documented_with_the_flags_of_the_test():
+    assert [name for name, points, _ in DOCUMENTED if not points] == list(NAMES)
+    (command,) = re.findall(r"^arm-none-eabi-gcc .*?```", PAGE, re.M | re.S)
+    ours = (BOARD / "flags").read_text(encoding="ascii").split()
+    linking = {"--specs=nano.specs", "-nostartfiles", "-Wl,--gc-sections"}
+    assert set(ours) - linking <= set(command.split())
+
+
+@pytest.mark.parametrize(("name", "points", "numbers"), DOCUMENTED)
+def test_the_documented_sizes_are_true(name, points, numbers):
+    """The state's to the byte, others as far as another version of gcc may give."""
+    found = row(name, int(points or 0))
+    assert found[1] == numbers.split(" | ")[0]
+    for ours, theirs in zip(found[2:], numbers.split(" | ")[1:], strict=True):
+        pairs = zip(*(map(count, x.split(" / ")) for x in (ours, theirs)), strict=True)
+        assert all(one == pytest.approx(other, rel=0.1, abs=16) for one, other in pairs)
+
+
+def count(text):
+    return int(text.replace(",", ""))
