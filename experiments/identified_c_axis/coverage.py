@@ -42,16 +42,16 @@ class Row(NamedTuple):
     error: float  # standard, relative
 
 
-def identified(recorded: Recording) -> Kept:
-    """What ``hfc identify --plant c-axis`` finds in a log."""
-    found = by_command(free(C_AXIS, {}), recorded, 1, None, 0, lambda line: None)
+def identified(recorded: Recording, near: bool) -> Kept:
+    """What ``hfc identify --plant c-axis`` finds in a log; ``near``: from the nominal one alone."""
+    found = by_command(free(C_AXIS, {}), recorded, 1, None, 0, lambda line: None, near)
     return kept(found, certainty(found.fit), delayed=True)
 
 
-def repeat(base: Scenario, machine: CAxisParameters, k: int) -> list[Row]:
+def repeat(base: Scenario, machine: CAxisParameters, k: int, near: bool) -> list[Row]:
     """A machine and noise of its own."""
     changes = {f"plant.parameters.{name}": x for name, x in machine._asdict().items()}
-    result = identified(log(DESIGN, load_scenario(base, changes | {"sensors.seed": k})))
+    result = identified(log(DESIGN, load_scenario(base, changes | {"sensors.seed": k})), near)
     names, known = result.found.fit.free.names, result.known
     held = {
         name: getattr(C_AXIS.parameters(), name)
@@ -97,15 +97,17 @@ def table(rows: list[Row]) -> Iterator[list[str]]:
 
 @click.command()
 @click.option("--repeats", default=100, help="Machines, each with noise of its own.")
+@click.option("--starts", type=click.Choice(["1", "100"]), default="1", help="Of each fit.")
 @click.option("--out", type=click.Path(path_type=Path), default="runs/identified_c_axis.csv")
-def main(repeats: int, out: Path) -> None:
+def main(repeats: int, starts: str, out: Path) -> None:
     """Print the tables of the page; repeats that stand in --out are not done again."""
     base = load_scenario(str(HERE / "log.toml"))
     (true,) = drawn(base.plant, SPREAD, 100, seed=0)[0].true
     rows = rows_of(out)
     out.parent.mkdir(parents=True, exist_ok=True)
     for k in sorted({*range(1, repeats + 1)} - {row.repeat for row in rows}):
-        more = repeat(base, jax.tree.map(lambda leaf, k=k: float(leaf[k]), true), k)
+        machine = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
+        more = repeat(base, machine, k, starts == "1")
         with out.open("a", newline="") as file:
             csv.writer(file).writerows(more)
         rows += more

@@ -30,15 +30,25 @@ class Found(NamedTuple):
 
 
 def by_command(
-    free: Free, told: Recording, substeps: int, bandwidth: float | None, seed: int, tell: Tell
+    free: Free,
+    told: Recording,
+    substeps: int,
+    bandwidth: float | None,
+    seed: int,
+    tell: Tell,
+    near: bool = False,
 ) -> Found:
-    """Under the command that was recorded; ``bandwidth`` None: that of the least residual."""
+    """Under the command that was recorded; ``bandwidth`` None: that of the least residual.
+
+    ``near``: the machine is known to be near the first start, no others are tried.
+    """
     fast = [hz for hz in BANDWIDTHS if hz <= SHARE / told.sample_time]
     tried = [bandwidth] if bandwidth is not None else fast or [SHARE / told.sample_time]
     best: Found | None = None
     for hz in tried:
         residual = replay(free, told, hz, substeps)
-        numbers = None if best is None else best.fit.numbers
+        first = free.begun if near else None
+        numbers = first if best is None else best.fit.numbers
         if best is not None and not _worth(best, residual):
             break
         name = f"observer of {hz:g} Hz" if hz else "open loop"
