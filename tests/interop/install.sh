@@ -5,7 +5,8 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 packages=(gcc g++ clang) # C
 packages+=(make)         # FMUs, which FMPy builds
-packages+=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm) # C on a microcontroller
+# C on microcontrollers
+packages+=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-avr avr-libc simavr)
 packages+=(fuzzylite)    # FLL, FCL
 linuxcnc=(linuxcnc-uspace linuxcnc-uspace-dev make) # in Debian from 12 on
 packages+=(octave octave-fuzzy-logic-toolkit) # FIS, MAT
