@@ -28,7 +28,11 @@ SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --con
 @click.option("--open-loop", is_flag=True, help="Replay the plant without an observer.")
 @click.option("--bandwidth", type=click.FloatRange(0.0), help="Of the observer [Hz].")
 @click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN", help=COLUMN_HELP)
-@click.option("--sample-time", type=float, help="[s], where LOG does not say it.")
+@click.option(
+    "--sample-time",
+    type=click.FloatRange(0.0, min_open=True),
+    help="[s], where LOG does not say it.",
+)
 @click.option("--check-log", type=PATH, help="Another log, which the result is checked on.")
 @click.option(
     "--check-column", "others", multiple=True, metavar="NAME=COLUMN", help=CHECK_COLUMN_HELP

@@ -6,6 +6,7 @@ a part of another file; ``about`` makes a line for the user of it.
 
 import io
 import json
+import os
 import re
 import tomllib
 from collections import Counter
@@ -44,11 +45,12 @@ def content(path: str | Path, largest: int = LARGEST) -> bytes:
         if Path(realpath(path)).is_fifo():  # what the shell has opened for us has no such name
             raise OSError("it is a named pipe; give a file, or /dev/stdin")
         with open(path, "rb") as file:
-            found = file.read(largest * MEGABYTE + 1)
+            much = os.fstat(file.fileno()).st_size > largest * MEGABYTE
+            found = b"" if much else file.read(largest * MEGABYTE + 1)
     except (OSError, ValueError) as error:  # the other one: a zero byte in the name
         told = getattr(error, "strerror", None) or error
         raise ValueError(f"cannot be read: {told}") from None
-    if len(found) > largest * MEGABYTE:
+    if much or len(found) > largest * MEGABYTE:
         raise ValueError(f"cannot be read: it has more than {largest} MB")
     return found
 

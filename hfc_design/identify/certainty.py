@@ -18,6 +18,8 @@ from hfc_design.identify.fit import VAGUE, Fit
 CONFIDENCE = 0.95
 #: A parameter whose standard error is more than this share of it is not told by the log.
 TOLD = 0.25
+#: What may change by this much, relative, is nothing that a log of this kind tells.
+TOGETHER = 1.0
 #: Correlations of the residual are counted up to this share of the log, as Newey and West do with
 #: weights that fall to 0.
 CORRELATED = 0.02
@@ -38,7 +40,7 @@ class Certainty(NamedTuple):
     value: Floats
     low: Floats  # ends of the interval
     high: Floats
-    error: Floats  # standard error as a share of the value
+    error: Floats  # standard error as a share of the value, see ``Free.shares``
     told: tuple[bool, ...]  # whether the log tells it
     untold: tuple[Combination, ...]  # combinations that it does not tell, the worst first
     late: tuple[float, float]  # ends of the interval of the delay [samples]
@@ -77,6 +79,13 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     late = fit.late - far * error[-1], fit.late + far * error[-1]
     untold = _untold(fit, covariance[:-1, :-1])
     return Certainty(value, low, high, relative, told, untold, late, covariance, inflated)
+
+
+def unseen(fit: Fit) -> Mask:
+    """(names,) what the log does not tell even if all others are known."""
+    rows = _rows(fit.jacobian, fit.scale)[:, :-1]
+    alone = fit.free.shares(fit.numbers) / np.hypot(np.linalg.norm(rows, axis=0), 1.0 / VAGUE)
+    return np.asarray(alone > TOGETHER)
 
 
 def covariance_of(fit: Fit) -> tuple[Floats, Floats]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 import jax
 import jax.numpy as jnp
@@ -45,8 +46,11 @@ class Free:
             return np.where(self.positive > 0, self.scale * np.exp(own), self.scale * own)
 
     def shares(self, numbers: Floats) -> Floats:
-        """(names,) by which share of itself each value changes with its number."""
-        size = np.maximum(np.abs(np.asarray(numbers)[:-1]), 1e-9)
+        """(names,) by which share of itself each value changes with its number.
+
+        What may have either sign, and ended near 0, by which share of where it began.
+        """
+        size = np.maximum(np.abs(np.asarray(numbers)[:-1]), 1.0)
         return np.where(self.positive > 0, 1.0, 1.0 / size)
 
     def away(self, numbers: Floats) -> dict[str, float]:
@@ -77,8 +81,10 @@ def free(drive: Drive, changes: Mapping[str, float], names: Sequence[str] | None
     sizes, signs, begun = [], [], []
     for name in (names := [*dict.fromkeys(names)]):
         if name not in start._fields:
+            near = get_close_matches(name, start._fields)
             raise ValueError(
-                f"{name}: {drive.name} has no such parameter; {', '.join(start._fields)}"
+                f"{name[:60]}: {drive.name} has no such parameter; "
+                + (f"did you mean {' or '.join(near)}?" if near else ", ".join(start._fields))
             )
         value = float(getattr(start, name))
         signed = drive.fault({**changes, name: -(value or SMALL)}) is None

@@ -1,57 +1,87 @@
 """What a log does not tell stays where it began, and what it tells then.
 
 Of parameters that only matter together, as a gain and everything that it drives, one is held: the
-others are told if that one is right. What is known badly stays where it began, all of it.
+others are told if that one is right. What is known badly stays where it began, all of it; what
+ended at a bound of what a machine can have stays there.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
 from hfc_design.core.numbers import Mask
-from hfc_design.identify.certainty import Certainty, both, certainty
+from hfc_design.identify.bounds import bounded, values, vanished
+from hfc_design.identify.certainty import TOGETHER, Certainty, both, certainty, unseen
 from hfc_design.identify.search import Found, held, opened
 
-#: A combination that may change by this much, relative, is one that no log of this kind tells.
-TOGETHER = 1.0
-#: Of parameters that a combination changes nearly as much as the first one, the last is held.
+#: Of parameters that are known nearly as badly as the worst one, the last is held.
 NEARLY = 0.8
-#: What is not told stays where it began, unless the residual then is this much larger.
-SAME_FIT = 1.1
+#: What is not told stays where it began, unless the fit grows worse than chance makes it but once
+#: in so many times.
+CHANCE = 1e-3
+#: What is said of a parameter instead of an interval.
+BOUND = "at its bound"
 
 
 class Kept(NamedTuple):
     """The fit, and of each parameter how far it is told."""
 
     found: Found
-    known: Certainty
-    state: tuple[str, ...]  # "yes"; "given", if those held are right; "held"; "no"
+    known: Certainty  # ends that are nan: none, the parameter is at its bound
+    state: tuple[str, ...]  # "yes"; "given", if those held are right; "held"; "no"; ``BOUND``
     note: str  # for the user; "" where the log tells everything
 
 
 def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
-    """The fit with what the log does not tell where it began."""
+    """The fit with what the log does not tell where it began, and what has a bound there."""
+    found, edge = bounded(found, known, delayed)
+    if edge.any():
+        known = certainty(found.fit, ~edge)
+    zero = vanished(found.fit, known) & ~edge
+    bound = edge | zero
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
-    free = _one_of_each(found, known)
+    nowhere = unseen(found.fit) & ~bound
+    free = _one_of_each(found, ~bound & ~nowhere)
+    again, sure = _again(found, free, bound, delayed)
+    if not (fits := _same(found, again, known)):
+        again, sure, free = found, known, np.ones(len(free), bool)
+    each = zip(bound.tolist(), known.told, sure.told, (free | nowhere).tolist(), strict=True)
+    states = tuple(BOUND if at else _state(*own) for at, *own in each)
+    one = np.array(sure.told) | free
+    ends = {
+        name: np.where(one, getattr(sure, name), getattr(known, name))
+        for name in ("low", "high", "error")
+    }
+    for name in ("low", "high"):
+        ends[name] = np.where(bound, np.nan, ends[name])
+    told = tuple(state in ("yes", "given") for state in states)
+    whole = known._replace(value=values(again.fit, zero), told=told, **ends)
+    return Kept(again, whole, states, _note(found, states, fits))
+
+
+def _again(found: Found, free: Mask, bound: Mask, delayed: bool) -> tuple[Found, Certainty]:
+    """Fitted with everything but what is told where it began or at its bound."""
     sure = certainty(found.fit, free)
-    for _ in known.told:
-        again = held(found, (free & np.array(sure.told)).tolist(), delayed)
+    for _ in free:
+        keep = free & np.array(sure.told)
+        here = np.append(keep | bound, True)
+        numbers = np.where(here, found.fit.numbers, found.fit.free.begun)
+        again = held(found, numbers, keep, delayed)
         there = both(sure, certainty(opened(again, delayed), free))
         sure, before = there, sure
         if sure.told == before.told:
             break
-    if not (again.fit.rms <= SAME_FIT * found.fit.rms).all():
-        states = tuple("yes" if told else "no" for told in known.told)
-        return Kept(found, known, states, _note(found, states, ", but does not fit"))
-    states = tuple(map(_state, known.told, sure.told, free.tolist()))
-    ends = {
-        name: np.where(np.array(sure.told) | free, getattr(sure, name), getattr(known, name))
-        for name in ("low", "high", "error")
-    }
-    value = again.fit.free.values(again.fit.numbers)
-    whole = known._replace(value=value, told=tuple(x in ("yes", "given") for x in states), **ends)
-    return Kept(again, whole, states, _note(found, states, ""))
+    return again, sure
+
+
+def _same(found: Found, again: Found, known: Certainty) -> bool:
+    """Whether the fit is not worse than by chance."""
+    moved = found.fit.numbers != again.fit.numbers
+    worse = np.sum((again.fit.rms / found.fit.rms) ** 2 - 1.0) * len(found.fit.residual)
+    limit = chi2.isf(CHANCE, max(int(moved.sum()), 1)) * max(known.inflated.max(), 1.0)
+    return bool(worse <= limit)
 
 
 def _state(told: bool, then: bool, free: bool) -> str:
@@ -62,23 +92,21 @@ def _state(told: bool, then: bool, free: bool) -> str:
     return "yes" if told else "given"
 
 
-def _one_of_each(found: Found, known: Certainty) -> Mask:
+def _one_of_each(found: Found, free: Mask) -> Mask:
     """(names,) what is not held: one parameter is of each combination that nothing tells."""
-    names, free, now = found.fit.free.names, np.ones(len(known.told), bool), known
+    free, now = free.copy(), certainty(found.fit, free)
     while now.untold and now.untold[0].change > TOGETHER:
-        shares = now.untold[0].shares
-        most = max(map(abs, shares.values()))
-        near = [name for name in names if abs(shares.get(name, 0.0)) >= NEARLY * most]
-        free[names.index(near[-1])] = False
+        near = np.flatnonzero(now.error >= NEARLY * now.error.max())
+        free[near[-1]] = False
         now = certainty(found.fit, free)
     return free
 
 
-def _note(found: Found, states: tuple[str, ...], but: str) -> str:
+def _note(found: Found, states: tuple[str, ...], fits: bool) -> str:
     names = found.fit.free.names
-    one, other = (
+    one, other, last = (
         ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
-        for state in ("held", "no")
+        for state in ("held", "no", BOUND)
     )
     parts = []
     if one:
@@ -86,5 +114,8 @@ def _note(found: Found, states: tuple[str, ...], but: str) -> str:
             f"only ratios to {one} are told, held where it began: 'given' means if that is right"
         )
     if other:
-        parts.append(f"the log does not tell {other}: left where it began{but}")
+        where = "left where it began" if fits else "as it was found, for where it began fits worse"
+        parts.append(f"the log does not tell {other}: {where}")
+    if last:
+        parts.append(f"{last}: at the least or most that a machine can have, no interval is told")
     return "; ".join(parts)

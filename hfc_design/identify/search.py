@@ -1,12 +1,12 @@
 """The whole search: which observer tells most, and what it finds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, Mask
 from hfc_design.identify.fit import Fit, Problem, fitted, offs, searched, settled
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
@@ -68,12 +68,11 @@ def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Te
     return Found(fit, problem, None)
 
 
-def held(found: Found, told: Sequence[bool], late: bool) -> Found:
-    """Fitted again with what the log does not tell where it began."""
-    keep = np.append(np.array(told, float), float(late))
-    numbers = np.where(keep > 0, found.fit.numbers, found.fit.free.begun)
+def held(found: Found, numbers: Floats, keep: Mask, late: bool) -> Found:
+    """Fitted again from ``numbers`` (names + 1,), of which only those of ``keep`` (names,) move."""
+    moves = np.append(keep, late).astype(float)
     with jax.enable_x64(True):
-        problem, numbers = settled(found.problem._replace(held=keep), numbers)
+        problem, numbers = settled(found.problem._replace(held=moves), numbers)
         fit = fitted(problem, numbers, found.fit.agreeing)
     return Found(fit, problem, found.bandwidth)
 

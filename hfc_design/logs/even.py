@@ -12,6 +12,8 @@ from hfc_design.logs.log import FEWEST
 TREMBLE = 0.02
 #: So many samples that are missing in a row are filled in; with more the log is cut there.
 FILLED = 5
+#: A longer gap [samples] is taken for one of so many; so many are missing of each at most.
+LONGEST_GAP, SPARSE = 1000, 100
 #: What stays as it is until the next sample.
 HELD = ("command", "added")
 #: By which share of its error the clock behind the stamps is set right at each of them.
@@ -47,6 +49,7 @@ def even(
             raise ValueError("which column is the time? say time=COLUMN [UNIT] or a sample time")
         return _longest(sample_time, values, np.ones(rows, bool), _cuts(breaks), [])
     notes: list[str] = []
+    time = time - time[0]  # of seconds since 1970 a period would have few digits
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
         raise ValueError(f"its time falls after sample {falls[0] + 1}")
@@ -59,7 +62,14 @@ def even(
         time, values = time[kept], {name: value[kept] for name, value in values.items()}
         breaks = None if breaks is None else breaks[kept]
     rough = sample_time or float(np.median(distance))
+    # The log is cut there: no more samples are to be filled in than it has.
+    time = np.append(0.0, np.cumsum(np.minimum(distance, LONGEST_GAP * rough)))
     place = _places(time, rough)
+    if place[-1] > SPARSE * len(place):
+        raise ValueError(
+            f"its samples are mostly more than {SPARSE} times {rough:.3g} s apart: is that its "
+            "sample time?"
+        )
     period = sample_time or float(np.polyfit(place, time, 1)[0])
     return _filled(time, float(f"{period:.9g}"), place, values, breaks, notes)
 

@@ -12,6 +12,8 @@ LARGEST_LOG = 512
 MOST_NUMBERS = 100_000_000
 #: The fewest samples that something can be learnt from.
 FEWEST = 20
+#: No machine has larger numbers in any unit; squares of larger ones overflow.
+LARGEST_NUMBER = 1e100
 
 
 class Log(NamedTuple):
@@ -39,9 +41,9 @@ def checked(log: Log) -> Log:
     if log.rows < FEWEST:
         raise ValueError(f"has {log.rows} samples; {FEWEST} are the fewest that tell something")
     for name, column in log.columns.items():
-        if (bad := np.flatnonzero(~np.isfinite(column))).size:
+        if (bad := np.flatnonzero(~(np.abs(column) <= LARGEST_NUMBER))).size:
             raise ValueError(
-                f"column {name}: {bad.size} of {log.rows} samples are no finite numbers, the first "
-                f"is sample {bad[0] + 1}"
+                f"column {name}: {bad.size} of {log.rows} samples are no numbers up to "
+                f"{LARGEST_NUMBER:g}, the first is sample {bad[0] + 1}"
             )
     return log

@@ -1,7 +1,7 @@
 """The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,12 @@ MAPPED = re.compile(
 )
 #: A column whose own name tells the unit: ``x [mm]``, ``x (mm)``.
 TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
+#: A signal that changes by no more stands still, in any unit.
+LEAST = 1e-30
+#: Noise changes by 1.4 times its own size from sample to sample, a motion by far less.
+TREMBLES = 0.7
+#: Sample times of drives [s]; the most samples of which a fit keeps the slopes in memory.
+FASTEST, SLOWEST, MOST = 1e-7, 0.5, 200_000
 #: Names beside those of the drive's own signals.
 BESIDE = ("time", "command", "reference", "load", "added")
 
@@ -63,7 +69,8 @@ def signals(
     Raises:
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
-    chosen = {**_by_name(log, drive), **{one.name: one for one in columns}}
+    chosen = {one.name: one for one in columns}
+    chosen |= _by_name(log, drive, [*chosen])
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     units, values = units_of(drive), dict[str, Floats]()
     for name, one in chosen.items():
@@ -81,7 +88,12 @@ def signals(
     _check(values, drive, log)
     told = log.sample_time or sample_time
     found = even(values.pop("time", None), told, values, log.breaks)
-    return _signals(found, drive)
+    if not FASTEST <= found.sample_time <= SLOWEST:
+        raise ValueError(
+            f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
+            f"{SLOWEST:g} s: which unit has its time? say time=COLUMN [UNIT]"
+        )
+    return _signals(_first(found), drive)
 
 
 def units_of(drive: Drive) -> dict[str, str]:
@@ -102,19 +114,23 @@ def units_of(drive: Drive) -> dict[str, str]:
     }
 
 
-def _by_name(log: Log, drive: Drive) -> dict[str, Column]:
-    """Columns that are called like a signal, with or without a unit."""
+def _by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
+    """Columns that are called like a signal, with or without a unit; not of those ``said``."""
     found: dict[str, Column] = {}
     others = {"command": drive.command_name, "load": drive.load_name}
     for name, unit in units_of(drive).items():
+        if name in said:
+            continue
         names = {name, others.get(name, name)}
         own = names | {f"{one}_{in_a_name(unit)}" for one in names}
         for column in log.columns:
             told = TOLD.fullmatch(column)
-            if column in own:
-                found[name] = Column(name, column)
-            elif told and told["name"] in names:
-                found[name] = Column(name, column, told["unit"])
+            if column not in own and not (told and told["name"] in names):
+                continue
+            if name in found:
+                both = f"{found[name].column} and {column}"
+                raise ValueError(f"{both} may be the {name}: which one? say {name}=COLUMN [UNIT]")
+            found[name] = Column(name, column, None if column in own or not told else told["unit"])
     return found
 
 
@@ -131,8 +147,23 @@ def _check(values: Mapping[str, Floats], drive: Drive, log: Log) -> None:
                 f"which column is the {name}? say {name}=COLUMN [UNIT]; there is {there[:300]}"
             )
     for name in ("command", position):
-        if name in values and np.ptp(values[name]) == 0.0:
+        if name in values and np.ptp(values[name]) <= LEAST:
             raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")
+    size, change = np.std(values[position]), np.std(np.diff(values[position]))
+    if change > TREMBLES * size:
+        raise ValueError(
+            f"the {position} only trembles by {size:.2g} {drive.units['error']} (rms), from sample "
+            "to sample: nothing moves"
+        )
+
+
+def _first(found: Even) -> Even:
+    """The first samples, if there are too many."""
+    if len(found.usable) <= MOST:
+        return found
+    values = {name: column[:MOST] for name, column in found.values.items()}
+    note = f"only the first {MOST * found.sample_time:.4g} s are used ({MOST} samples)"
+    return found._replace(values=values, usable=found.usable[:MOST], notes=[*found.notes, note])
 
 
 def _signals(found: Even, drive: Drive) -> Signals:

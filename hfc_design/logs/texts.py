@@ -1,5 +1,6 @@
 """Logs as text: CSV of any program, and what LinuxCNC's halscope and halsampler write."""
 
+import csv
 import re
 from collections.abc import Sequence
 from itertools import zip_longest
@@ -78,7 +79,7 @@ def _table(lines: list[str]) -> Log:
         raise ValueError("has no samples")
     separator = _separator(rows.lines)
     head = _cells(rows.lines[0], separator)
-    named = not all(map(_is_number, head))
+    named = any(_number(cell) is None for cell in head)
     if named:
         rows = Rows(rows.lines[1:], rows.places[1:])
     names = head if named else [UNNAMED.format(k + 1) for k in range(len(head))]
@@ -107,15 +108,22 @@ def _separator(lines: Sequence[str]) -> str | None:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    return [cell.strip().strip('"') for cell in line.split(separator)]
-
-
-def _is_number(text: str) -> bool:
+    """What stands in a line; quoted, a separator is a letter like others."""
+    if separator is None or '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
     try:
-        float(text)
+        (cells,) = csv.reader([line], delimiter=separator, skipinitialspace=True)
+    except csv.Error as error:
+        raise ValueError(f"{line[:40]!r} is no line of a table: {error}") from None
+    return [cell.strip() for cell in cells]
+
+
+def _number(text: str) -> float | None:
+    """None: it is none, or one that only Python writes."""
+    try:
+        return None if "_" in text else float(text)
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def _numbers(rows: Rows, separator: str | None, columns: int) -> Floats:
@@ -127,7 +135,7 @@ def _numbers(rows: Rows, separator: str | None, columns: int) -> Floats:
         lines = [line.replace(",", ".") for line in lines]
     try:
         found = np.loadtxt(lines, delimiter=separator, ndmin=2, comments=None, quotechar='"')
-        if found.shape[1] == columns:
+        if found.shape[1] == columns and np.isfinite(found).all():
             return np.asarray(found, float)
     except ValueError:
         pass
@@ -136,14 +144,15 @@ def _numbers(rows: Rows, separator: str | None, columns: int) -> Floats:
         if len(cells) != columns:
             raise ValueError(f"line {place}: has {len(cells)} columns, the first one {columns}")
         for cell in cells:
-            if not _is_number(cell):
-                raise ValueError(f"line {place}: {cell[:40]!r} is no number")
+            value = _number(cell)
+            if value is None or not np.isfinite(value):
+                raise ValueError(f"line {place}: {cell[:40]!r} is no finite number")
     raise ValueError("is no table of numbers")
 
 
 def _named(names: Sequence[str], table: Floats) -> dict[str, Floats]:
     """The columns by their names, which have to differ."""
-    cleaned = [name.strip().strip('"') or UNNAMED.format(k + 1) for k, name in enumerate(names)]
+    cleaned = [name.strip() or UNNAMED.format(k + 1) for k, name in enumerate(names)]
     for name in cleaned:
         if cleaned.count(name) > 1:
             raise ValueError(f"two columns are called {name[:60]!r}")

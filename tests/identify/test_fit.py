@@ -38,8 +38,13 @@ def found(names, place, force, bandwidth=0.0, late=True):
 def white(fit_found):
     """Standard errors of the values under white noise, the delay looked for too."""
     fit = fit_found.fit
+    return deviations(fit) / np.sqrt(certainty(fit).inflated[:-1])
+
+
+def deviations(fit):
+    """Standard errors of the values; where a sign is not known they are shares of the start."""
     known = certainty(fit)
-    return known.error * np.abs(known.value) / np.sqrt(known.inflated[:-1])
+    return known.error * np.maximum(np.abs(known.value), (1 - fit.free.positive) * fit.free.scale)
 
 
 def test_where_the_position_is_linear_it_is_linear_least_squares():
@@ -60,7 +65,7 @@ def test_where_the_position_is_linear_it_is_linear_least_squares():
     assert one.fit.rms[0] == pytest.approx(np.sqrt(squares / STEPS), rel=1e-4)
     for profile in profiles(one, certainty(one.fit)):  # a parabola, as every linear one
         k = one.fit.free.names.index(profile.name)
-        error = certainty(one.fit).error[k] * abs(values[k])
+        error = deviations(one.fit)[k]
         distance = (profile.values - profile.values[2]) / error
         np.testing.assert_allclose(profile.worse, distance**2, rtol=0.03, atol=1e-3)
         low, high = profile.interval
