@@ -136,6 +136,24 @@ class Shown(NamedTuple):
         return self.machine.drives[0].units
 
 
+#: Of ``Kind.connecting``, where the error is all that a law reads.
+CHANGES = (
+    "The change of `error` is formed inside, from one sample to the next and without a filter: "
+    "give the error as the encoder reads it."
+)
+
+
+def zone_told(record: Own) -> list[str]:
+    """The dead zone of a record for ``Kind.connecting``; nothing without one."""
+    zone = record.dead_zone
+    return [f"An `error` of up to {zone!r} either way counts as 0 inside."] if zone else []
+
+
+def reach_of(gains: dict[str, float], limit: float | None) -> dict[str, float]:
+    """``Kind.reach`` of signals that have a gain each: where each commands the limit, or 1."""
+    return {name: (limit or 1.0) / abs(gain) for name, gain in gains.items() if gain}
+
+
 def numbers(record: ControllerRecord, shown: Shown) -> list[Any]:
     """The section of a report on a controller that says nothing else of itself."""
     from hfc_design.pictures.figure import Listing, Section  # which draw
@@ -193,6 +211,12 @@ class Kind:
     learnt: Callable[[Own, tuple[str, ...], Memory], Own | None] | None = None
     #: A record of given gains by their names.
     of_gains: Callable[[dict[str, float]], Json] | None = None
+    #: How far the signals go of one axis until its range ends, or until each alone commands about
+    #: the limit: (record, limit) -> sizes; "error_change" is of the error in a sample. Those that
+    #: are not named go to 1. Test vectors go a little beyond.
+    reach: Callable[[Own, float | None], dict[str, float]] = lambda record, limit: {}
+    #: What whoever connects its signals has to know beside what they are, a line each.
+    connecting: Callable[[Own], list[str]] = lambda record: []
     rules: RuleBase | None = None
     c: Template | None = None
     st: Template | None = None

@@ -11,7 +11,6 @@ from hfc_design.files.pairing import axes_of
 from hfc_design.formats import code, saving
 from hfc_design.formats.writing import (
     RESERVED,
-    Format,
     comment,
     rendered,
     signal_meanings,
@@ -103,7 +102,3 @@ def _sees_path(record: ControllerRecord, axes: tuple[str, ...]) -> bool:
     kind = kinds().get(record.kind)
     inside = kind.inside.records(record, axes).values() if kind.inside else ()
     return kind.path or any(_sees_path(own, axes) for own in inside)
-
-
-C = "a folder with the controller in C99, adaptation and all"
-FORMATS = (Format("c", C, sources),)

@@ -70,6 +70,26 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
     return record
 
 
+def size(design: Design) -> tuple[int, int] | None:
+    """Bytes of a state in double and in float, by the usual rules of C; None: not known."""
+    found = [_size(design.controller, _axes(design), real) for real in (8, 4)]
+    return (found[0], found[1]) if found[0] is not None and found[1] is not None else None
+
+
+def _size(record: ControllerRecord, axes: tuple[str, ...], real: int) -> int | None:
+    """A whole number has 4 bytes, and before a real one as many as that."""
+    kind = kinds().get(record.kind)
+    if kind.saved is None:
+        return None
+    count = sum(prod(one.shape) for one in (*kind.saved.learnt(record), *kind.saved.past(record)))
+    inside = kind.inside.records(record, axes).values() if kind.inside else ()
+    sizes = [_size(own, axes, real) for own in inside]
+    whole = sum(sizes_known) if len(sizes_known := [x for x in sizes if x]) == len(sizes) else None
+    if whole is None or not count:
+        return 1 if whole == 0 else whole
+    return -(-whole // real) * real + count * real
+
+
 def _axes(design: Design) -> tuple[str, ...]:
     """Those of a controller with others inside; only there they have names."""
     return axes_of(design) if design.kind.inside else ()

@@ -23,7 +23,7 @@ from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import synced, write_whole
 from hfc_design.core.lock import HALF
-from hfc_design.core.records import RunError, UserError, writing
+from hfc_design.core.records import RunError, UserError, harmless, writing
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import ALL_PLANTS, PlantSettings
 from plants import Drive
@@ -156,8 +156,13 @@ def signal_meanings(design: Design) -> dict[str, str]:
     """What each signal that the controller reads is, and "command", as far as that is known."""
     read = needed(design.kind.reads, design, "what it reads is not known")(design.controller)
     drive = _drive(design)
-    known = MEANINGS | (drive.meanings if drive else {})
+    known = MEANINGS | (meanings_of(drive) if drive else {})
     return {identifier(name): known[name] for name in (*read, "command") if name in known}
+
+
+def meanings_of(drive: Drive) -> dict[str, str]:
+    """What a drive says of its signals, and what the velocities of its encoders are."""
+    return {rate: f"rate of {angle}" for angle, rate in drive.encoders.items()} | drive.meanings
 
 
 def _drive(design: Design) -> Drive | None:
@@ -184,6 +189,11 @@ def facts(design: Design) -> list[str]:
 def comment(lines: Iterable[str]) -> list[str]:
     """Lines for a comment or a string; nothing in them can end it."""
     return [re.sub(r"[^A-Za-z0-9 .,:;_+-]", "_", line) for line in lines]
+
+
+def plain(text: str) -> str:
+    """A text on one line of Markdown, with no markup in it."""
+    return re.sub(r"([\\`*_<>\[\]|#])", r"\\\1", harmless(text)).strip()
 
 
 def head(design: Design, notes: Iterable[str] = ()) -> list[str]:
@@ -242,6 +252,7 @@ def rendered(
         autoescape=False,  # no markup, and nothing that a user wrote freely
     )
     environment.filters["number"] = lambda value: repr(float(value))
+    environment.filters["plain"] = plain
     environment.filters["hyphens"] = lambda name: name.replace("_", "-")
     usual = {
         "head": head(design),

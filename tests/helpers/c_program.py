@@ -4,7 +4,8 @@ import subprocess
 
 import numpy as np
 
-from hfc_design.formats import FORMATS, code
+from hfc_design.formats import code, machine_code
+from hfc_design.formats.writing import write
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion"
 MAIN = """
@@ -67,7 +68,7 @@ int main(int count, char **files)
 def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     """The program of a design, compiled in a new ``folder``."""
     if lookup is None:
-        FORMATS["c"].write(design, folder)
+        write(folder, machine_code.sources(design))
     else:
         code.write_lookup(design, folder, lookup)
     name = code.c_name(design)

@@ -44,6 +44,7 @@ KIND = Kind(
     inside=INSIDE,
     path=True,
     reads=_reads,
+    reach=CrossCoupledDesign.reach,
     saved=remembered(_past),
     c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.cross_coupled.section", "sections"),

@@ -8,7 +8,7 @@ from pydantic import Field
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
 from hfc_design.controllers.gains import GainsSettings
 from hfc_design.controllers.inner import OuterDesign
-from hfc_design.controllers.kind import Limits, Target, kinds
+from hfc_design.controllers.kind import Limits, Target, kinds, reach_of
 from hfc_design.controllers.per_axis import OwnSettings
 from hfc_design.core.records import Finite, Label, Record, UserError
 
@@ -28,6 +28,11 @@ class CrossCoupledDesign(OuterDesign):
     contour: ContourRecord
     #: Gain of each axis on the velocity of its reference [command / (unit of the position/s)].
     feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Of an axis, beside what is inside: where its velocity alone commands the limit, or 1."""
+        largest = max(map(abs, self.feed_forward.values()), default=0.0)
+        return reach_of({"reference_rate": largest}, limit)
 
     def gains(self) -> CrossGains:
         """The numbers of one individual."""

@@ -43,6 +43,7 @@ KIND = Kind(
     learnt=_learnt,
     inside=INSIDE,
     reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
+    reach=CompensationDesign.reach,
     saved=remembered(lambda record: []),
     c=Template((Path(__file__).parent / "templates",), _c),
     sections=later("hfc_design.controllers.dynamic_compensation.section", "sections"),

@@ -26,6 +26,10 @@ class CompensationDesign(OuterDesign):
     #: Axes whose speeds make that of the path; left out: all.
     path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
 
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Of an axis, beside what is inside: beyond the dead zone, up to the programmed speed."""
+        return {"error": 2.0 * self.dead_zone, "reference_rate": self.programmed_speed}
+
     def gains(self) -> CompensationGains:
         """The numbers of one individual."""
         inner = kinds().get(self.inner.kind).gains(self.inner)

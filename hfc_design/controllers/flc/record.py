@@ -17,10 +17,12 @@ from pydantic import (
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord
 from hfc_design.controllers.kind import (
+    CHANGES,
     ControllerRecord,
     ControllerSettings,
     DeadZone,
     Target,
+    zone_told,
 )
 from hfc_design.controllers.start import controller_named
 from hfc_design.core.numbers import Json, Parameters, Plain, Triangles
@@ -134,6 +136,29 @@ class FuzzyRecord(ControllerRecord):
             return self
         low = self.low_velocity.model_copy(update={"blu_mm": drive.millimetres(parameters)})
         return self.model_copy(update={"low_velocity": low})
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Up to the outermost centres, and to the velocity that is compensated."""
+        found = {
+            name: max(abs(term.centre) for term in terms)
+            for name, terms in (
+                ("error", self.error_terms),
+                ("error_change", self.error_change_terms),
+            )
+        }
+        if low := self.low_velocity:
+            found["velocity"] = low.highest_velocity_mm_s / low.blu_mm
+        return found
+
+    def connecting(self) -> list[str]:
+        """What happens to the signals inside."""
+        found = [] if self.control_form() == "P" else [CHANGES]
+        found += zone_told(self)
+        if low := self.low_velocity:
+            highest = low.highest_velocity_mm_s / low.blu_mm
+            told = f"not of the reference; from {highest!r} on nothing is compensated"
+            found.append(f"`velocity` is that of the axis and {told}.")
+        return found
 
     def table(self) -> FlcGains:
         """The fuzzy controller of one individual."""

@@ -14,6 +14,7 @@ KIND = Kind(
     gains=SlidingDesign.gains,
     law=lambda record, limit: sliding(record.sample_time_s, limit),
     genome=later("hfc_design.controllers.fuzzy_sliding.genome", "SlidingGenome"),
+    reach=SlidingDesign.reach,
     adapted=SlidingDesign.adapted,
     rules=RULES,
     explain=EXPLAIN,

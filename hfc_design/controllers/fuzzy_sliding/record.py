@@ -92,6 +92,10 @@ class SlidingDesign(ControllerRecord):
         own = self.adaptation.error_dynamics
         return (self.sliding.slope, 1.0) if own is None else own.last_column()
 
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Up to the outermost centres."""
+        return {"error": self.largest_error, "error_rate": self.largest_error_rate}
+
     def gains(self) -> SlidingGains:
         """The gains of one individual."""
         surface, learning = self.sliding, self.adaptation

@@ -20,7 +20,7 @@ from hfc_design.controllers.hierarchical.law import (
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, reachable
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
     LinearDesign,
@@ -197,6 +197,22 @@ class HierarchicalDesign(ControllerRecord):
             part.gains() if (part := self.linear_part) else None,
             part.gains() if (part := self.scheduled_part) else None,
         )
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Up to where inputs are clamped; others as far as the laws beside the hierarchy ask."""
+        found: dict[str, float] = {}
+        for part in (self.scheduled_part, self.linear_part):
+            found |= part.reach(limit or self.output_scale) if part else {}
+        found |= reach_of({"error": self.pd.kp, "error_rate": self.pd.kd}, self.output_scale)
+        inputs = sorted(self.inputs, key=lambda item: -item.scale)  # the furthest last
+        return found | {item.name.removeprefix(PREVIOUS): 1.0 / item.scale for item in inputs}
+
+    def connecting(self) -> list[str]:
+        """What is remembered inside."""
+        names = [item.name for item in self.inputs if item.name.startswith(PREVIOUS)]
+        found = ["`error_rate` is not filtered inside."]
+        told = "is that of the sample before, and remembered inside: there is nothing to connect."
+        return [*found, *(f"`{name}` {told}" for name in names)]
 
     @property
     def linear_part(self) -> LinearDesign | None:

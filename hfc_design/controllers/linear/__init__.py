@@ -52,6 +52,8 @@ def _kind(name: str, summary: str, record: type[LinearDesign], settings: Any, ge
         law=_law,
         genome=later(f"{here}.{genome}", GENOMES[genome]),
         reads=LinearDesign.reads,
+        reach=LinearDesign.reach,
+        connecting=LinearDesign.connecting,
         of_gains=dict,
         saved=remembered(past),
         c=Template(PLACES, c_values),

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from hfc_design.controllers.controller import FOLLOWED
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
 from hfc_design.controllers.linear.law import AHEAD, ERRORS, LinearGains, Structure
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
 
@@ -125,6 +125,21 @@ class LinearDesign(ControllerRecord):
     def reads(self) -> list[str]:
         """Signals of a sample."""
         return [*ERRORS, *self.signals, *AHEAD]
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Where each signal alone commands the limit, or 1."""
+        ahead = self.feed_forward
+        gains = {"error": self.kp, "error_rate": self.kd, **self.signals}
+        gains |= {"reference_rate": ahead.velocity, "reference_acceleration": ahead.acceleration}
+        whole = {"reference_rate": ahead.coulomb_width} if ahead.coulomb_width else {}
+        return whole | reach_of(gains, limit)
+
+    def connecting(self) -> list[str]:
+        """What is filtered inside."""
+        if not self.derivative_hz:
+            return ["`error_rate` is not filtered inside."]
+        cut = f"a low-pass of the first order at {self.derivative_hz!r} Hz before its gain"
+        return [f"`error_rate` passes {cut}: do not filter it once more."]
 
     @property
     def kept(self) -> float:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hfc_design.controllers.kind import Kind, Template, later
+from hfc_design.controllers.kind import CHANGES, Kind, Template, later
 from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign, NeuralSettings
 from hfc_design.controllers.neural.saved import SAVED
@@ -24,6 +24,8 @@ KIND = Kind(
     law=lambda record, limit: neural(record.network(), record.sample_time_s, limit),
     genome=later("hfc_design.controllers.neural.genome", "NeuralGenome"),
     reads=lambda record: ["error"],
+    reach=NeuralDesign.reach,
+    connecting=lambda record: [CHANGES],
     adapted=NeuralDesign.adapted,
     saved=SAVED,
     c=Template((Path(__file__).parent / "templates",), _c),

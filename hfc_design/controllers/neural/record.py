@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.kind import ControllerRecord, Target
+from hfc_design.controllers.kind import ControllerRecord, Target, reach_of
 from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory
 from hfc_design.controllers.neural.network import Weights
 from hfc_design.controllers.start import controller_named
@@ -50,6 +50,14 @@ class NeuralDesign(ControllerRecord):
     def gains(self) -> NeuralGains:
         """The numbers beside the weights."""
         return NeuralGains(*(getattr(self, name) for name in NeuralGains._fields))
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Where the network to begin with, were all its weights of one sign, commands the limit."""
+        hidden = list(zip(self.weights.hidden, self.weights.output, strict=False))
+        first = self.command_unit * self.slope
+        error, change = (first * sum(abs(row[k] * out) for row, out in hidden) for k in (0, 1))
+        gains = {"error": error / self.error_unit, "error_change": change / self.change_unit}
+        return reach_of(gains, limit)
 
     def network(self) -> Weights:
         """What it begins with."""

@@ -9,11 +9,14 @@ from typing import NamedTuple
 from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
 from hfc_design.controllers.gains import kind_of_gains
 from hfc_design.controllers.kind import (
+    CHANGES,
     ControllerRecord,
     DeadZone,
     Member,
     Template,
+    reach_of,
     remembered,
+    zone_told,
 )
 from hfc_design.core.numbers import Json, Own, Scalar, Xp
 
@@ -71,6 +74,11 @@ def _st(record: Own) -> Json:
     }
 
 
+def _reach(record: Own, limit: float | None) -> dict[str, float]:
+    k_p, _, k_d = dict(record.pid).values()
+    return reach_of({"error": k_p, "error_change": k_d / record.sample_time_s}, limit)
+
+
 def _c(record: Own) -> Json:
     return {"gains": record.pid, "integrates": True, "dead_zone": record.dead_zone}
 
@@ -88,6 +96,8 @@ KIND = kind_of_gains(
     base=PidRecord,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
+    reach=_reach,
+    connecting=lambda record: [CHANGES, *zone_told(record)],
     saved=remembered(lambda record: [Member("error"), Member("sum", what="of all errors")]),
     c=Template(HERE, _c),
     st=Template(HERE, _st),

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from hfc_design.controllers.gains import genome_of_gains, settings_of
-from hfc_design.controllers.kind import Explain, Kind, Template, later
+from hfc_design.controllers.kind import CHANGES, Explain, Kind, Template, later
 from hfc_design.controllers.rules import fired, side
 from hfc_design.controllers.soc.law import HIGHEST, SETS, Parts, SocGains, SocMemory, soc
 from hfc_design.controllers.soc.record import SocDesign, of_gains
@@ -37,6 +37,8 @@ KIND = Kind(
     genome=genome_of_gains,
     of_gains=of_gains,
     reads=lambda record: ["error"],
+    reach=SocDesign.reach,
+    connecting=lambda record: [CHANGES],
     adapted=SocDesign.adapted,
     explain=Explain(
         signals=lambda record: (["error"], ["previous_error"]),

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field
 
 from hfc_design.controllers.kind import ControllerRecord
-from hfc_design.controllers.soc.law import SETS, SocGains, SocMemory
+from hfc_design.controllers.soc.law import HIGHEST, SETS, SocGains, SocMemory
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, NotNegative, Positive, Record
 
@@ -42,6 +42,11 @@ class SocDesign(ControllerRecord):
         """On errors and commands in the drive's units."""
         ge, gc = self.ge / self.error_unit, self.gc / self.error_unit
         return SocGains(ge, gc, self.gu * self.command_unit, *dict(self.adaptation).values())
+
+    def reach(self, limit: float | None) -> dict[str, float]:
+        """Up to the outermost sets."""
+        own = self.gains()
+        return {"error": HIGHEST / own.ge, "error_change": HIGHEST / own.gc}
 
     def held(self) -> Self:
         """The same without adaptation."""

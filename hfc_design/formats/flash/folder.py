@@ -1,0 +1,65 @@
+"""The folder of a design in C: its sources, a page on it, vectors, and ``make check``."""
+
+import re
+
+from hfc_design.core.numbers import Json
+from hfc_design.files.design import Design
+from hfc_design.formats import code, saving
+from hfc_design.formats.flash import readme
+from hfc_design.formats.flash.vectors import Vectors, vectors
+from hfc_design.formats.writing import Content, csv_text, head, rendered, signal_units
+
+#: Of ``math.h``, as sources name them.
+FUNCTIONS = ("exp", "tanh", "sqrt")
+
+
+def with_check(design: Design, files: dict[str, str]) -> dict[str, Content]:
+    """The sources with all one needs to flash them."""
+    found = values(design, files)
+    return {
+        **files,
+        "README.md": rendered("flash/README.md.j2", design, **found),
+        **checked(design, found),
+    }
+
+
+def checked(design: Design, found: Json) -> dict[str, Content]:
+    """``Makefile``, and ``check/`` with what it compiles beside the sources, and the vectors."""
+    program = rendered("flash/check.c.j2", design, **found)
+    return {
+        "Makefile": rendered("flash/Makefile.j2", design, **found),
+        "check": {"check.c": program, "vectors.csv": table(design, found["vectors"])},
+    }
+
+
+def table(design: Design, found: Vectors) -> str:
+    """The vectors as CSV; lines that begin with # say what they are."""
+    unit = signal_units(design).get("command", "")
+    last = "" if found.compared == len(found.inputs) else f", the first {found.compared} samples"
+    notes = [
+        f"tolerance in double: {found.double!r} {unit}",
+        f"tolerance in float: {found.single!r} {unit}{last}",
+    ]
+    lines = "".join(f"# {line}\n" for line in head(design, notes))
+    return lines + csv_text([found.columns, *found.rows])
+
+
+def values(design: Design, files: dict[str, str]) -> Json:
+    """What the templates of a folder read of a design and its C."""
+    name, found = code.c_name(design), vectors(design)
+    text = "\n".join(files.values())
+    unfit = re.search(r'#error "has to be in double: in float (.*)"', text)
+    used = [x for x in FUNCTIONS if f"#define {x.upper()} {x}" in text]
+    own = {
+        "name": name,
+        "sources": sorted(file for file in files if file.endswith(".c")),
+        "headers": sorted(file for file in files if file.endswith(".h")),
+        "library": "#include <math.h>" in text,
+        "functions": ", ".join(f"`{x}`" for x in used),
+        "only_double": unfit[1] if unfit else "",
+        "whole": design.kind.law is None,
+        "inputs": list(code.signals(design)),
+        "sizes": saving.size(design),
+        "unit": "".join(x for x in signal_units(design).get("command", "") if x not in '%"\\'),
+    }
+    return readme.values(design, found) | own

@@ -1,0 +1,98 @@
+"""How the design's scenario formed what the controller reads: sensors, velocities, converter."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, Limits
+from hfc_design.files.machine import Axis, SensorSettings
+from hfc_design.files.pairing import machine, own_scenario, with_converter
+from hfc_design.files.scenario import Scenario
+from hfc_design.formats.writing import meanings_of
+from hfc_design.simulation.sensors import observer_gains
+from plants import Drive
+from plants.drive import fed_back
+
+
+class Sensed(NamedTuple):
+    """What axes that are alike measure, and how."""
+
+    axes: tuple[str, ...]
+    position: str  # that the error is formed with, and what it is
+    meaning: str
+    unit: str
+    millimetres: float | None  # a unit of it; None: no length
+    velocity: str  # that the error rate is formed with
+    rates: tuple[str, ...]  # signals that the controller reads and that are made of velocities
+    sensors: SensorSettings
+    counts: bool  # whether the machine's own encoder counts in steps
+    step: float  # of it, where that is a parameter; 0: it is not
+    gains: tuple[float, float]  # alpha and beta of an observer
+    limits: Limits  # of the drive
+
+
+class Scene(NamedTuple):
+    """The scenario that a design was made on."""
+
+    scenario: str  # "": none that runs from here
+    reason: str  # why not
+    named: bool  # whether the design names it itself
+    each: tuple[Sensed, ...]
+
+
+def scene(design: Design, reads: Iterable[str]) -> Scene:
+    """What the scenario of a design says of sensors, for a controller that ``reads`` signals."""
+    named = "scenario" in design.provenance
+    try:
+        scenario = own_scenario(design, design.name)
+        axes = machine(design, scenario).each()
+    except UserError as error:
+        return Scene("", str(error), named, ())
+    scenario = with_converter(scenario, design)
+    alike: list[Sensed] = []
+    for axis in (axis for axis in axes if design.axis in ("", axis.name)):
+        own = _sensed(axis, scenario, tuple(reads))
+        same = [k for k, one in enumerate(alike) if one._replace(axes=()) == own]
+        k = same[0] if same else len(alike)
+        before = alike[k].axes if same else ()
+        alike[k : k + 1] = [own._replace(axes=(*before, axis.name))]
+    return Scene(scenario.name, "", named, tuple(alike))
+
+
+def _sensed(axis: Axis, scenario: Scenario, reads: tuple[str, ...]) -> Sensed:
+    sensors = scenario.sensors.of(axis.name)
+    drive = axis.drive if sensors.feedback is None else fed_back(axis.drive, sensors.feedback)
+    position, velocity = drive.seen
+    every = scenario.simulation.sample_time_s
+    return Sensed(
+        (),
+        position,
+        meanings_of(drive).get(position, ""),
+        drive.units["error"],
+        axis.length,
+        velocity,
+        _rates(drive, axis, reads),
+        sensors,
+        _counts(drive, axis),
+        axis._replace(drive=drive).resolution,
+        observer_gains(sensors.observer_hz or 0.0, every),
+        scenario.limits.of(axis.name),
+    )
+
+
+def _rates(drive: Drive, axis: Axis, reads: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of the signals that change where nothing but the velocities of encoders does."""
+    fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
+    speeds = {rate: 1.0 + 0.7 * k for k, rate in enumerate(drive.encoders.values())}
+    moving = state._replace(**speeds)
+    before, after = drive.signals(fixed, state), drive.signals(fixed, moving)
+    own = [name for name in before if before[name] != after[name]]
+    return tuple(name for name in reads if name == "error_rate" or name in own)
+
+
+def _counts(drive: Drive, axis: Axis) -> bool:
+    """Whether the machine's own encoder reads a position in steps."""
+    fixed, state = drive.coefficients(axis.parameters), drive.initial_state(0.0)
+    odd = 0.123456789012
+    seen = drive.measured(fixed, state._replace(**{drive.seen[0]: odd}))
+    return bool(abs(float(getattr(seen, drive.seen[0])) - odd) > 1e-12)

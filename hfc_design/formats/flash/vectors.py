@@ -1,0 +1,129 @@
+"""Test vectors: inputs, and the commands of the design's own runtime, with a tolerance.
+
+Deterministic: the same design gives the same numbers.
+"""
+
+from itertools import chain
+from math import inf
+from typing import NamedTuple
+
+from hfc_design.controllers.controller import PathView, View
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import axes_of
+from hfc_design.formats.flash import driving, single
+from hfc_design.formats.machine_code import sees_path
+from hfc_design.runtime import Machine
+
+#: Of a command in double precision, in shares of the largest one.
+DOUBLE = 1e-12
+#: By how much more than the runtime in single precision C may be off: it sums in another order.
+MARGIN = 4.0
+#: The least that single precision is off by, in shares of the largest command.
+ROUNDING = 2.0**-23
+#: Two controllers that are so far apart, in shares of the largest command, have decided otherwise.
+APART = 1e-4
+#: What is told of the path of a machine.
+PATH = ("tangent_x", "tangent_y", "curvature", "contour_error")
+
+
+class Vectors(NamedTuple):
+    """Samples of a controller; of a machine of several axes those of each, one after the other."""
+
+    axes: tuple[str, ...]  # ("",) of a single one
+    signals: tuple[str, ...]  # that each axis tells
+    path: tuple[str, ...]  # what is told of the path
+    resets: tuple[bool, ...]  # (samples,) whether all is forgotten before it
+    inputs: list[list[float]]  # (samples, axes x signals + path)
+    commands: list[list[float]]  # (samples, axes)
+    double: float  # tolerance of a command in double precision, in its unit
+    single: float  # the same in single precision
+    compared: int  # samples for which single precision is compared
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of all columns, inputs before commands."""
+        heads = [f"{axis}." if axis else "" for axis in self.axes]
+        told = [f"{head}{name}" for head in heads for name in self.signals]
+        commands = [f"{head}command" for head in heads]
+        return ["reset", *told, *(f"path.{x}" for x in self.path), *commands]
+
+    @property
+    def rows(self) -> list[list[float]]:
+        """What stands in these columns."""
+        each = zip(self.resets, self.inputs, self.commands, strict=True)
+        return [[int(reset), *given, *commands] for reset, given, commands in each]
+
+    @property
+    def largest(self) -> float:
+        """The largest command of either sign."""
+        return _largest(self.commands)
+
+
+def vectors(design: Design) -> Vectors:
+    """The vectors of a design, or of the part of one axis."""
+    kind = design.kind
+    axes = (design.axis or "axis",) if kind.law else axes_of(design)
+    names = tuple(kind.reads(design.controller)) if kind.reads else ()
+    path = PATH if kind.law is None and sees_path(design) else ()
+    inputs = _inputs(design, axes, names, bool(path))
+    views = [_view(row, axes, names) for row in inputs]
+    commands = _commands(design, axes, views)
+    tolerances = _tolerances(design, axes, views, commands)
+    resets = tuple(k in driving.RESETS for k in range(len(inputs)))
+    return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, *tolerances)
+
+
+def _commands(design: Design, axes: tuple[str, ...], views: list[View]) -> list[list[float]]:
+    """(samples, axes) what the runtime commands."""
+    machine, found = Machine(design, axes), []
+    for k, view in enumerate(views):
+        if k in driving.RESETS:
+            machine.reset()
+        told = dict(zip(axes, view.axes, strict=True))
+        found.append(list(machine.step(told, view.path).values()))
+    return found
+
+
+def _tolerances(
+    design: Design, axes: tuple[str, ...], views: list[View], commands: list[list[float]]
+) -> tuple[float, float, int]:
+    """In double, in float, and the samples that can be compared in float.
+
+    Single precision is tried with its nearest inputs, and with the next ones to both sides.
+    """
+    largest = _largest(commands)
+    apart = [_apart(commands, single.commands(design, axes, views, to)) for to in (0.0, inf, -inf)]
+    worst = [max(each) for each in zip(*apart, strict=True)]
+    decided = (k for k, off in enumerate(worst) if not off <= APART * largest)
+    compared = next(decided, len(worst))
+    off = max(worst[:compared], default=0.0)
+    return DOUBLE * largest, MARGIN * max(off, ROUNDING * largest), compared
+
+
+def _largest(commands: list[list[float]]) -> float:
+    return max(map(abs, chain.from_iterable(commands)))
+
+
+def _apart(one: list[list[float]], other: list[list[float]]) -> list[float]:
+    """(samples,) by how much the commands differ."""
+    return [
+        max(abs(a - b) for a, b in zip(*rows, strict=True)) for rows in zip(one, other, strict=True)
+    ]
+
+
+def _inputs(
+    design: Design, axes: tuple[str, ...], names: tuple[str, ...], path: bool
+) -> list[list[float]]:
+    sizes = driving.reach(design.controller, axes, design.limits.commands(axes))
+    parts = [driving.driven(names, sizes[axis], str(k)) for k, axis in enumerate(axes)]
+    parts += [driving.path(sizes[axes[0]])] if path else []
+    return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
+
+
+def _view(row: list[float], axes: tuple[str, ...], names: tuple[str, ...]) -> View:
+    """A row of the inputs as the runtime takes it."""
+    count = len(names)
+    told = [row[k * count : (k + 1) * count] for k in range(len(axes))]
+    way = row[len(axes) * count :]
+    path = PathView((way[0], way[1]), way[2], way[3]) if way else None
+    return View(tuple(dict(zip(names, each, strict=True)) for each in told), path)
