@@ -32,7 +32,7 @@ def export(
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
     from hfc_design.files.pairing import load_design
-    from hfc_design.formats import FORMATS, check_score, code
+    from hfc_design.formats import FORMATS, c_folder, check_score
 
     if target not in FORMATS:
         raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
@@ -47,7 +47,7 @@ def export(
         if note := form.note():
             click.echo(note)
     else:
-        deviation = code.write_lookup(found, path, lookup)
+        deviation = c_folder.write_lookup(found, path, lookup)
         click.echo(f"largest deviation from the exact {deviation}")
     click.echo(path)
 

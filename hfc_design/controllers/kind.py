@@ -221,7 +221,8 @@ class Kind:
     c: Template | None = None
     st: Template | None = None
     saved: Saved | None = None
-    #: Terms tabulated for a machine without exp: (record, points) -> values for the C template.
+    #: Terms tabulated for a machine without exp: (record, points) -> values for the C template, and
+    #: "law", that of the runtime with them: limit -> AxisLaw.
     lookup: Callable[[Own, int], Json] | None = None
     explain: Explain | None = None
     #: Gains of the rule table, which a stable range bounds: record -> {name: (K_1, K_2)}.

@@ -6,7 +6,6 @@ of one dimension and no arrays as arguments: what every compiler gets right.
 
 import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 from hfc_design.controllers.kind import Template, needed
 from hfc_design.controllers.rules import identifier
@@ -25,7 +24,6 @@ from hfc_design.formats.writing import (
     signal_meanings,
     signal_units,
     signals_read,
-    write,
 )
 
 #: What a kind lacks that has no template of a language.
@@ -74,22 +72,18 @@ def sources(design: Design, **others: object) -> dict[str, str]:
     return {key: rendered(file, design, template.places, **values) for key, file in files.items()}
 
 
-def write_lookup(design: Design, path: Path, points: int) -> str:
-    """Write the same without ``exp``: degrees tabulated at ``points`` values, linear in between.
+def tabulated(design: Design, points: int) -> tuple[dict[str, str], Json]:
+    """The same without ``exp``: degrees tabulated at ``points`` values, linear in between.
 
     Returns:
-        What deviates most from what is exact, and by how much: the command with its unit, or a
-        factor in it.
+        The files, and what ``Kind.lookup`` gives.
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``sources``.
-        RunError: the folder ``path`` cannot be written.
     """
     lookup = needed(design.kind.lookup, design, "nothing to tabulate, its C code needs no exp")
     values = lookup(design.controller, points)
-    write(path, sources(design, **values))
-    of = values.get("deviates", "command")
-    return f"{of}: {values['deviation']:.2g} {signal_units(design).get(of, '')}".rstrip()
+    return sources(design, **values), values
 
 
 def c_name(design: Design) -> str:

@@ -16,7 +16,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
-from hfc_design.formats.writing import Format, rendered
+from hfc_design.formats.flash import folder as flash
+from hfc_design.formats.writing import Content, Format, meanings_of, rendered
 from plants import PLANTS, Drive
 
 #: Characters of a name in HAL.
@@ -27,7 +28,7 @@ ACCELERATION = "reference_acceleration"
 MOST_ROWS = 2000
 
 
-def components(design: Design) -> dict[str, str]:
+def components(design: Design) -> dict[str, Content]:
     """A folder with all that halcompile and halrun need.
 
     Where a design names no scenario, and that of its plant does not fit it, there is no loop on a
@@ -40,7 +41,8 @@ def components(design: Design) -> dict[str, str]:
     if design.kind.controller and not design.kind.axes:
         told = "commands a whole machine, a component is of one axis; --to c has its code"
         raise UserError(f"design {design.name} is of kind {design.kind.name}: {told}")
-    values, files = _values(design), code.sources(design)
+    values, sources = _values(design), code.sources(design)
+    files: dict[str, Content] = {**sources}
     templates = {f"{values['component']}.comp": "controller.comp"}
     templates |= {name: name for name in ("controller.hal", "README.md")}
     try:
@@ -54,9 +56,10 @@ def components(design: Design) -> dict[str, str]:
         values |= {"machine": loop, "axes": list(loop["axes"])}
         templates |= {"loop.hal": "loop.hal", f"{values['plant']}.comp": "plant.comp"}
         files |= plant_code.sources(values["drive"], design)
+    values["flash"] = found = flash.values(design, sources)
     for name, template in templates.items():
         files[name] = rendered(f"linuxcnc/{template}.j2", design, **values)
-    return files
+    return files | flash.checked(design, found)
 
 
 def component_name(design: Design) -> str:
@@ -129,7 +132,8 @@ def _signals(design: Design, plant: Drive) -> Json:
         "position": plant.position,
         "inputs": {name: " - ".join(f"{pin}_" for pin in pins) for name, pins in sources.items()},
         "pins": {pin: units[pin] for pins in sources.values() for pin in pins},
-        "meanings": {
+        "meanings": meanings_of(plant)
+        | {
             "reference": "where the axis should be",
             "reference_rate": "how fast it should be",
             ACCELERATION: "how fast that should change",

@@ -22,17 +22,21 @@ from hfc_design.files.learning import learned
 
 
 class Controller:
-    """The controller of one axis, which remembers what it has to from one sample to the next."""
+    """The controller of one axis, which remembers what it has to from one sample to the next.
 
-    def __init__(self, design: AnyDesign, axis: str = ""):
+    ``law`` is another one for the same numbers, as that of tabulated terms; left out, the kind's.
+    """
+
+    def __init__(self, design: AnyDesign, axis: str = "", law: AxisLaw | None = None):
         whole = named_design(design)
         self._whole = design = whole.by_axis().get(axis, whole)
         kind = design.kind
         self.design = design.controller
-        law = needed(
+        made = needed(
             kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
         )
-        self._law: AxisLaw = law(self.design, design.limits.of(axis or design.axis).command)
+        limit = design.limits.of(axis or design.axis).command
+        self._law: AxisLaw = law or made(self.design, limit)
         self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
         self._limited = partial(limited, SCALARS, self._law.limit)
         self._reads = _reader(kind, self.design)

@@ -16,6 +16,7 @@ from hfc_design.controllers.controller import PathView
 from hfc_design.files.design import builtin_designs, named_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats import FORMATS, code, machine_code, saving
+from hfc_design.formats.c_folder import write_lookup
 from hfc_design.formats.flash.folder import with_check
 from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller, Machine
@@ -92,6 +93,16 @@ def passes(path):
 @pytest.mark.parametrize("name", FEW)
 def test_the_folder_passes_its_own_check(name, folder):
     passes(folder(name))
+
+
+def test_the_folder_for_linuxcnc_passes_it_too(tmp_path):
+    FORMATS["linuxcnc"].write(ALL["jee-koren-2004-flc"], tmp_path / "hal")
+    passes(tmp_path / "hal")
+    text = (tmp_path / "hal" / "README.md").read_text()
+    assert "make check" in text
+    assert "The command is not limited" in text
+    assert "1 BLU is 0.01 mm" in text
+    assert "source: Jee & Koren 2004" in text
 
 
 @pytest.mark.slow
@@ -212,6 +223,15 @@ def test_every_number_of_a_table_that_is_off_by_one_per_cent_is_found(name, fold
     found = [any(found_wrong(path, one, "double") for one in pair) for pair in pairs]
     assert len(found) >= 10
     assert all(found), found
+
+
+@pytest.mark.parametrize("made", [None, made_up.limited(made_up.scheduling(5), 60.0)])
+def test_a_lookup_passes_too_and_needs_no_library(made, tmp_path):
+    write_lookup(made or ALL["lin-lee-1999-table-1"], tmp_path / "c", 33)
+    passes(tmp_path / "c")
+    assert "LDLIBS =\n" in (tmp_path / "c" / "Makefile").read_text()
+    assert "tabulated at 33 values" in vectors(tmp_path / "c")[2]
+    assert "tabulated at 33 values" in (tmp_path / "c" / "README.md").read_text()
 
 
 @pytest.mark.parametrize("name", FEW)

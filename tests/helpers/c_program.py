@@ -67,10 +67,8 @@ int main(int count, char **files)
 
 def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     """The program of a design, compiled in a new ``folder``."""
-    if lookup is None:
-        write(folder, machine_code.sources(design))
-    else:
-        code.write_lookup(design, folder, lookup)
+    files = machine_code.sources(design) if lookup is None else code.tabulated(design, lookup)[0]
+    write(folder, files)
     name = code.c_name(design)
     (folder / "main.c").write_text(main.format(name=name))
     sources = [folder / f"{name}.c", folder / "main.c"]

@@ -3,6 +3,7 @@
 For machines without ``exp`` the degrees of membership are a table, and what that costs is told.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +11,14 @@ import numpy as np
 
 from hfc_design.controllers.aflc import ADAPTATION
 from hfc_design.controllers.aflc.adaptation import ALIKE, PERFORMANCE
-from hfc_design.controllers.hierarchical.law import PREVIOUS, Graded, memberships, outputs
+from hfc_design.controllers.hierarchical.law import (
+    PREVIOUS,
+    Graded,
+    Grid,
+    hierarchical,
+    memberships,
+    outputs,
+)
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
 from hfc_design.controllers.hierarchical.root import FIRED
 from hfc_design.controllers.hierarchical.rules import units
@@ -122,8 +130,15 @@ class Lookup(NamedTuple):
 def tabulated(design: HierarchicalDesign, points: int) -> Json:
     """What the C template needs to go without ``exp``."""
     found = lookup(design, points)
-    told = {"deviation": found.deviation, "deviates": found.of}
-    return {"lookup": found, "exponential": False, **told}
+    grid = Grid(found.low, found.per_unit, tuple(map(tuple, found.table)))
+    layout = layout_of(design)._replace(grid=grid)
+    return {
+        "lookup": found,
+        "exponential": False,
+        "deviation": found.deviation,
+        "deviates": found.of,
+        "law": partial(hierarchical, layout, design.sample_time_s),
+    }
 
 
 def lookup(design: HierarchicalDesign, points: int) -> Lookup:

@@ -57,6 +57,21 @@ LIN_LEE_TERMS: tuple[Term, ...] = (
 )
 
 
+class Grid(NamedTuple):
+    """Degrees at evenly spaced values, as code without ``exp`` has them."""
+
+    low: float
+    per_unit: float  # of them in a unit
+    table: tuple[tuple[float, ...], ...]  # (points, 7)
+
+    def between(self, u: Scalar) -> list[Scalar]:
+        """Degrees of a number of the runtime: linear in between, constant beyond."""
+        place = max(0.0, min(float(len(self.table) - 1), (u - self.low) * self.per_unit))
+        k = min(int(place), len(self.table) - 2)
+        part, pairs = place - k, zip(self.table[k], self.table[k + 1], strict=True)
+        return [lower + part * (upper - lower) for lower, upper in pairs]
+
+
 class Layout(NamedTuple):
     """What the search leaves alone: which inputs, which terms they have, how the output counts.
 
@@ -71,6 +86,11 @@ class Layout(NamedTuple):
     #: The law that the root scales; None: it scales nothing but ``output_scale``.
     scheduled: Structure | None = None
     canonical: bool = True  # whether units read what they do in ``tree.trees``, or anything
+    grid: Grid | None = None  # the terms tabulated, for numbers of the runtime; None: exact
+
+    def graded(self, xp: Xp) -> Graded:
+        """What gives degrees in the terms."""
+        return self.grid.between if self.grid else partial(memberships, xp, self.terms)
 
     @property
     def reach(self) -> Reach:
@@ -191,8 +211,7 @@ def sample(
     scaled = [scale * x for x, scale in zip(readings, gains.scales, strict=True)]
     values = [clipped(xp, u, -1.0, 1.0) for u in scaled]
     learnt = _learning(xp, layout, gains, memory, signals["error"])
-    degrees = partial(memberships, xp, layout.terms)
-    units, root = outputs(xp, degrees, layout.reach, gains, values, learnt)
+    units, root = outputs(xp, layout.graded(xp), layout.reach, gains, values, learnt)
     fuzzy = layout.output_scale * units[-1].output
     remembered = {name: signals[name] for name in layout.remembered}
     if layout.linear is None:
@@ -230,7 +249,7 @@ def _learning(
     scale = adaptation.error_scale
     if scale is None:
         scale = gains.scales[layout.inputs.index("error")]
-    graded = memberships(xp, layout.terms, clipped(xp, scale * error, -1.0, 1.0))
+    graded = layout.graded(xp)(clipped(xp, scale * error, -1.0, 1.0))
     return partial(root_unit.step, xp, adaptation, memory.root, graded)
 
 

@@ -2,6 +2,7 @@
 
 import re
 
+from hfc_design.controllers.controller import AxisLaw
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
@@ -13,9 +14,14 @@ from hfc_design.formats.writing import Content, csv_text, head, rendered, signal
 FUNCTIONS = ("exp", "tanh", "sqrt")
 
 
-def with_check(design: Design, files: dict[str, str]) -> dict[str, Content]:
-    """The sources with all one needs to flash them."""
-    found = values(design, files)
+def with_check(
+    design: Design, files: dict[str, str], law: AxisLaw | None = None, note: str = ""
+) -> dict[str, Content]:
+    """The sources with all one needs to flash them, and a ``note`` on them.
+
+    ``law`` is what they do, where it is not exactly that of the design's kind.
+    """
+    found = values(design, files, law, note)
     return {
         **files,
         "README.md": rendered("flash/README.md.j2", design, **found),
@@ -28,15 +34,19 @@ def checked(design: Design, found: Json) -> dict[str, Content]:
     program = rendered("flash/check.c.j2", design, **found)
     return {
         "Makefile": rendered("flash/Makefile.j2", design, **found),
-        "check": {"check.c": program, "vectors.csv": table(design, found["vectors"])},
+        "check": {
+            "check.c": program,
+            "vectors.csv": table(design, found["vectors"], found["note"]),
+        },
     }
 
 
-def table(design: Design, found: Vectors) -> str:
+def table(design: Design, found: Vectors, note: str = "") -> str:
     """The vectors as CSV; lines that begin with # say what they are."""
     unit = signal_units(design).get("command", "")
     last = "" if found.compared == len(found.inputs) else f", the first {found.compared} samples"
     notes = [
+        *([note] if note else []),
         f"tolerance in double: {found.double!r} {unit}",
         f"tolerance in float: {found.single!r} {unit}{last}",
     ]
@@ -44,14 +54,17 @@ def table(design: Design, found: Vectors) -> str:
     return lines + csv_text([found.columns, *found.rows])
 
 
-def values(design: Design, files: dict[str, str]) -> Json:
-    """What the templates of a folder read of a design and its C."""
-    name, found = code.c_name(design), vectors(design)
+def values(
+    design: Design, files: dict[str, str], law: AxisLaw | None = None, note: str = ""
+) -> Json:
+    """What the templates read, see ``with_check``."""
+    name, found = code.c_name(design), vectors(design, law)
     text = "\n".join(files.values())
     unfit = re.search(r'#error "has to be in double: in float (.*)"', text)
     used = [x for x in FUNCTIONS if f"#define {x.upper()} {x}" in text]
     own = {
         "name": name,
+        "note": note,
         "sources": sorted(file for file in files if file.endswith(".c")),
         "headers": sorted(file for file in files if file.endswith(".h")),
         "library": "#include <math.h>" in text,

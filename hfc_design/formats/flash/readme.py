@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.kind import kinds
+from hfc_design.controllers.rules import identifier
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
@@ -49,12 +50,13 @@ def _signals(design: Design, names: list[str], axes: tuple[str, ...]) -> list[Si
     """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
     units, meanings = signal_units(design), signal_meanings(design)
     if units or not axes:
-        return [Signal(x, "", units.get(x, ""), plain(meanings.get(x, ""))) for x in names]
+        each = [(identifier(x), units.get(x, "")) for x in names]
+        return [Signal(x, "", unit, plain(meanings.get(x, ""))) for x, unit in each]
     rows: dict[tuple[str, str, str], list[str]] = {}
     for axis in PlantSettings(**design.plant.model_dump()).each():
         own, told = units_of(axis.drive.units), MEANINGS | meanings_of(axis.drive)
         for name in names:
-            row = name, own.get(name, ""), plain(told.get(name, ""))
+            row = identifier(name), own.get(name, ""), plain(told.get(name, ""))
             rows.setdefault(row, []).append(axis.name)
     return [Signal(row[0], ", ".join(of), *row[1:]) for row, of in sorted(rows.items())]
 

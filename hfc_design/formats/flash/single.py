@@ -8,7 +8,7 @@ from math import exp, isfinite, tanh
 
 import numpy as np
 
-from hfc_design.controllers.controller import View
+from hfc_design.controllers.controller import AxisLaw, PerAxis, View
 from hfc_design.core.numbers import SCALARS, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.flash.driving import RESETS
@@ -36,15 +36,21 @@ def single(value: Plain) -> Plain:
 
 
 def commands(
-    design: Design, axes: tuple[str, ...], views: Iterable[View], towards: float
+    design: Design,
+    axes: tuple[str, ...],
+    views: Iterable[View],
+    towards: float,
+    law: AxisLaw | None = None,
 ) -> list[list[float]]:
     """(samples, axes) commands of a design whose inputs are off by a rounding ``towards``.
 
-    0 is no number to be off towards: inputs are the nearest ones of single precision. Where the
-    command would not be finite the past is kept, as in C.
+    0 is no number to be off towards: inputs are the nearest ones of single precision. ``law`` as of
+    ``runtime.Controller``. Where the command would not be finite the past is kept, as in C.
     """
     limits = design.limits.commands(axes)
     controller = design.kind.controller_of(design.controller, limits)
+    if law is not None:
+        controller = PerAxis(design.kind.name, (law,))
     gains = single(design.kind.gains(design.controller))
     found: list[list[float]] = []
     with np.errstate(all="ignore"):

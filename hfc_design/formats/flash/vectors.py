@@ -3,16 +3,18 @@
 Deterministic: the same design gives the same numbers.
 """
 
+from collections.abc import Callable
 from itertools import chain
 from math import inf
 from typing import NamedTuple
 
-from hfc_design.controllers.controller import PathView, View
+from hfc_design.controllers.controller import AxisLaw, PathView, View
+from hfc_design.controllers.rules import identifier
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats.flash import driving, single
 from hfc_design.formats.machine_code import sees_path
-from hfc_design.runtime import Machine
+from hfc_design.runtime import Controller, Machine
 
 #: Of a command in double precision, in shares of the largest one.
 DOUBLE = 1e-12
@@ -43,7 +45,7 @@ class Vectors(NamedTuple):
     def columns(self) -> list[str]:
         """Names of all columns, inputs before commands."""
         heads = [f"{axis}." if axis else "" for axis in self.axes]
-        told = [f"{head}{name}" for head in heads for name in self.signals]
+        told = [f"{head}{identifier(name)}" for head in heads for name in self.signals]
         commands = [f"{head}command" for head in heads]
         return ["reset", *told, *(f"path.{x}" for x in self.path), *commands]
 
@@ -59,41 +61,61 @@ class Vectors(NamedTuple):
         return _largest(self.commands)
 
 
-def vectors(design: Design) -> Vectors:
-    """The vectors of a design, or of the part of one axis."""
+def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
+    """The vectors of a design, or of the part of one axis; ``law`` as of ``runtime.Controller``."""
     kind = design.kind
     axes = (design.axis or "axis",) if kind.law else axes_of(design)
     names = tuple(kind.reads(design.controller)) if kind.reads else ()
     path = PATH if kind.law is None and sees_path(design) else ()
     inputs = _inputs(design, axes, names, bool(path))
     views = [_view(row, axes, names) for row in inputs]
-    commands = _commands(design, axes, views)
-    tolerances = _tolerances(design, axes, views, commands)
+    commands = _commands(design, axes, views, law)
+    tolerances = _tolerances(design, axes, views, commands, law)
     resets = tuple(k in driving.RESETS for k in range(len(inputs)))
     return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, *tolerances)
 
 
-def _commands(design: Design, axes: tuple[str, ...], views: list[View]) -> list[list[float]]:
+def _commands(
+    design: Design, axes: tuple[str, ...], views: list[View], law: AxisLaw | None
+) -> list[list[float]]:
     """(samples, axes) what the runtime commands."""
-    machine, found = Machine(design, axes), []
+    if design.kind.law is not None:
+        one = Controller(design, law=law)
+        return _stepped(one.reset, lambda view: [one.step(view.axes[0])], views)
+    machine = Machine(design, axes)
+
+    def step(view: View) -> list[float]:
+        told = dict(zip(axes, view.axes, strict=True))
+        return list(machine.step(told, view.path).values())
+
+    return _stepped(machine.reset, step, views)
+
+
+def _stepped(
+    reset: Callable[[], None], step: Callable[[View], list[float]], views: list[View]
+) -> list[list[float]]:
+    found = []
     for k, view in enumerate(views):
         if k in driving.RESETS:
-            machine.reset()
-        told = dict(zip(axes, view.axes, strict=True))
-        found.append(list(machine.step(told, view.path).values()))
+            reset()
+        found.append(step(view))
     return found
 
 
 def _tolerances(
-    design: Design, axes: tuple[str, ...], views: list[View], commands: list[list[float]]
+    design: Design,
+    axes: tuple[str, ...],
+    views: list[View],
+    commands: list[list[float]],
+    law: AxisLaw | None,
 ) -> tuple[float, float, int]:
     """In double, in float, and the samples that can be compared in float.
 
     Single precision is tried with its nearest inputs, and with the next ones to both sides.
     """
     largest = _largest(commands)
-    apart = [_apart(commands, single.commands(design, axes, views, to)) for to in (0.0, inf, -inf)]
-    worst = [max(each) for each in zip(*apart, strict=True)]
+    tried = (single.commands(design, axes, views, towards, law) for towards in (0.0, inf, -inf))
+    worst = [max(each) for each in zip(*(_apart(commands, one) for one in tried), strict=True)]
     decided = (k for k, off in enumerate(worst) if not off <= APART * largest)
     compared = next(decided, len(worst))
     off = max(worst[:compared], default=0.0)
