@@ -10,8 +10,8 @@ import numpy as np
 from board_samples import COUNT
 from c_program import WARNINGS
 
-from hfc_design.formats import FORMATS, code
-from hfc_design.formats.machine_code import sees_path
+from hfc_design.formats import code, machine_code
+from hfc_design.formats.writing import write
 
 HERE = Path(__file__).parents[1] / "interop" / "boards"
 
@@ -49,10 +49,9 @@ def _by_qemu(done):
 #: An instruction takes 2 ** 6 ns, a tick of the timer 40 ns.
 QEMU = "qemu-system-arm -M mps2-an386 -display none -monitor none -serial none -no-reboot"
 QEMU += " -semihosting-config enable=on,target=native -icount shift=6 -kernel"
-SIMAVR = "simavr -m atmega328p -f 16000000"
-SCRIPT = HERE / "cortex" / "board.ld"
-CORTEX = Board("cortex", "arm-none-eabi-", ("-T", str(SCRIPT)), QEMU, _by_qemu, 40 / 64)
-UNO = Board("uno", "avr-", (), SIMAVR, _by_simavr, 64)
+SCRIPT = "-T", str(HERE / "cortex" / "board.ld")
+CORTEX = Board("cortex", "arm-none-eabi-", SCRIPT, QEMU, _by_qemu, 40 / 64)
+UNO = Board("uno", "avr-", (), "simavr -m atmega328p", _by_simavr, 64)
 #: What ``main.c`` reads of a design.
 STEP = """#include "{name}.h"
 typedef {name}_state state;
@@ -72,13 +71,13 @@ class Run(NamedTuple):
     longest: int  # step, in instructions or cycles
 
 
-def compiled(board, design, folder, *flags, lookup=None):
-    """Objects of the design's own files in a new ``folder``."""
+def compiled(board, design, folder, *flags, lookup=0):
+    """Objects of the design's own files in a new ``folder``; ``lookup`` points in place of exp."""
+    files = machine_code.sources(design)
     if lookup:
-        code.write_lookup(design, folder, lookup)
-    else:
-        FORMATS["c"].write(design, folder)
-    sources = sorted(path.name for path in folder.glob(f"{code.c_name(design)}*.c"))
+        files = code.sources(design, **design.kind.lookup(design.controller, lookup))
+    write(folder, files)
+    sources = sorted(name for name in files if name.endswith(".c"))
     _run(folder, *board.gcc, *flags, "-c", *sources)
     return [f"{Path(source).stem}.o" for source in sources]
 
@@ -88,7 +87,9 @@ def firmware(board, design, folder, objects, samples, *flags):
     name = code.c_name(design)
     members, call = f"{name}_inputs inputs;", f"*commands = {name}_step(own, &now->inputs)"
     if not design.kind.law:
-        path, way = (f"{name}_path path;", "&now->path, ") if sees_path(design) else ("", "")
+        path, way = (
+            (f"{name}_path path;", "&now->path, ") if machine_code.sees_path(design) else ("", "")
+        )
         members = f"{name}_inputs axes[{name}_AXES]; {path}"
         call = f"{name}_step(own, now->axes, {way}commands)"
     commands = "1" if design.kind.law else f"{name}_AXES"
