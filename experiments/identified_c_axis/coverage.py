@@ -20,7 +20,7 @@ from hfc_design.identify.certainty import certainty
 from hfc_design.identify.free import free
 from hfc_design.identify.kept import Kept, kept
 from hfc_design.identify.recording import Recording
-from hfc_design.identify.search import by_command
+from hfc_design.identify.search import bandwidths, by_command
 from hfc_design.simulation.machines import drawn
 from plants.c_axis import C_AXIS, CAxisParameters
 
@@ -44,7 +44,8 @@ class Row(NamedTuple):
 
 def identified(recorded: Recording, near: bool) -> Kept:
     """What ``hfc identify --plant c-axis`` finds in a log; ``near``: from the nominal one alone."""
-    found = by_command(free(C_AXIS, {}), recorded, 1, None, 0, lambda line: None, near)
+    tried = bandwidths(recorded, None)
+    found = by_command(free(C_AXIS, {}), recorded, 1, tried, 0, lambda line: None, near)
     return kept(found, certainty(found.fit), delayed=True)
 
 

@@ -8,14 +8,15 @@ import click
 from hfc_design.cli.options import Texts
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.console import plain_table, terminal
-from hfc_design.core.records import RunError, UserError, writing
+from hfc_design.core.records import UserError, writing
 from hfc_design.core.texts import about
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify import aim, page
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.recording import Recording, recording
+from hfc_design.logs.columns import mapped
 from hfc_design.logs.reading import read_log
-from hfc_design.logs.signals import mapped, signals
+from hfc_design.logs.signals import signals
 from hfc_design.report import REPORT
 from plants import Drive
 
@@ -84,8 +85,6 @@ def write(found: Identified, log: str, path: Path, from_file: bool) -> None:
     Raises:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
-    if path.exists() and not path.is_dir():
-        raise RunError(f"{path}: is a file")
     command = " ".join(["hfc", *(f"'{x}'" if " " in x else x for x in sys.argv[1:])])
     texts = {
         "scenario.toml": aim.scenario_text(found, log, from_file).encode(),

@@ -1,5 +1,6 @@
 """``hfc identify``: a machine's parameters from its log."""
 
+from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,8 @@ def identify(
     if open_loop and bandwidth is not None:
         raise UserError("--open-loop: has no observer; leave out --bandwidth")
     path = out or free(Path(aim.called(log.name)), folder=True)
+    if isfile(path):
+        raise UserError(f"--out {path}: is a file, and what is written is a folder")
     scenario, design, made = _machine(**given)  # type: ignore[arg-type]
     logs, scenario = shown.recordings(log, scenario, **given)  # type: ignore[arg-type]
     wanted = [name.strip() for name in names.split(",")] if names else None

@@ -144,11 +144,11 @@ def _rounded(**reference: Any) -> Json:
 def _fastest(told: Recording) -> tuple[float, float]:
     """Speed and acceleration that the log reaches, but for its noise."""
     place = told.place if told.reference is None else told.reference
-    width = max(round(0.01 / told.sample_time), 1)
+    width = max(min(round(0.01 / told.sample_time), len(place) // 8), 1)
     smooth = np.convolve(place, np.ones(width) / width, "valid")
     rate = (smooth[width:] - smooth[:-width]) / (width * told.sample_time)
     change = (rate[width:] - rate[:-width]) / (width * told.sample_time)
-    speed = float(np.quantile(np.abs(rate), 0.99))
+    speed = max(float(np.quantile(np.abs(rate), 0.99)), float(np.ptp(place)) / told.duration)
     return speed, max(float(np.quantile(np.abs(change), 0.99)), speed)
 
 

@@ -124,6 +124,8 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     starts = _starts(problem.free, seed)
     held = np.where(problem.held > 0, starts, starts[0])
     first = np.asarray(costs(problem, held))
+    if not np.isfinite(first).any():
+        return starts[0], 0
     best = held[np.argsort(np.where(np.isfinite(first), first, np.inf))[:REFINED]]
     near = problem._replace(scale=np.sqrt(np.nanmin(first)) * problem.scale)
     ended = np.asarray(_nearly(near, best))

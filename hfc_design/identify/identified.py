@@ -1,28 +1,25 @@
 """A machine and its log -> what the log tells of the machine, checked on a second log."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
+from hfc_design.core.texts import about
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import Advice, advice
 from hfc_design.identify.certainty import Certainty, certainty
-from hfc_design.identify.fit import Fit, offs
+from hfc_design.identify.checks import Check, checked, doubts, how_of, strangers
+from hfc_design.identify.fit import Fit
 from hfc_design.identify.free import Free, free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.loop import loop
 from hfc_design.identify.profile import Profile, profiles
 from hfc_design.identify.recording import Recording
-from hfc_design.identify.replay import Residual, replay
-from hfc_design.identify.search import Found, by_command, by_loop
-
-#: A residual above this share of the motion is no replay of it.
-LOST = 0.2
+from hfc_design.identify.search import Found, Tell, bandwidths, by_command, by_loop
 
 
 class Task(NamedTuple):
@@ -34,16 +31,6 @@ class Task(NamedTuple):
     names: Sequence[str] | None  # parameters that are looked for; None: all that may be
     bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: that of the least residual
     seed: int = 0
-
-
-class Check(NamedTuple):
-    """A log replayed with the parameters that were found, or with those of the start."""
-
-    log: str
-    how: str  # under the recorded command, or in closed loop
-    before: float  # rms residual with the parameters of the start [unit of the position]
-    after: float
-    residual: Floats  # (steps,) recorded less simulated
 
 
 class Identified(NamedTuple):
@@ -76,13 +63,12 @@ class Identified(NamedTuple):
         return self.free.drive.units["error"]
 
 
-def identify(
-    task: Task, logs: dict[str, Recording], tell: Callable[[str], None] = lambda line: None
-) -> Identified:
+def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
     """What the first of ``logs`` tells of the machine of ``task``; the others check it.
 
     Raises:
-        UserError: a parameter is unknown, or there is nothing to replay the log with.
+        UserError: a parameter is unknown, there is nothing to replay a log with, or no replay
+            of it stays finite.
     """
     (name, told), *_ = logs.items()
     start = task.scenario.plant.each()[task.axis]
@@ -93,16 +79,16 @@ def identify(
         wanted = free(start.drive, own, task.names)
     except ValueError as error:
         raise UserError(f"--free {error}") from None
+    for log, each in logs.items():
+        if each.command is None and (task.design is None or each.reference is None):
+            why = "has no command; with the reference and --controller DESIGN its loop is replayed"
+            raise UserError(f"{log}: {why}")
+    own_parts = [("plant", start.drive.name), ("plant", task.scenario.plant.name)]
+    with own_code(" cannot be replayed", *own_parts):
+        found = _found(task, wanted, name, told, tell)
+    with about(name):
+        _check_slopes(found.fit)
     substeps = task.scenario.simulation.substeps
-    if told.command is not None:
-        found = by_command(wanted, told, substeps, task.bandwidth, task.seed, tell)
-    elif task.design is not None and told.reference is not None:
-        found = by_loop(wanted, told, loop(task.scenario, task.design, told), task.seed, tell)
-    else:
-        why = "has no command; with the reference and --controller DESIGN its loop is replayed"
-        raise UserError(f"{name}: {why}")
-    if not np.isfinite(found.fit.rms).all():
-        raise UserError(f"{name}: no parameters were found with which a replay stays finite")
     known = certainty(found.fit)
     tell("how the fit grows worse beside the best values")
     worst = profiles(found, known)
@@ -110,75 +96,32 @@ def identify(
     next_one = advice(found, known, told, substeps)
     tell("what the parameters do on each log")
     found, known, states, note = kept(found, known, told.command is not None)
-    checks = tuple(_checks(task, found, logs))
-    notes = (*filter(None, [note]), *_doubts(name, found, known, told), *told.notes)
+    checks = checked(task.scenario, task.design, found, logs)
+    against = *doubts(name, found, known, told), *strangers(checks, logs)
+    notes = (*filter(None, [note]), *against, *told.notes)
     return Identified(
         task.scenario, task.axis, found, known, states, worst, checks, next_one, told, notes
     )
 
 
-def _checks(task: Task, found: Found, logs: dict[str, Recording]) -> list[Check]:
-    checks = []
-    for name, told in logs.items():
-        ways: dict[str, Residual] = {}
-        if told.command is not None and found.bandwidth is not None:
-            own = replay(found.fit.free, told, found.bandwidth, task.scenario.simulation.substeps)
-            ways[how_of(found)] = own
-        if task.design is not None and told.reference is not None:
-            ways["closed loop"] = loop(task.scenario, task.design, told)
-        for how, residual in ways.items():
-            first, last = (
-                _off(found, residual, x) for x in (found.fit.free.begun, found.fit.numbers)
-            )
-            checks.append(Check(name, how, _rms(first), _rms(last), last))
-    return checks
+def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> Found:
+    if told.command is not None:
+        with about(name):
+            tried = bandwidths(told, task.bandwidth)
+        substeps = task.scenario.simulation.substeps
+        return by_command(wanted, told, substeps, tried, task.seed, tell)
+    assert task.design is not None
+    return by_loop(wanted, told, loop(task.scenario, task.design, told), task.seed, tell)
 
 
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _off(found: Found, residual: Residual, numbers: Floats) -> Floats:
-    """(steps,) of the position."""
-    problem = found.problem._replace(residual=residual)
-    with jax.enable_x64(True):
-        return np.asarray(offs(problem, numbers))[:, 0]
-
-
-def how_of(found: Found) -> str:
-    """In words."""
-    if found.bandwidth is None:
-        return "closed loop"
-    if not found.bandwidth:
-        return "recorded command, open loop"
-    return f"recorded command, observer of {found.bandwidth:g} Hz"
-
-
-def _doubts(name: str, found: Found, known: Certainty, told: Recording) -> list[str]:
-    """What a user has to know before he uses the parameters."""
-    fit, notes = found.fit, []
-    share = float(fit.rms[0] / max(np.std(told.place), 1e-300))
-    if share > LOST:
-        notes.append(
-            f"NOT USABLE: the best replay is {100 * share:.3g} % of the motion off (rms); is it "
-            "this machine, and are the columns and units right?"
+def _check_slopes(fit: Fit) -> None:
+    """ValueError: what was found tells nothing, for it is not finite."""
+    if not np.isfinite(fit.rms).all():
+        raise ValueError("no parameters were found with which a replay stays finite")
+    lost = np.flatnonzero(~np.isfinite(fit.jacobian).all(axis=(0, 1)))
+    if lost.size:
+        bad = [(*fit.free.names, "delay")[k] for k in lost]
+        raise ValueError(
+            f"its replay has no slope by {', '.join(bad)}: look for others with --free, or mend "
+            "the plant's step there"
         )
-    for parameter, factor in fit.free.away(fit.numbers).items():
-        if dict(zip(fit.free.names, known.told, strict=True))[parameter]:
-            notes.append(
-                f"DOUBTFUL: {name} is only replayed with {factor:.3g} times the {parameter} that "
-                "it began with; are the units of its columns right, mm or m, say?"
-            )
-    if fit.free.drive.fault(_changed(fit)) is not None:
-        notes.append(f"DOUBTFUL: {fit.free.drive.fault(_changed(fit))}")
-    low, high = known.late
-    if low > 0.0 or high < 0.0:
-        ms, word = 1e3 * abs(fit.late) * told.sample_time, "later" if fit.late > 0 else "earlier"
-        notes.append(
-            f"the command acts {ms:.2g} ms {word} than its samples say ({fit.late:+.2f} samples)"
-        )
-    return notes
-
-
-def _changed(fit: Fit) -> dict[str, float]:
-    return dict(zip(fit.free.names, map(float, fit.free.values(fit.numbers)), strict=True))

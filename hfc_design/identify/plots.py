@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from scipy.signal import welch
 
 from hfc_design.core.numbers import Floats
-from hfc_design.identify.identified import Check, Identified
+from hfc_design.identify.checks import Check
+from hfc_design.identify.identified import Identified
 from hfc_design.identify.profile import LIMIT, Profile
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain, readable
 

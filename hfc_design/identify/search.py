@@ -1,6 +1,6 @@
 """The whole search: which observer tells most, and what it finds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -12,8 +12,11 @@ from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
 
-#: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples.
-BANDWIDTHS, SHARE = (50.0, 20.0, 5.0), 0.1
+#: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
+#: none slower than so many periods in the log: the first one does not count.
+BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 5.0
+#: One that is asked for may be this share of the samples; a faster one does not settle.
+LARGEST_SHARE = 0.2
 #: A slower observer is tried if under the numbers of the faster one it is off by less than so many
 #: times as much; whoever knows the machine needs no fast one.
 WORTH = 3.0
@@ -33,17 +36,16 @@ def by_command(
     free: Free,
     told: Recording,
     substeps: int,
-    bandwidth: float | None,
+    tried: Sequence[float],
     seed: int,
     tell: Tell,
     near: bool = False,
 ) -> Found:
-    """Under the command that was recorded; ``bandwidth`` None: that of the least residual.
+    """Under the command that was recorded, by the observer of the least residual.
 
-    ``near``: the machine is known to be near the first start, no others are tried.
+    ``tried`` are their ``bandwidths``. ``near``: the machine is known to be near the first start,
+    no others are tried.
     """
-    fast = [hz for hz in BANDWIDTHS if hz <= SHARE / told.sample_time]
-    tried = [bandwidth] if bandwidth is not None else fast or [SHARE / told.sample_time]
     best: Found | None = None
     for hz in tried:
         residual = replay(free, told, hz, substeps)
@@ -59,6 +61,31 @@ def by_command(
             best = Found(fit._replace(agreeing=agreeing), problem, hz)
     assert best is not None
     return best
+
+
+def bandwidths(told: Recording, wanted: float | None) -> list[float]:
+    """Those of the observers to try [Hz], the fastest first; the one that is ``wanted``.
+
+    Raises:
+        ValueError: the log is too short for an observer, or for this one, or too slow.
+    """
+    low = PERIODS / told.duration
+    if wanted is not None:
+        high = LARGEST_SHARE / told.sample_time
+        if wanted and not low <= wanted <= high:
+            raise ValueError(
+                f"an observer of {wanted:g} Hz does not suit it: {low:.3g} to {high:.3g} Hz, by "
+                "how long it lasts and how it is sampled"
+            )
+        return [wanted]
+    high = SHARE / told.sample_time
+    if low > high:
+        fewest = int(np.ceil(PERIODS / SHARE))
+        raise ValueError(
+            f"has {len(told.place)} samples, an observer needs {fewest}: record more, or replay "
+            "it with --open-loop"
+        )
+    return [hz for hz in BANDWIDTHS if low <= hz <= high] or [min(high, max(low, BANDWIDTHS[-1]))]
 
 
 def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Tell) -> Found:

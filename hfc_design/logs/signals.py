@@ -1,39 +1,23 @@
 """The signals of a drive in a log: in its units, evenly sampled, with what is not to be trusted."""
 
-import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.quantities import number
+from hfc_design.logs.columns import Column, by_name, units_of
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
-from plants import Drive, in_a_name
+from plants import Drive
 
-#: ``NAME=COLUMN`` of a user, with the unit of its numbers behind it: ``position=qm [m]``.
-MAPPED = re.compile(
-    r"\s*(?P<name>\w{1,64})\s*=\s*(?P<column>.+?)\s*(\[(?P<unit>[^\[\]]{1,40})\])?\s*"
-)
-#: A column whose own name tells the unit: ``x [mm]``, ``x (mm)``.
-TOLD = re.compile(r"(?P<name>.+?)\s*[\[(](?P<unit>[^\[\]()]{1,40})[\])]")
 #: A signal that changes by no more stands still, in any unit.
 LEAST = 1e-30
 #: Noise changes by 1.4 times its own size from sample to sample, a motion by far less.
 TREMBLES = 0.7
 #: Sample times of drives [s]; the most samples of which a fit keeps the slopes in memory.
 FASTEST, SLOWEST, MOST = 1e-7, 0.5, 200_000
-#: Names beside those of the drive's own signals.
-BESIDE = ("time", "command", "reference", "load", "added")
-
-
-class Column(NamedTuple):
-    """Which column of a log a signal is, and what its numbers count in."""
-
-    name: str  # of the signal
-    column: str
-    unit: str | None = None  # of one count, "5 um" say; None: that of the drive
 
 
 class Signals(NamedTuple):
@@ -44,14 +28,6 @@ class Signals(NamedTuple):
     values: dict[str, Floats]  # by name, in units of the drive
     usable: Mask  # what is neither filled in nor cut off
     notes: tuple[str, ...]  # what was found, for the user
-
-
-def mapped(text: str) -> Column:
-    """What a user says of a column; ValueError: it cannot be understood."""
-    found = MAPPED.fullmatch(text)
-    if not found:
-        raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
-    return Column(found["name"], found["column"], found["unit"])
 
 
 def signals(
@@ -70,7 +46,7 @@ def signals(
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
     chosen = {one.name: one for one in columns}
-    chosen |= _by_name(log, drive, [*chosen])
+    chosen |= by_name(log, drive, [*chosen])
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     units, values = units_of(drive), dict[str, Floats]()
     for name, one in chosen.items():
@@ -94,44 +70,6 @@ def signals(
             f"{SLOWEST:g} s: which unit has its time? say time=COLUMN [UNIT]"
         )
     return _signals(_first(found), drive)
-
-
-def units_of(drive: Drive) -> dict[str, str]:
-    """Everything that a log may hold of a drive, and what it counts in.
-
-    ``added`` is what came to the command after the controller, and is in the recorded one.
-    """
-    place, rate, command = (drive.units[name] for name in ("error", "error_rate", "command"))
-    pairs = {drive.seen[0]: drive.seen[1], drive.position: drive.velocity, **drive.encoders}
-    units = {"time": "s", "command": command, "reference": place, "load": drive.units["load"]}
-    units |= {
-        "added": command,
-        **dict.fromkeys(pairs, place),
-        **dict.fromkeys(pairs.values(), rate),
-    }
-    return units | {
-        x: u for x, u in drive.units.items() if x not in ("error", "error_rate", *units)
-    }
-
-
-def _by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
-    """Columns that are called like a signal, with or without a unit; not of those ``said``."""
-    found: dict[str, Column] = {}
-    others = {"command": drive.command_name, "load": drive.load_name}
-    for name, unit in units_of(drive).items():
-        if name in said:
-            continue
-        names = {name, others.get(name, name)}
-        own = names | {f"{one}_{in_a_name(unit)}" for one in names}
-        for column in log.columns:
-            told = TOLD.fullmatch(column)
-            if column not in own and not (told and told["name"] in names):
-                continue
-            if name in found:
-                both = f"{found[name].column} and {column}"
-                raise ValueError(f"{both} may be the {name}: which one? say {name}=COLUMN [UNIT]")
-            found[name] = Column(name, column, None if column in own or not told else told["unit"])
-    return found
 
 
 def _check(values: Mapping[str, Floats], drive: Drive, log: Log) -> None:

@@ -99,5 +99,5 @@ def test_bad_starts_end_at_the_same_place():
     force = forced(STEPS)
     wanted = free(CART, TRUE._asdict() | {"mass": 0.13}, ["mass"])
     told = recorded(driven(TRUE, force) + noisy(3), force)
-    one = by_command(wanted, told, 1, 0.0, 0, lambda line: None)
+    one = by_command(wanted, told, 1, [0.0], 0, lambda line: None)
     assert wanted.values(one.fit.numbers)[0] == pytest.approx(2.6, rel=1e-3)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from hfc_design.logs.columns import mapped
 from hfc_design.logs.log import Log
-from hfc_design.logs.signals import at_an_end, mapped, signals
+from hfc_design.logs.signals import at_an_end, signals
 from plants import PLANTS
 
 STAGE = PLANTS["positioning-stage"]
