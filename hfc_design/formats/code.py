@@ -16,7 +16,6 @@ from hfc_design.formats import saving
 from hfc_design.formats.fcl import real
 from hfc_design.formats.writing import (
     RESERVED,
-    Format,
     check_names,
     comment,
     head,
@@ -40,8 +39,9 @@ SINGLE = (1e-30, 1e12)
 LARGE = 1e38
 CLASH = "IEC 61131-3 takes {name} for {other}"
 LEFT_OUT = "the adaptation is not here: terms and rules are those that it starts from"
-#: What a kind's values say of the block's variables, beside what only its template reads.
-USUAL: Json = {"constants": {}, "remembered": [], "within": [], "units": []}
+#: What a kind's values say of the block's variables, beside what only its template reads; "held" is
+#: the record that it does where it leaves an adaptation out.
+USUAL: Json = {"constants": {}, "remembered": [], "within": [], "units": [], "held": None}
 
 
 def sources(design: Design, **others: object) -> dict[str, str]:
@@ -136,7 +136,7 @@ def block_values(design: Design) -> tuple[Template, Json]:
     indices = ["i", "j", "in_column", "in_row"] if units else []
     check_names("st", [name, "reset", "command", *names, *indices], CLASH)
     checked_numbers(design)
-    notes = [LEFT_OUT] if values.get("leaves_out") else []
+    notes = [LEFT_OUT] if values["held"] else []
     values |= {
         "signals": signals,
         "constants": constants,
@@ -183,7 +183,3 @@ def _numbers(value: Plain, key: str = "") -> Iterator[tuple[str, float]]:
             yield from _numbers(part, f"{key}.{name}".lstrip("."))
     elif isinstance(value, int | float):
         yield key, value
-
-
-ST = "Structured Text of IEC 61131-3, one function block"
-FORMATS = (Format("st", ST, block, ".st"),)

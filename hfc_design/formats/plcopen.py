@@ -9,9 +9,11 @@ from hfc_design import __version__
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import harmless
 from hfc_design.files.design import Design
-from hfc_design.formats.code import CLASH, block_values
+from hfc_design.formats.code import CLASH, block_values, c_name
 from hfc_design.formats.fcl import real
+from hfc_design.formats.flash.plc import with_vectors
 from hfc_design.formats.writing import (
+    Content,
     Format,
     check_names,
     facts,
@@ -177,5 +179,14 @@ def _instances(root: ET.Element, program: str, every: float) -> None:
     ET.SubElement(ET.SubElement(resource, "task", task), "pouInstance", of)
 
 
-PLCOPEN = "PLCopen XML (TC6 2.01): the block of st, and a task that calls it"
-FORMATS = (Format("plcopen", PLCOPEN, project, ".xml"),)
+def folder(design: Design) -> Content:
+    """The project of a design, a page on it, vectors, and a program that runs them.
+
+    Raises:
+        UserError: as ``project``.
+    """
+    return with_vectors(design, {f"{c_name(design)}.xml": project(design)})
+
+
+PLCOPEN = "a folder with the block of st as PLCopen XML (TC6 2.01), and a task that calls it"
+FORMATS = (Format("plcopen", PLCOPEN, folder),)

@@ -20,7 +20,7 @@ from wiring import not_adapting
 
 from hfc_design.core.numbers import finite
 from hfc_design.files.design import Design
-from hfc_design.formats import FORMATS, code
+from hfc_design.formats import code
 from hfc_design.runtime import Controller, use
 
 OWN = Path(__file__).parents[1] / "own_parts"
@@ -167,7 +167,7 @@ def stepped_alike(design, samples, folder, readings_alone):
         starts = starts.model_copy(
             update={"controller": starts.controller.model_copy(update={"adaptation": None})}
         )
-    block = FunctionBlock(FORMATS["st"].content(design))
+    block = FunctionBlock(code.block(design))
     pairs = []
     for row in samples.tolist():
         command = block.step(**dict(zip(names, row, strict=True)))

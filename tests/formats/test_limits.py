@@ -11,7 +11,7 @@ from wiring import not_adapting
 
 import hfc_design.api as hfc
 from hfc_design.files.design import builtin_designs, design_json, parse_design
-from hfc_design.formats import FORMATS
+from hfc_design.formats import code
 from hfc_design.runtime import Controller
 
 #: Largest commands that hold the built-in designs back.
@@ -82,7 +82,7 @@ def test_structured_text_keeps_it_too(case, tmp_path):
     design = limited(name, **changes)
     same = not_adapting(design) if design.kind.adapted else design  # the block has no adaptation
     signals = samples(design)
-    FORMATS["st"].write(design, tmp_path / "block.st")
+    (tmp_path / "block.st").write_text(code.block(design))
     block = FunctionBlock((tmp_path / "block.st").read_text())
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     found = [block.step(**dict(zip(signals, row, strict=True))) for row in rows]

@@ -15,7 +15,8 @@ from wiring import design, silent
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, named_design
-from hfc_design.formats import FORMATS
+from hfc_design.formats import code
+from hfc_design.formats.plcopen import project
 from hfc_design.runtime import Controller
 
 CASES = {
@@ -31,7 +32,7 @@ CASES = {
 
 def block_in(record):
     """Name, sections and body of the function block in the project of a design."""
-    found = pous(FORMATS["plcopen"].content(record))
+    found = pous(project(record))
     (name, (_, sections, body)) = next(item for item in found.items() if item[1][0] != "program")
     return name, sections, body
 
@@ -40,7 +41,7 @@ def block_in(record):
 def test_the_block_is_that_of_structured_text(case):
     record = CASES[case]
     name, sections, body = block_in(record)
-    written = FORMATS["st"].content(record)
+    written = code.block(record)
     here, there = FunctionBlock(function_block(name, sections, body)), FunctionBlock(written)
     assert (here.block, here.values, here.kinds) == (there.block, there.values, there.kinds)
     assert here.inputs == there.inputs
@@ -69,7 +70,7 @@ def test_every_signal_says_what_it_is_and_in_which_unit():
 def test_a_task_calls_the_block_once_a_sample():
     record = made_up.linear("lqr", 3, "feed-drive")
     every = record.controller.model_copy(update={"sample_time_s": 0.0025})
-    text = FORMATS["plcopen"].content(record.model_copy(update={"controller": every}))
+    text = project(record.model_copy(update={"controller": every}))
     task = ET.fromstring(text).find(f".//{PPX}task")
     assert task.get("interval") == "T#2.5ms"
     program = task.find(f"{PPX}pouInstance").get("typeName")
@@ -84,14 +85,14 @@ def test_a_task_calls_the_block_once_a_sample():
 
 
 def test_the_same_design_gives_the_same_bytes():
-    one, other = (FORMATS["plcopen"].content(named_design("pd-only")) for _ in range(2))
+    one, other = (project(named_design("pd-only")) for _ in range(2))
     assert one == other
 
 
 def test_nothing_that_a_user_wrote_is_markup():
     evil = 'x"><addData/>&amp;<!-- ]]> \x1b'
     record = named_design("pd-only").model_copy(update={"name": evil})
-    root = ET.fromstring(FORMATS["plcopen"].content(record))
+    root = ET.fromstring(project(record))
     assert root.find(f".//{PPX}addData") is None
     assert len(root.findall(f".//{PPX}pou")) == 2
 
@@ -99,7 +100,7 @@ def test_nothing_that_a_user_wrote_is_markup():
 @pytest.mark.parametrize("name", ["huang-neural", "huang-soc"])
 def test_a_kind_without_structured_text_is_refused(name):
     with pytest.raises(UserError, match="it has no template in Structured Text"):
-        FORMATS["plcopen"].content(named_design(name))
+        project(named_design(name))
 
 
 def test_a_name_that_the_example_takes_is_refused():
@@ -107,4 +108,4 @@ def test_a_name_that_the_example_takes_is_refused():
     taken = text.replace('"deflection"', '"fb_lin_lee_1999_table_1_1"')
     record = Design.model_validate(json.loads(taken))
     with pytest.raises(UserError, match="takes fb_lin_lee_1999_table_1_1 for"):
-        FORMATS["plcopen"].content(record)
+        project(record)

@@ -12,7 +12,7 @@ from wiring import design, units
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import named_design
-from hfc_design.formats import FORMATS
+from hfc_design.formats import code
 from hfc_design.formats.fcl import real
 from hfc_design.runtime import Controller
 
@@ -20,7 +20,7 @@ from hfc_design.runtime import Controller
 @pytest.fixture
 def text(tmp_path):
     def write(design):
-        FORMATS["st"].write(design, tmp_path / "design.st")
+        (tmp_path / "design.st").write_text(code.block(design))
         return (tmp_path / "design.st").read_text()
 
     return write

@@ -54,8 +54,10 @@ class FunctionBlock(Interpreter):
     A statement becomes lines of Python, an expression a pair of its type and Python.
     """
 
+    parser = PARSER
+
     def __init__(self, text):
-        name, *parts = PARSER.parse(text).children
+        name, *parts = self.parser.parse(text).children
         self.block = str(name)
         self.values, self.kinds, self.inputs = {}, {}, []
         for part in parts:
@@ -85,10 +87,14 @@ class FunctionBlock(Interpreter):
                 assert len(numbers) in (0, size), name
                 self.values[name] = numbers or [0.0] * size
             else:
-                self.values[name] = numbers[0] if numbers else EMPTY[base]
+                self.values[name] = numbers[0] if numbers else self.empty(base)
             self.kinds[name] = "ARRAY" if bounds else str(base)
             if keyword == "VAR_INPUT":
                 self.inputs.append(str(name))
+
+    def empty(self, kind):
+        """What a variable is to begin with."""
+        return EMPTY[kind]
 
     def assign(self, tree):
         name, (kind, code) = tree.children[0], self.visit(tree.children[1])

@@ -19,7 +19,8 @@ from st_cases import CASES, WRITTEN, samples
 from wiring import design
 
 from hfc_design.files.design import named_design
-from hfc_design.formats import FORMATS
+from hfc_design.formats import code
+from hfc_design.formats.plcopen import project
 from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
@@ -127,13 +128,13 @@ def rows_of(text, given):
 @pytest.mark.parametrize("name", ["random-2", "jee-koren-2004-aflc", "jee-koren-2004-pid"])
 def test_the_parser_finds_no_error(name, reads, tmp_path):
     file = tmp_path / "design.st"
-    FORMATS["st"].write(design(name), file)
+    file.write_text(code.block(design(name)))
     assert reads(file)
 
 
 def test_the_parser_finds_an_error_where_there_is_one(reads, tmp_path):
     file = tmp_path / "design.st"
-    FORMATS["st"].write(design("pd-only"), file)
+    file.write_text(code.block(design("pd-only")))
     file.write_text(file.read_text().replace("command :=", "command := *"))
     assert not reads(file)
 
@@ -141,7 +142,7 @@ def test_the_parser_finds_an_error_where_there_is_one(reads, tmp_path):
 @pytest.mark.parametrize("case", CASES)
 def test_a_machine_of_others_runs_the_block_as_the_runtime_does(case, machine):
     record, stepped = CASES[case]
-    text, controller, given = FORMATS["st"].content(record), Controller(stepped), samples(record)
+    text, controller, given = code.block(record), Controller(stepped), samples(record)
     found = machine(text, rows_of(text, given))
     wanted = np.array([controller.step(row) for row in given])
     assert not found[:, 1].any()
@@ -152,7 +153,7 @@ def test_a_machine_of_others_runs_the_block_as_the_runtime_does(case, machine):
 @pytest.mark.parametrize("name", WRITTEN)
 def test_it_runs_every_built_in_design(name, machine):
     record = named_design(name)
-    text = FORMATS["st"].content(record)
+    text = code.block(record)
     block = machine(text, rows_of(text, samples(record, 100)))
     assert not block[:, 1].any()
     assert np.abs(block[:, 0]).max() > 0.0
@@ -160,7 +161,7 @@ def test_it_runs_every_built_in_design(name, machine):
 
 @pytest.mark.parametrize("case", ["PI", "lqi within a limit", "table 1"])
 def test_it_forgets_at_reset_and_goes_on_after_what_is_no_number(case, machine):
-    text = FORMATS["st"].content(CASES[case][0])
+    text = code.block(CASES[case][0])
     rows = rows_of(text, samples(CASES[case][0])[:40])
     plain = machine(text, rows)
     again = machine(text, [*rows, [*rows[0][:-1], 1.0], *rows[1:]])
@@ -199,7 +200,7 @@ def test_the_block_that_the_classes_have_read_runs_as_the_runtime_does(
 def read(record, source, folder, old="", new=""):
     """The project of a design, here with other words, as the classes of plcopen have it."""
     package, file = source("plcopen"), folder / "design.xml"
-    FORMATS["plcopen"].write(record, file)
+    file.write_text(project(record))
     file.write_text(file.read_text().replace(old, new, 1))
     command = [PYTHON, HERE / "plcopen_read.py", package / SCHEMA, file]
     done = subprocess.run(

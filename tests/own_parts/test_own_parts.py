@@ -21,7 +21,7 @@ import hfc_design.api as hfc
 from hfc_design import runtime
 from hfc_design.cli import main
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.formats import FORMATS
+from hfc_design.formats import code
 from hfc_design.report.plots import errors
 
 HERE = Path(__file__).parent
@@ -125,7 +125,7 @@ def test_c_and_structured_text_do_what_the_runtime_does(toy, tmp_path):
     expected = np.array([controller.step({"error": error}) for error in errors])
     program = built("gcc", toy, tmp_path / "c")
     assert commands(program, errors[:, None]).tolist() == expected.tolist()  # bit for bit
-    FORMATS["st"].write(toy, tmp_path / "toy.st")
+    (tmp_path / "toy.st").write_text(code.block(toy))
     block = FunctionBlock((tmp_path / "toy.st").read_text())
     assert [block.step(error=error) for error in errors] == expected.tolist()
 
@@ -136,7 +136,8 @@ def test_both_axes_are_exported(folder, tmp_path):
     assert "_real error_rate; /* [deg/s] */" in (tmp_path / "c" / "c" / "toy_c.h").read_text()
     assert "_real error; /* [mm] */" in (tmp_path / "c" / "x" / "toy_x.h").read_text()
     ran("export", folder / "run", *OWN, "--to", "st", "--out", tmp_path / "st")
-    assert sorted(path.name for path in (tmp_path / "st").iterdir()) == ["c.st", "x.st"]
+    assert sorted(path.name for path in (tmp_path / "st").iterdir()) == ["c", "x"]
+    assert (tmp_path / "st" / "x" / "toy_x.st").exists()
 
 
 def test_the_simulator_does_what_the_runtime_does(design, folder):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
-from hfc_design.controllers.flc.record import FuzzyRecord, NamesRecord
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, NamesRecord
 from hfc_design.controllers.kind import Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
@@ -180,6 +180,12 @@ def c_values(record: FuzzyRecord, table: FlcGains | None = None) -> Json:
     }
 
 
+def _held(record: FuzzyRecord) -> FlcDesign:
+    """The flc with the table that an adaptation starts from."""
+    own = {name: getattr(record, name) for name in FuzzyRecord.model_fields if name != "kind"}
+    return FlcDesign.model_validate({"form": record.control_form(), **own})
+
+
 def _st(record: FuzzyRecord) -> Json:
     """An adaptation is left out: the block holds the table that it starts from and says so."""
     constants: Json = {"integral_gain": record.integral_gain, "sample_time": record.sample_time_s}
@@ -204,7 +210,7 @@ def _st(record: FuzzyRecord) -> Json:
         "within": within,
         "units": [plain_unit(record)],
         "form": record.control_form(),
-        "leaves_out": record.adapts,
+        "held": _held(record) if record.adapts else None,
     }
 
 

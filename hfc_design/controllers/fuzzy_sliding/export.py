@@ -116,7 +116,7 @@ def _st(record: SlidingDesign) -> Json:
         "within": ["place", "nonlinear", *(["new_sum"] if gains.pid else [])],
         "units": units(record),
         "pid": gains.pid,
-        "leaves_out": True,
+        "held": record.held(),
     }
 
 

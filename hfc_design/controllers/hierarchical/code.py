@@ -94,7 +94,7 @@ def _st(record: HierarchicalDesign) -> Json:
         "scheduled": scheduled if record.scheduled else None,
         "units": own,
         "inputs": names,
-        "leaves_out": record.adaptation is not None,
+        "held": record.held() if record.adaptation else None,
         "scaled": lambda source: source if source in units_named else f"scaled_{source}",
     }
 

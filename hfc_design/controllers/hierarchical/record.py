@@ -4,7 +4,7 @@ Never imports JAX.
 """
 
 from operator import add, not_
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -165,6 +165,12 @@ class HierarchicalDesign(ControllerRecord):
         moves = tuple(map(tuple, memory.root.moves))
         adaptation = self.adaptation.model_copy(update={"moves": moves})
         return self.model_copy(update={"adaptation": adaptation})
+
+    def held(self) -> Self:
+        """The same without adaptation, with the root as it has become."""
+        pairs = zip(self.units, self.tables(), strict=True)
+        units = tuple(unit.model_copy(update={"consequents": table}) for unit, table in pairs)
+        return self.model_copy(update={"units": units, "adaptation": None})
 
     def tables(self) -> list[Table]:
         """The consequents of each unit; those of the root as they have become."""

@@ -7,7 +7,7 @@ from sliding import EVERY, sliding
 from structured_text import FunctionBlock
 
 from hfc_design.core.records import UserError
-from hfc_design.formats import FORMATS
+from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
 from hfc_design.runtime.explain import explanation
 from plants import FEED_DRIVE
@@ -58,7 +58,7 @@ def test_infinities_and_nan_make_a_faulty_sample_alone(tmp_path):
 def test_structured_text_holds_what_it_starts_from(name, tmp_path):
     design = EVERY[name]
     held = design.model_copy(update={"controller": design.controller.held()})
-    FORMATS["st"].write(design, tmp_path / "design.st")
+    (tmp_path / "design.st").write_text(code.block(design))
     text = (tmp_path / "design.st").read_text()
     assert "the adaptation is not here" in text
     block = FunctionBlock(text)

@@ -1,0 +1,39 @@
+"""What a function block is brought to a PLC with: a page, vectors, a program that runs them."""
+
+from hfc_design.files.design import Design
+from hfc_design.formats import code
+from hfc_design.formats.fcl import real
+from hfc_design.formats.flash import folder, readme
+from hfc_design.formats.flash.vectors import vectors
+from hfc_design.formats.writing import Content, check_names, rendered, signal_units
+
+
+def with_vectors(design: Design, files: dict[str, str]) -> dict[str, Content]:
+    """The block in whatever form, and all that goes with it.
+
+    Raises:
+        UserError: the kind has no such code, or a name is none of the language.
+    """
+    _, block = code.block_values(design)
+    program, held = f"{block['block']}_check", block["held"]
+    check_names("st", [block["block"], program, "controller"], code.CLASH)
+    # Where an adaptation is left out, the vectors are those of what the block does.
+    same = design if held is None else design.model_copy(update={"controller": held})
+    found = vectors(same)
+    values = readme.values(same, found) | {
+        "name": block["block"],
+        "program": program,
+        "files": list(files),
+        "inputs": list(block["signals"]),
+        "columns": [list(map(float, column)) for column in zip(*found.rows, strict=True)],
+        "resets": [k for k, reset in enumerate(found.resets) if reset],
+        "left_out": held is not None,
+        "remembered": len(block["remembered"]),
+        "unit": signal_units(design).get("command", ""),
+        "literals": lambda row: ", ".join(map(real, row)),
+    }
+    check = {
+        "check.st": rendered("flash/check.st.j2", design, **values),
+        "vectors.csv": folder.table(design, found),
+    }
+    return {**files, "README.md": rendered("flash/plc.md.j2", design, **values), "check": check}
