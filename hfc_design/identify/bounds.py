@@ -37,18 +37,11 @@ def bounded(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]
 
 
 def vanished(fit: Fit, known: Certainty) -> Mask:
-    """(names,) what has come so near to 0 that its logarithm tells no more."""
-    gone = fit.numbers[:-1] < -VAGUE
-    return np.asarray((fit.free.positive > 0) & gone & ~np.array(known.told))
-
-
-def values(fit: Fit, at_zero: Mask) -> Floats:
-    """(names,) the values of a fit; of those ``at_zero`` 0 where a machine can have that."""
-    found = fit.free.values(fit.numbers)
-    for k in np.flatnonzero(at_zero):
-        if _possible(fit.free, fit.numbers, {fit.free.names[k]: 0.0}):
-            found[k] = 0.0
-    return found
+    """(names,) what may be 0 and has come so near to it that its logarithm tells no more."""
+    free = fit.free
+    near = (free.positive > 0) & (fit.numbers[:-1] < -VAGUE) & ~np.array(known.told)
+    may = [_possible(free, fit.numbers, {name: 0.0}) for name in free.names]
+    return np.asarray(near & np.array(may))
 
 
 def _possible(free: Free, numbers: Floats, changes: dict[str, float] | None = None) -> bool:

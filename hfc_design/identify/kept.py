@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hfc_design.core.numbers import Mask
-from hfc_design.identify.bounds import bounded, values, vanished
+from hfc_design.identify.bounds import bounded, vanished
 from hfc_design.identify.certainty import TOGETHER, Certainty, both, certainty, unseen
 from hfc_design.identify.search import Found, held, opened
 
@@ -36,10 +36,9 @@ class Kept(NamedTuple):
 def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     """The fit with what the log does not tell where it began, and what has a bound there."""
     found, edge = bounded(found, known, delayed)
-    if edge.any():
-        known = certainty(found.fit, ~edge)
     zero = vanished(found.fit, known) & ~edge
-    bound = edge | zero
+    if (bound := edge | zero).any():
+        known = certainty(found.fit, ~bound)
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
     nowhere = unseen(found.fit) & ~bound
@@ -57,7 +56,8 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     for name in ("low", "high"):
         ends[name] = np.where(bound, np.nan, ends[name])
     told = tuple(state in ("yes", "given") for state in states)
-    whole = known._replace(value=values(again.fit, zero), told=told, **ends)
+    value = np.where(zero, 0.0, again.fit.free.values(again.fit.numbers))
+    whole = known._replace(value=value, told=told, **ends)
     return Kept(again, whole, states, _note(found, states, fits))
 
 

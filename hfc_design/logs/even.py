@@ -119,7 +119,8 @@ def _filled(
         notes.append(f"{missing} of {len(steps)} samples are missing")
     cut = np.zeros(len(steps), bool)
     gaps = np.flatnonzero(np.diff(place) > FILLED + 1)
-    cut[place[gaps + 1].astype(int)] = True
+    for edge in (place[gaps] + 1, place[gaps + 1]):  # what is between has nobody recorded
+        cut[edge.astype(int)] = True
     if breaks is not None:
         cut[place[breaks].astype(int)] = True
     return _longest(period, found, recorded, np.flatnonzero(cut), notes)
@@ -134,7 +135,7 @@ def _longest(
 ) -> Even:
     """The longest part between cuts: what happened in one of them nobody knows."""
     ends = [0, *cuts.tolist(), len(usable)]
-    parts = [slice(a, b) for a, b in pairwise(ends) if b > a]
+    parts = [slice(a, b) for a, b in pairwise(ends) if usable[a:b].any()]
     part = max(parts, key=lambda one: one.stop - one.start)
     if len(parts) > 1:
         notes.append(

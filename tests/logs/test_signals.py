@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hfc_design.logs import signals as limits
 from hfc_design.logs.columns import mapped
 from hfc_design.logs.log import Log
 from hfc_design.logs.signals import at_an_end, signals
@@ -74,6 +75,10 @@ def test_a_long_gap_cuts_the_log():
     one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})
     np.testing.assert_allclose(one.values["position"], PLACE[TIME > 0.15])
     assert "1 places" in one.notes[-1]
+    kept = (TIME < 0.21) | (TIME > 0.26)  # with the gap, the part before it would not end in it
+    one = found({"time_s": TIME[kept], "position": PLACE[kept], "command": VOLTS[kept]})
+    np.testing.assert_allclose(one.values["position"], PLACE[TIME < 0.21])
+    assert one.usable.all()
     breaks = np.zeros(400, bool)
     breaks[300] = True  # halsampler's overrun
     one = found({"position": PLACE, "command": VOLTS}, breaks=breaks, sample_time=1e-3)
@@ -111,3 +116,29 @@ def test_what_cannot_be_used_is_refused_in_a_line(columns, told, words):
         found(columns, *told)
     assert words in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_clock_that_is_set_is_a_gap_and_not_billions_of_samples():
+    """From 0 to seconds since 1970, which have seven digits behind the point."""
+    stamps = TIME + 1.7e9 * (TIME > 0.0995)
+    one = found({"time_s": stamps, "position": PLACE, "command": VOLTS})
+    np.testing.assert_allclose(one.values["position"], PLACE[100:])
+    assert one.sample_time == pytest.approx(1e-3, rel=1e-5)
+    with pytest.raises(ValueError, match="mostly more than 100 times 1e-09 s apart"):
+        found({"time_s": TIME, "position": PLACE, "command": VOLTS}, sample_time=1e-9)
+
+
+def test_of_very_many_samples_the_first_are_used(monkeypatch):
+    monkeypatch.setattr(limits, "MOST", 150)
+    one = found({"time_s": TIME, "position": PLACE, "command": VOLTS})
+    np.testing.assert_allclose(one.values["position"], PLACE[:150])
+    assert len(one.usable) == len(one.values["command"]) == 150
+    assert one.notes == ("only the first 0.15 s are used (150 samples)",)
+
+
+def test_a_column_that_the_user_names_is_the_signal():
+    """Another one that is called like it is left alone."""
+    columns = {"time_s": TIME, "position": PLACE, "position [um]": PLACE, "command": VOLTS}
+    with pytest.raises(ValueError, match=r"position and position \[um\] may be the position"):
+        found(columns)
+    np.testing.assert_allclose(found(columns, "position=position").values["position"], PLACE)
