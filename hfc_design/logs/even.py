@@ -12,8 +12,6 @@ from hfc_design.logs.log import FEWEST
 TREMBLE = 0.02
 #: So many samples that are missing in a row are filled in; with more the log is cut there.
 FILLED = 5
-#: A longer gap [samples] is taken for one of so many; so many are missing of each at most.
-LONGEST_GAP, SPARSE = 1000, 100
 #: What stays as it is until the next sample.
 HELD = ("command", "added")
 #: By which share of its error the clock behind the stamps is set right at each of them.
@@ -44,34 +42,30 @@ def even(
         ValueError: there is no time; stamps fall; too little is left.
     """
     rows = len(next(iter(values.values())))
+    broken = np.zeros(rows, bool) if breaks is None else breaks
+    notes: list[str] = []
     if time is None:
         if sample_time is None:
             raise ValueError("which column is the time? say time=COLUMN [UNIT] or a sample time")
-        return _longest(sample_time, values, np.ones(rows, bool), _cuts(breaks), [])
-    notes: list[str] = []
+        part = _longest(sample_time * np.arange(rows), np.flatnonzero(broken), notes)
+        kept = {name: value[part] for name, value in values.items()}
+        return Even(sample_time, kept, np.ones(part.stop - part.start, bool), notes)
     time = time - time[0]  # of seconds since 1970 a period would have few digits
     distance = np.diff(time)
     if (falls := np.flatnonzero(distance < 0)).size:
         raise ValueError(f"its time falls after sample {falls[0] + 1}")
     if not (distance > 0).any():
         raise ValueError("its time stands still: which column is it, and in which unit?")
-    if (twice := distance == 0).any():
+    if (twice := np.append([False], distance == 0)).any():
         notes.append(f"{twice.sum()} samples have the time of the one before, and are left out")
-        kept = np.r_[True, ~twice]
-        distance = distance[~twice]
-        time, values = time[kept], {name: value[kept] for name, value in values.items()}
-        breaks = None if breaks is None else breaks[kept]
-    rough = sample_time or float(np.median(distance))
-    # The log is cut there: no more samples are to be filled in than it has.
-    time = np.append(0.0, np.cumsum(np.minimum(distance, LONGEST_GAP * rough)))
-    place = _places(time, rough)
-    if place[-1] > SPARSE * len(place):
-        raise ValueError(
-            f"its samples are mostly more than {SPARSE} times {rough:.3g} s apart: is that its "
-            "sample time?"
-        )
+    time, broken = time[~twice], broken[~twice]
+    place = _places(time, sample_time or float(np.median(distance[distance > 0])))
+    gaps = np.append([False], np.diff(place) > FILLED + 1)
+    part = _longest(time, np.flatnonzero(gaps | broken), notes)
+    time, place = time[part], place[part] - place[part.start]
     period = sample_time or float(np.polyfit(place, time, 1)[0])
-    return _filled(time, float(f"{period:.9g}"), place, values, breaks, notes)
+    kept = {name: value[~twice][part] for name, value in values.items()}
+    return _filled(time, float(f"{period:.9g}"), place, kept, notes)
 
 
 def _places(time: Floats, period: float) -> Floats:
@@ -89,13 +83,18 @@ def _places(time: Floats, period: float) -> Floats:
     return np.array(found)
 
 
+def _period(place: Floats, time: Floats) -> float:
+    """The sample time by the longest part without a gap: a clock may be set in one."""
+    ends = [0, *np.flatnonzero(np.diff(place) > FILLED + 1).tolist(), len(place) - 1]
+    first, last = max(pairwise(ends), key=lambda pair: pair[1] - pair[0])
+    part = slice(first + 1 if first else 0, last + 1)
+    if last - first < FEWEST:
+        raise ValueError(f"no part without a gap has {FEWEST} samples")
+    return float(np.polyfit(place[part], time[part], 1)[0])
+
+
 def _filled(
-    time: Floats,
-    period: float,
-    place: Floats,
-    values: dict[str, Floats],
-    breaks: Mask | None,
-    notes: list[str],
+    time: Floats, period: float, place: Floats, values: dict[str, Floats], notes: list[str]
 ) -> Even:
     """At every place; what is missing lies on a straight line, a command stays as it was."""
     start = float(np.mean(time - period * place))  # of the clock, by all stamps
@@ -109,40 +108,28 @@ def _filled(
     where = (time - start) / period if tremble > TREMBLE else place
     steps = np.arange(int(place[-1]) + 1)
     recorded = np.zeros(len(steps), bool)
-    recorded[np.unique(place.astype(int))] = True
-    before = np.clip(np.searchsorted(place, steps, side="right") - 1, 0, len(place) - 1)
+    recorded[place.astype(int)] = True
+    before = np.searchsorted(place, steps, side="right") - 1
     found = {
         name: value[before] if name in HELD else np.interp(steps, where, value)
         for name, value in values.items()
     }
     if missing := int((~recorded).sum()):
         notes.append(f"{missing} of {len(steps)} samples are missing")
-    cut = np.zeros(len(steps), bool)
-    gaps = np.flatnonzero(np.diff(place) > FILLED + 1)
-    for edge in (place[gaps] + 1, place[gaps + 1]):  # what is between has nobody recorded
-        cut[edge.astype(int)] = True
-    if breaks is not None:
-        cut[place[breaks].astype(int)] = True
-    return _longest(period, found, recorded, np.flatnonzero(cut), notes)
+    return Even(period, found, recorded, notes)
 
 
-def _cuts(breaks: Mask | None) -> Indices:
-    return np.flatnonzero(np.zeros(0, bool) if breaks is None else breaks)
-
-
-def _longest(
-    period: float, values: dict[str, Floats], usable: Mask, cuts: Indices, notes: list[str]
-) -> Even:
-    """The longest part between cuts: what happened in one of them nobody knows."""
-    ends = [0, *cuts.tolist(), len(usable)]
-    parts = [slice(a, b) for a, b in pairwise(ends) if usable[a:b].any()]
+def _longest(time: Floats, cuts: Indices, notes: list[str]) -> slice:
+    """The samples between cuts that are most: what happened in one of them nobody knows."""
+    ends = [0, *cuts.tolist(), len(time)]
+    parts = [slice(a, b) for a, b in pairwise(ends) if b > a]
     part = max(parts, key=lambda one: one.stop - one.start)
     if len(parts) > 1:
+        begin, end = time[part.start], time[part.stop - 1]
         notes.append(
             f"samples are missing in {len(parts) - 1} places; the longest part without a gap is "
-            f"used, {period * part.start:.4g} to {period * part.stop:.4g} s"
+            f"used, {begin:.4g} to {end:.4g} s"
         )
     if part.stop - part.start < FEWEST:
         raise ValueError(f"no part without a gap has {FEWEST} samples")
-    kept = {name: value[part] for name, value in values.items()}
-    return Even(period, kept, usable[part], notes)
+    return part

@@ -120,11 +120,12 @@ def test_what_cannot_be_used_is_refused_in_a_line(columns, told, words):
 
 def test_a_clock_that_is_set_is_a_gap_and_not_billions_of_samples():
     """From 0 to seconds since 1970, which have seven digits behind the point."""
-    stamps = TIME + 1.7e9 * (TIME > 0.0995)
+    stamps = TIME + 1.7e9 * (TIME > 0.0995)  # of 0.2 us each then
     one = found({"time_s": stamps, "position": PLACE, "command": VOLTS})
     np.testing.assert_allclose(one.values["position"], PLACE[100:])
+    assert one.notes[0].endswith("is used, 1.7e+09 to 1.7e+09 s")
     assert one.sample_time == pytest.approx(1e-3, rel=1e-5)
-    with pytest.raises(ValueError, match="mostly more than 100 times 1e-09 s apart"):
+    with pytest.raises(ValueError, match="no part without a gap has 20 samples"):
         found({"time_s": TIME, "position": PLACE, "command": VOLTS}, sample_time=1e-9)
 
 
