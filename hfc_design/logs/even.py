@@ -47,7 +47,9 @@ def even(
     if time is None:
         if sample_time is None:
             raise ValueError("which column is the time? say time=COLUMN [UNIT] or a sample time")
-        part = _longest(sample_time * np.arange(rows), np.flatnonzero(broken), notes)
+        part = _longest(
+            sample_time * np.arange(rows, dtype=np.float64), np.flatnonzero(broken), notes
+        )
         kept = {name: value[part] for name, value in values.items()}
         return Even(sample_time, kept, np.ones(part.stop - part.start, bool), notes)
     time = time - time[0]  # of seconds since 1970 a period would have few digits
