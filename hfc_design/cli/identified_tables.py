@@ -1,5 +1,6 @@
 """What ``hfc identify`` reads, writes and shows."""
 
+import shlex
 import sys
 from pathlib import Path
 
@@ -85,7 +86,7 @@ def write(found: Identified, log: str, path: Path, from_file: bool) -> None:
     Raises:
         UserError, RunError: it cannot be written, or is not what a scenario can hold.
     """
-    command = " ".join(["hfc", *(f"'{x}'" if " " in x else x for x in sys.argv[1:])])
+    command = shlex.join(["hfc", *sys.argv[1:]])
     texts = {
         "scenario.toml": aim.scenario_text(found, log, from_file).encode(),
         "identified.json": page.record(found, log).encode(),

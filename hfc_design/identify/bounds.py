@@ -12,62 +12,63 @@ from hfc_design.identify.fit import VAGUE, Fit
 from hfc_design.identify.free import Free
 from hfc_design.identify.search import Found, held
 
-#: A bound is found by halving the way to it so often.
-HALVED = 50
+#: The way to a bound is halved so often, and the others fitted again each time.
+HALVED = 8
+#: A logarithm that is 0 to all digits.
+GONE = -60.0
 
 
 def bounded(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]:
-    """A fit that is a machine, and (names,) which parameters are at a bound for that.
+    """A fit that is a machine, and (names,) which parameter is at a bound for that.
 
     That is the one that is known least of those that can be blamed. A fit stays impossible if no
     single parameter can.
     """
-    free, bound = found.fit.free, np.zeros(len(known.error), bool)
-    for _ in bound:
-        blamed = _blamed(found.fit, np.where(bound, np.inf, known.error))
-        if blamed is None:
-            break
-        bound[blamed] = True
-        numbers = _at_the_edge(free, found.fit.numbers, blamed)
-        found = held(found, numbers, ~bound, delayed)
-    if (blamed := _blamed(found.fit, np.where(bound, np.inf, known.error))) is not None:
-        numbers = _at_the_edge(free, found.fit.numbers, blamed)  # the others moved a little
-        found = found._replace(fit=found.fit._replace(numbers=numbers))
-    return found, bound
+    bound = np.zeros(len(known.error), bool)
+    if (k := _blamed(found.fit, known.error)) is None:
+        return found, bound
+    inside, outside = float(found.fit.free.begun[k]), float(found.fit.numbers[k])
+    best: Found | None = None
+    for _ in range(HALVED):
+        numbers = found.fit.numbers.copy()
+        numbers[k] = 0.5 * (inside + outside)
+        again = held(found, numbers, np.arange(len(bound)) != k, delayed)
+        if fault(again.fit.free, again.fit.numbers) is None:
+            inside, best = float(numbers[k]), again
+        else:
+            outside = float(numbers[k])
+    bound[k] = best is not None
+    return best or found, bound
 
 
-def vanished(fit: Fit, known: Certainty) -> Mask:
-    """(names,) what may be 0 and has come so near to it that its logarithm tells no more."""
-    free = fit.free
-    near = (free.positive > 0) & (fit.numbers[:-1] < -VAGUE) & ~np.array(known.told)
-    may = [_possible(free, fit.numbers, {name: 0.0}) for name in free.names]
-    return np.asarray(near & np.array(may))
+def vanished(found: Found, known: Certainty, delayed: bool) -> tuple[Found, Mask]:
+    """The fit with 0 for what may be 0 and has come near to it; (names,) which parameters are.
+
+    So near that the logarithm tells no more: it would run away for ever.
+    """
+    free, numbers = found.fit.free, found.fit.numbers.copy()
+    near = (free.positive > 0) & (numbers[:-1] < -VAGUE) & ~np.array(known.told)
+    may = [fault(free, numbers, **{name: 0.0}) is None for name in free.names]
+    if (zero := near & np.array(may)).any():
+        numbers[:-1][zero] = GONE
+        found = held(found, numbers, ~zero, delayed)
+    return found, zero
 
 
-def _possible(free: Free, numbers: Floats, changes: dict[str, float] | None = None) -> bool:
+def fault(free: Free, numbers: Floats, **changes: float) -> str | None:
+    """Why no machine has these parameters; None: one may."""
     told = dict(zip(free.names, map(float, free.values(numbers)), strict=True))
     whole = {name: float(x) for name, x in free.start._asdict().items()}
-    return free.drive.fault(whole | told | (changes or {})) is None
+    return free.drive.fault(whole | told | changes)
 
 
 def _blamed(fit: Fit, error: Floats) -> int | None:
     """The least known parameter with which, where it began, the others are a machine."""
-    if _possible(fit.free, fit.numbers):
+    if fault(fit.free, fit.numbers) is None:
         return None
     for k in np.argsort(-error, kind="stable").tolist():
         numbers = fit.numbers.copy()
         numbers[k] = fit.free.begun[k]
-        if _possible(fit.free, numbers):
+        if fault(fit.free, numbers) is None:
             return int(k)
     return None
-
-
-def _at_the_edge(free: Free, numbers: Floats, k: int) -> Floats:
-    """The numbers with one of them as near to what it was as a machine can have it."""
-    inside, outside = numbers.copy(), numbers.copy()
-    inside[k] = free.begun[k]
-    for _ in range(HALVED):
-        middle = inside.copy()
-        middle[k] = 0.5 * (inside[k] + outside[k])
-        inside, outside = (middle, outside) if _possible(free, middle) else (inside, middle)
-    return inside

@@ -10,7 +10,7 @@ from hfc_design.core.numbers import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.certainty import Certainty
-from hfc_design.identify.fit import Fit, offs
+from hfc_design.identify.fit import offs
 from hfc_design.identify.loop import loop
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -72,14 +72,22 @@ def how_of(found: Found) -> str:
     return f"recorded command, observer of {found.bandwidth:g} Hz"
 
 
-def doubts(name: str, found: Found, known: Certainty, told: Recording) -> list[str]:
-    """What a user has to know before he uses the parameters."""
+def doubts(name: str, found: Found, known: Certainty, told: Recording, pushed: bool) -> list[str]:
+    """What a user has to know before he uses the parameters.
+
+    ``pushed``: other axes act on this one.
+    """
     fit, notes = found.fit, list[str]()
     share = float(fit.rms[0] / max(np.std(told.place), 1e-300))
     if share > LOST:
         notes.append(
             f"NOT USABLE: the best replay is {100 * share:.3g} % of the motion off (rms); is it "
             "this machine, and are the columns and units right?"
+        )
+    if pushed:
+        notes.append(
+            "DOUBTFUL: the axes of this machine push one another, and one is replayed alone: what "
+            "the others do to it has to be in the load"
         )
     if not any(known.told):
         notes.append(f"NOT USABLE: {name} tells none of the parameters: does the axis move in it?")
@@ -89,8 +97,6 @@ def doubts(name: str, found: Found, known: Certainty, told: Recording) -> list[s
                 f"DOUBTFUL: {name} is only replayed with {factor:.3g} times the {parameter} that "
                 "it began with; are the units of its columns right, mm or m, say?"
             )
-    if fit.free.drive.fault(_changed(fit)) is not None:
-        notes.append(f"DOUBTFUL: {fit.free.drive.fault(_changed(fit))}")
     low, high = known.late
     if low > 0.0 or high < 0.0:
         ms, word = 1e3 * abs(fit.late) * told.sample_time, "later" if fit.late > 0 else "earlier"
@@ -115,7 +121,3 @@ def strangers(checks: Sequence[Check], logs: dict[str, Recording]) -> list[str]:
                 f"({check.how}): another machine, another load or another unit?"
             )
     return notes
-
-
-def _changed(fit: Fit) -> dict[str, float]:
-    return dict(zip(fit.free.names, map(float, fit.free.values(fit.numbers)), strict=True))

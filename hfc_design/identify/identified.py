@@ -11,6 +11,7 @@ from hfc_design.core.texts import about
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.advice import Advice, advice
+from hfc_design.identify.bounds import fault
 from hfc_design.identify.certainty import Certainty, certainty
 from hfc_design.identify.checks import Check, checked, doubts, how_of, strangers
 from hfc_design.identify.fit import Fit
@@ -96,8 +97,12 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     next_one = advice(found, known, told, substeps)
     tell("what the parameters do on each log")
     found, known, states, note = kept(found, known, told.command is not None)
+    if fault_found := fault(found.fit.free, found.fit.numbers):
+        told_why = f"is only replayed with what no machine has: {fault_found}"
+        raise UserError(f"{name}: {told_why}; look for fewer with --free")
     checks = checked(task.scenario, task.design, found, logs)
-    against = *doubts(name, found, known, told), *strangers(checks, logs)
+    pushed = task.scenario.machine.forces is not None
+    against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
     notes = (*filter(None, [note]), *against, *told.notes)
     return Identified(
         task.scenario, task.axis, found, known, states, worst, checks, next_one, told, notes

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hfc_design.core.numbers import Mask
-from hfc_design.identify.bounds import bounded, vanished
+from hfc_design.identify.bounds import bounded, fault, vanished
 from hfc_design.identify.certainty import TOGETHER, Certainty, both, certainty, unseen
 from hfc_design.identify.search import Found, held, opened
 
@@ -36,7 +36,7 @@ class Kept(NamedTuple):
 def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     """The fit with what the log does not tell where it began, and what has a bound there."""
     found, edge = bounded(found, known, delayed)
-    zero = vanished(found.fit, known) & ~edge
+    found, zero = vanished(found, known, delayed)
     if (bound := edge | zero).any():
         known = certainty(found.fit, ~bound)
     if all(known.told):
@@ -77,7 +77,9 @@ def _again(found: Found, free: Mask, bound: Mask, delayed: bool) -> tuple[Found,
 
 
 def _same(found: Found, again: Found, known: Certainty) -> bool:
-    """Whether the fit is not worse than by chance."""
+    """Whether it still is a machine, and the fit is not worse than by chance."""
+    if fault(again.fit.free, again.fit.numbers):
+        return False
     moved = found.fit.numbers != again.fit.numbers
     worse = np.sum((again.fit.rms / found.fit.rms) ** 2 - 1.0) * len(found.fit.residual)
     limit = chi2.isf(CHANCE, max(int(moved.sum()), 1)) * max(known.inflated.max(), 1.0)

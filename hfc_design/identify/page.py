@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from hfc_design.core.numbers import Json
+from hfc_design.core.plugins import given
 from hfc_design.identify import plots
 from hfc_design.identify.aim import tolerances
 from hfc_design.identify.certainty import CONFIDENCE, Combination
@@ -165,4 +166,5 @@ def page(found: Identified, log: str, command: str) -> bytes:
             (one.name, plots.profiled(one, units.get(one.name, ""))) for one in found.profiles
         ],
         command=command,
+        use="".join(f" --use {text}" for _, text in given()),
     )

@@ -1,0 +1,144 @@
+"""Fits that tell little: slopes that are lost, alike or not finite, values at 0, bounds."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+from carts import CART, Cart, driven, forced, recorded
+from scipy.optimize import minimize_scalar
+
+from hfc_design.identify.bounds import bounded
+from hfc_design.identify.certainty import certainty, covariance_of, errors_of, root_of, unseen
+from hfc_design.identify.fit import VAGUE, Fit, Problem, fitted, settled
+from hfc_design.identify.free import free
+from hfc_design.identify.identified import _check_slopes
+from hfc_design.identify.kept import BOUND, kept
+from hfc_design.identify.replay import replay
+from hfc_design.identify.search import Found
+
+STEPS = 800
+NOISE = 2e-4  # [m]
+WAVES = np.stack([np.sin(0.02 * k * np.arange(STEPS)) for k in (1, 2, 3)], axis=1)
+
+
+def fit_of(slopes, names=("mass", "viscous_friction", "force_gain")):
+    """A fit with slopes (steps, names), white noise of 1, and no slope by the delay."""
+    residual = np.random.default_rng(0).normal(0.0, 1.0, (STEPS, 1))
+    wanted = free(CART, {}, names)
+    slopes = np.append(slopes, np.zeros((STEPS, 1)), axis=1)[:, None]
+    return Fit(wanted, np.zeros(len(names) + 1), residual, slopes, np.ones(1), 1)
+
+
+def test_what_is_not_told_is_seen_beside_what_is_told_very_well():
+    """Sum of two numbers to 1e-11, their difference not: each is off by VAGUE / sqrt(2).
+
+    In the normal matrix, of 1e22, the difference would be known to 1e-3.
+    """
+    wave = WAVES[:, :1] / np.linalg.norm(WAVES[:, 0])
+    fit = fit_of(1e11 * wave @ np.ones((1, 2)), ("mass", "viscous_friction"))
+    expected = VAGUE / np.sqrt(2.0)
+    covariance, inflated = covariance_of(fit)
+    assert np.sqrt(np.diag(covariance)) == pytest.approx([expected, expected, VAGUE], rel=1e-6)
+    assert inflated == pytest.approx(1.0, rel=1e-6)
+    assert errors_of(root_of(fit.jacobian, fit.scale))[:2] == pytest.approx(expected, rel=1e-6)
+    known = certainty(fit)
+    assert known.told == (False, False)
+    assert known.untold[0].shares == pytest.approx({"mass": 1.0, "viscous_friction": -1.0})
+
+
+def test_no_variance_is_negative_however_far_slopes_lie_apart():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        sizes = 10.0 ** rng.uniform(-12, 12, 3)
+        mixed = WAVES @ np.diag(sizes) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        covariance, inflated = covariance_of(fit_of(mixed))
+        assert (np.diag(covariance) > 0.0).all()
+        assert np.isfinite(covariance).all()
+        assert (inflated > 0.0).all()
+
+
+def test_a_parameter_without_a_slope_is_not_told_and_the_others_are():
+    fit = fit_of(WAVES * [3.0, 0.0, 2.0])
+    known = certainty(fit)
+    assert known.told == (True, False, True)
+    assert known.untold[0].shares == {"viscous_friction": 1.0}
+    assert unseen(fit).tolist() == [False, True, False]
+    # Least squares of two orthogonal columns.
+    errors = 1.0 / np.linalg.norm(WAVES[:, [0, 2]] * [3.0, 2.0], axis=0)
+    sandwich = np.sqrt(known.inflated[[0, 2]])
+    np.testing.assert_allclose(known.error[[0, 2]], errors * sandwich, rtol=0.02)
+
+
+def test_a_slope_that_is_no_number_is_named():
+    slopes = WAVES.copy()
+    slopes[7, 1] = np.nan
+    with pytest.raises(ValueError, match="no slope by viscous_friction: look for others with"):
+        _check_slopes(fit_of(slopes))
+    _check_slopes(fit_of(WAVES))
+
+
+def found(drive, start, names, place, force):
+    wanted = free(drive, start, names)
+    residual = replay(wanted, recorded(place, force), 0.0, 1)
+    held = np.append(np.ones(len(names)), 0.0)
+    problem = Problem(wanted, residual, np.array([np.std(place)]), held)
+    with jax.enable_x64(True):
+        problem, numbers = settled(problem, wanted.begun)
+        return Found(fitted(problem, numbers, 1), problem, 0.0)
+
+
+@pytest.mark.parametrize("start", [0.0, -3.0])
+def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
+    """Alone: the straight line of least squares, with its error; the log tells it, though it is 0.
+
+    As a share of itself it is known badly, as a share of where it began well.
+    """
+    true = Cart(pull=0.002)
+    force = forced(STEPS)
+    place = driven(true, force) + np.random.default_rng(4).normal(0.0, NOISE, STEPS)
+    one = found(CART, {"pull": start}, ["pull"], place, force)
+    columns = np.stack([-driven(true._replace(force_gain=0.0, pull=-1.0), force), np.ones(STEPS)])
+    (value, _), (squares,), *_ = np.linalg.lstsq(
+        columns.T, place - driven(true._replace(pull=0.0), force)
+    )
+    error = np.sqrt(np.linalg.inv(columns @ columns.T)[0, 0] * squares / (STEPS - 2))
+    known = certainty(one.fit)
+    assert known.value[0] == pytest.approx(value, abs=0.01 * error)
+    half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
+    assert half == pytest.approx(1.96 * error, rel=0.02)
+    assert known.told == (True,)
+    assert kept(one, known, False).state == ("yes",)
+
+
+def test_a_machine_that_cannot_be_is_not_found():
+    """A cart whose friction may not be below 2.5 / s times its mass, in a log of one of 2.3 / s."""
+    true = Cart(mass=2.6, viscous_friction=6.0)
+
+    def fault(changes):
+        p = Cart(**changes)
+        return "too little friction" if p.viscous_friction < 2.5 * p.mass else CART.fault(changes)
+
+    force = forced(STEPS)
+    place = driven(true, force) + np.random.default_rng(4).normal(0.0, NOISE, STEPS)
+    start = {"mass": 2.0, "viscous_friction": 8.0}
+    one = found(replace(CART, fault=fault), start, ["mass", "viscous_friction"], place, force)
+    assert fault(dict(zip(one.fit.free.names, one.fit.free.values(one.fit.numbers), strict=True)))
+    known = certainty(one.fit)
+    inside, edge = bounded(one, known, False)
+    values = inside.fit.free.values(inside.fit.numbers)
+    assert edge.sum() == 1
+    assert values[1] / values[0] == pytest.approx(2.5, rel=0.01)
+    assert fault(dict(zip(one.fit.free.names, values, strict=True))) is None
+
+    def off(mass):  # the best cart along the bound, by SciPy
+        left = place - driven(Cart(mass, 2.5 * mass), force)
+        return np.std(left)
+
+    best = minimize_scalar(off, bounds=(1.0, 5.0), method="bounded").fun
+    assert inside.fit.rms[0] < 1.5 * best
+    told = kept(one, known, False)
+    k = int(np.argmax(edge))
+    assert told.state[k] == BOUND
+    assert np.isnan([told.known.low[k], told.known.high[k]]).all()
+    assert told.note.startswith(f"{one.fit.free.names[k]}: at the least or most")
