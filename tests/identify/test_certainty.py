@@ -7,7 +7,7 @@ from carts import CART, Cart, driven, forced, recorded
 
 from hfc_design.identify.advice import advice
 from hfc_design.identify.certainty import certainty, covariance_of
-from hfc_design.identify.fit import Fit, Problem, fitted, settled
+from hfc_design.identify.fit import VAGUE, Fit, Problem, fitted, settled
 from hfc_design.identify.free import free
 from hfc_design.identify.page import NOTHING, _untold
 from hfc_design.identify.replay import replay
@@ -107,3 +107,19 @@ def test_mass_and_gain_of_the_positioning_stage_are_one_number():
         known = certainty(fitted(problem, wanted.begun, 1))
     assert not any(known.told)
     assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
+
+
+@pytest.mark.parametrize(("sign", "middle"), [(-1.0, 1.99), (1.0, 198.01)])
+def test_newey_and_west_by_hand(sign, middle):
+    """100 samples, so lags of 0 and 1 with weights 1 and 1/2; a mean of +1 -1 +1 ... or of +1.
+
+    The products of neighbours add up to +-99: 100 + 2 (1/2) 99 (+-99 / 100) around the mean.
+    """
+    wanted = free(CART, {}, ["mass"])
+    slopes = np.stack([np.ones(100), np.zeros(100)], axis=1)[:, None]
+    residual = sign ** np.arange(100.0)
+    fit = Fit(wanted, np.zeros(2), residual[:, None], slopes, np.ones(1), 1)
+    covariance, inflated = covariance_of(fit)
+    before = VAGUE**-2
+    assert covariance[0, 0] == pytest.approx((middle + before) / (100.0 + before) ** 2, rel=1e-12)
+    assert inflated[0] == pytest.approx((middle + before) / (100.0 + before), rel=1e-12)

@@ -1,0 +1,29 @@
+"""What a log of the loop of Lin & Lee's Table I tells of the C-axis; see README.md.
+
+python -m experiments.identified_c_axis.published
+"""
+
+import click
+
+from experiments.identified_c_axis.logs import log
+from experiments.shared import markdown
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.identify.identified import Task, identify
+from hfc_design.identify.page import HEADS, advice_line, parameter_rows
+
+DESIGN, SCENARIO = "lin-lee-1999-table-1", "c-axis-ramp"
+SENSORS = {"sensors.encoder_resolution": 1.7e-6, "sensors.noise": 1e-6}
+
+
+@click.command()
+def main() -> None:
+    """Print what hfc identify --plant c-axis says of it."""
+    scenario = load_scenario(SCENARIO, SENSORS)
+    task = Task(scenario, axis=0, design=None, names=None, bandwidth=None)
+    found = identify(task, {"log": log(DESIGN, scenario)})
+    click.echo(markdown(HEADS, parameter_rows(found)))
+    click.echo("\n".join((*found.notes, f"record next: {advice_line(found)}")))
+
+
+if __name__ == "__main__":
+    main()
