@@ -76,7 +76,8 @@ def certainty(fit: Fit, free: Mask | None = None) -> Certainty:
     told = tuple(
         bool(share < TOLD) and sure for share, sure in zip(relative, free.tolist(), strict=True)
     )
-    late = fit.late - far * error[-1], fit.late + far * error[-1]
+    far_off = far * error[-1] if fit.jacobian[..., -1].any() else 0.0  # else not looked for
+    late = fit.late - far_off, fit.late + far_off
     untold = _untold(fit, covariance[:-1, :-1])
     return Certainty(value, low, high, relative, told, untold, late, covariance, inflated)
 

@@ -63,14 +63,17 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
 
 def _again(found: Found, free: Mask, bound: Mask, delayed: bool) -> tuple[Found, Certainty]:
     """Fitted with everything but what is told where it began or at its bound."""
-    sure = certainty(found.fit, free)
-    for _ in free:
-        keep = free & np.array(sure.told)
+
+    def only(keep: Mask) -> tuple[Found, Certainty]:
         here = np.append(keep | bound, True)
         numbers = np.where(here, found.fit.numbers, found.fit.free.begun)
         again = held(found, numbers, keep, delayed)
-        there = both(sure, certainty(opened(again, delayed), free))
-        sure, before = there, sure
+        return again, certainty(opened(again, delayed), free)
+
+    again, sure = only(free)  # intervals if those that are held are right
+    while not np.array(sure.told)[free].all():
+        again, there = only(free & np.array(sure.told))
+        sure, before = both(sure, there), sure
         if sure.told == before.told:
             break
     return again, sure

@@ -9,6 +9,7 @@ from hfc_design.identify.advice import advice
 from hfc_design.identify.certainty import certainty, covariance_of
 from hfc_design.identify.fit import VAGUE, Fit, Problem, fitted, settled
 from hfc_design.identify.free import free
+from hfc_design.identify.kept import kept
 from hfc_design.identify.page import NOTHING, _untold
 from hfc_design.identify.replay import replay
 from hfc_design.identify.search import Found
@@ -123,3 +124,23 @@ def test_newey_and_west_by_hand(sign, middle):
     before = VAGUE**-2
     assert covariance[0, 0] == pytest.approx((middle + before) / (100.0 + before) ** 2, rel=1e-12)
     assert inflated[0] == pytest.approx((middle + before) / (100.0 + before), rel=1e-12)
+
+
+def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known():
+    """The pull is held at 0.5 and is 0.6: all else is found smaller by 5 / 6, as sure as then."""
+    names = ["mass", "viscous_friction", "force_gain"]
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    found, _ = cart_found([*names, "pull"], true)
+    result = kept(found, certainty(found.fit), True)
+    assert result.state == ("given", "given", "given", "held")
+    alone, _ = cart_found(names, true)
+    known = certainty(alone.fit)
+    np.testing.assert_allclose(result.known.value[:3], known.value, rtol=1e-5)
+    np.testing.assert_allclose(known.value, [2.0, 7.0 / 1.2, 1.0], rtol=5e-3)
+    for end in ("low", "high"):
+        np.testing.assert_allclose(
+            getattr(result.known, end)[:3] / known.value - 1.0,
+            getattr(known, end) / known.value - 1.0,
+            rtol=0.01,
+        )
+    assert result.note.startswith("only ratios to pull are told, held where it began")
