@@ -4,7 +4,7 @@ from pathlib import Path
 
 from hfc_design.files.design import Design
 from hfc_design.formats import code, machine_code
-from hfc_design.formats.flash.folder import with_check
+from hfc_design.formats.flash.folder import of_axes, with_check
 from hfc_design.formats.writing import Content, Format, signal_units, write
 
 
@@ -38,4 +38,4 @@ def write_lookup(design: Design, path: Path, points: int) -> str:
 
 
 C = "a folder with the controller in C99, adaptation and all, a page on it and make check"
-FORMATS = (Format("c", C, folder),)
+FORMATS = (Format("c", C, folder, beside=of_axes),)

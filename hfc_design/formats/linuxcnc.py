@@ -189,4 +189,11 @@ def _mean(loads: np.ndarray) -> np.ndarray:
     return np.asarray(weights @ loads / weights.sum())
 
 
-FORMATS = (Format("linuxcnc", "a folder with a HAL component and a simulated machine", components),)
+FORMATS = (
+    Format(
+        "linuxcnc",
+        "a folder with a HAL component and a simulated machine",
+        components,
+        beside=flash.of_axes,
+    ),
+)

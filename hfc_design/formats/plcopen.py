@@ -11,6 +11,7 @@ from hfc_design.core.records import harmless
 from hfc_design.files.design import Design
 from hfc_design.formats.code import CLASH, block_values, c_name
 from hfc_design.formats.fcl import real
+from hfc_design.formats.flash.folder import page_of_axes
 from hfc_design.formats.flash.plc import with_vectors
 from hfc_design.formats.writing import (
     Content,
@@ -189,4 +190,4 @@ def folder(design: Design) -> Content:
 
 
 PLCOPEN = "a folder with the block of st as PLCopen XML (TC6 2.01), and a task that calls it"
-FORMATS = (Format("plcopen", PLCOPEN, folder),)
+FORMATS = (Format("plcopen", PLCOPEN, folder, beside=page_of_axes),)

@@ -2,6 +2,7 @@
 
 from hfc_design.files.design import Design
 from hfc_design.formats import code
+from hfc_design.formats.flash.folder import page_of_axes
 from hfc_design.formats.flash.plc import with_vectors
 from hfc_design.formats.writing import Content, Format
 
@@ -16,4 +17,4 @@ def folder(design: Design) -> Content:
 
 
 ST = "a folder with a function block in Structured Text (IEC 61131-3), a page on it and its check"
-FORMATS = (Format("st", ST, folder),)
+FORMATS = (Format("st", ST, folder, beside=page_of_axes),)

@@ -60,6 +60,8 @@ class Format(NamedTuple):
     suffix: str = ""  # of a part that is a file
     whole: bool = False  # it can hold several axes
     note: Callable[[], str] = str  # what is to be said of every one that is written here
+    #: Of a design in parts and the names of their axes: what lies beside the parts.
+    beside: Callable[[Design, Sequence[str]], dict[str, Content]] = lambda design, axes: {}
     ending: str = ""  # of the name of a folder that nobody named; left out: a dot and its name
 
     def write(self, design: Design, path: Path) -> None:
@@ -71,7 +73,10 @@ class Format(NamedTuple):
         """
         parts = {"": design} if self.whole else design.by_axis()
         contents = {f"{axis}{self.suffix}": self.content(part) for axis, part in parts.items()}
-        write(path, contents if len(contents) > 1 else next(iter(contents.values())))
+        if len(contents) == 1:
+            write(path, next(iter(contents.values())))
+        else:
+            write(path, self.beside(design, list(parts)) | contents)
 
 
 def write(path: Path, content: Content) -> None:

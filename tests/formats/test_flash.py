@@ -106,6 +106,19 @@ def test_the_folder_for_linuxcnc_passes_it_too(tmp_path):
     assert "source: Jee & Koren 2004" in text
 
 
+def test_one_make_checks_every_axis(tmp_path):
+    FORMATS["c"].write(named_design("lin-gai-2009-pid"), tmp_path / "c")
+    status, told = checked(tmp_path / "c")
+    assert (status, told.count(": ok\n")) == (0, 10), told
+    text = (tmp_path / "c" / "README.md").read_text()
+    assert re.findall(r"- \[(\w)\]\((\w)/README.md\)", text) == [(x, x) for x in "xyzac"]
+    source = tmp_path / "c" / "z" / "lin_gai_2009_pid_z.c"
+    source.write_text(source.read_text().replace("inputs->error", "2 * inputs->error"))
+    status, told = checked(tmp_path / "c")
+    assert status != 0
+    assert "FAILED" in told
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in ALL if name not in FEW])
 def test_every_folder_passes_its_own_check(name, folder):
@@ -132,6 +145,39 @@ def of_the_runtime(design, names, numbers):
             list(controller.step(told, PathView(tangent, **way) if way else None).values())
         )
     return found
+
+
+NEEDS = {
+    "lin-lee-1999-table-1": {"expf"},
+    "huang-neural": {"tanhf"},
+    "huang-cross-coupled": {"sqrtf"},
+    "jee-koren-2004-aflc": set(),
+}
+
+
+def outside(folder):
+    """What the sources of a folder, in float, need of a library, and memory that they take."""
+    files = sorted(path.name for path in folder.glob("*.c"))
+    flags = ("-std=c99", "-O1", "-DHFC_FLOAT", "-ffreestanding", "-fno-pic", "-c")
+    subprocess.run(["gcc", *flags, *files], cwd=folder, check=True)
+    objects = [file.replace(".c", ".o") for file in files]
+    told = subprocess.check_output(["nm", *objects], cwd=folder, text=True)
+    symbols = [line.split()[-2:] for line in told.splitlines() if " " in line]
+    own = {name for kind, name in symbols if kind == "T"}
+    assert {kind for kind, _ in symbols} <= {"T", "t", "r", "U"}  # code and constant tables
+    # A compiler may copy and clear memory with these wherever it likes.
+    return {name for kind, name in symbols if kind == "U"} - own - {"memcpy", "memset"}
+
+
+@pytest.mark.parametrize("name", NEEDS)
+def test_float_needs_one_function_at_most_and_no_heap(name, tmp_path):
+    write(tmp_path / "c", machine_code.sources(ALL[name]))
+    assert outside(tmp_path / "c") == NEEDS[name]
+
+
+def test_a_lookup_in_float_needs_nothing(tmp_path):
+    write(tmp_path / "c", code.tabulated(ALL["lin-lee-1999-table-1"], 9)[0])
+    assert outside(tmp_path / "c") == set()
 
 
 @pytest.mark.parametrize("name", FEW)

@@ -136,7 +136,8 @@ def test_both_axes_are_exported(folder, tmp_path):
     assert "_real error_rate; /* [deg/s] */" in (tmp_path / "c" / "c" / "toy_c.h").read_text()
     assert "_real error; /* [mm] */" in (tmp_path / "c" / "x" / "toy_x.h").read_text()
     ran("export", folder / "run", *OWN, "--to", "st", "--out", tmp_path / "st")
-    assert sorted(path.name for path in (tmp_path / "st").iterdir()) == ["c", "x"]
+    names = sorted(path.name for path in (tmp_path / "st").iterdir())
+    assert names == ["README.md", "c", "x"]
     assert (tmp_path / "st" / "x" / "toy_x.st").exists()
 
 

@@ -1,6 +1,7 @@
 """The folder of a design in C: its sources, a page on it, vectors, and ``make check``."""
 
 import re
+from collections.abc import Sequence
 
 from hfc_design.controllers.controller import AxisLaw
 from hfc_design.core.numbers import Json
@@ -27,6 +28,19 @@ def with_check(
         "README.md": rendered("flash/README.md.j2", design, **found),
         **checked(design, found),
     }
+
+
+def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
+    """What lies beside the folders of axes: a page that names them, and a ``make check`` of all."""
+    return page_of_axes(design, axes) | {
+        "Makefile": rendered("flash/axes.mk.j2", design, axes=axes),
+    }
+
+
+def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
+    """The page that names the folders of axes."""
+    own = {"axes": axes, "score": readme.told(design.score), "source": readme.source(design)}
+    return {"README.md": rendered("flash/axes.md.j2", design, name=code.c_name(design), **own)}
 
 
 def checked(design: Design, found: Json) -> dict[str, Content]:

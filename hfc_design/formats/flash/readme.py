@@ -39,8 +39,8 @@ def values(design: Design, found: Vectors) -> Json:
         "scene": scene(design, read),
         "connecting": _connecting(design, axes),
         "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
-        "score": _told(design.score),
-        "source": plain(str(design.provenance.get("source", ""))),
+        "score": told(design.score),
+        "source": source(design),
         "vectors": found,
         "learns": saving.learns(design),
     }
@@ -71,7 +71,12 @@ def _connecting(design: Design, axes: tuple[str, ...]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _told(score: Json) -> dict[str, str]:
+def source(design: Design) -> str:
+    """Where a design says that it comes from."""
+    return plain(str(design.provenance.get("source", "")))
+
+
+def told(score: Json) -> dict[str, str]:
     """What the score of a design says in numbers and words."""
     return {
         plain(key): f"{value:.6g}" if isinstance(value, float) else plain(str(value))
