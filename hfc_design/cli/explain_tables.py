@@ -28,6 +28,12 @@ def show(found: Json, least: float) -> None:
             "sample in an --at of its own to see what the adaptation makes of it.",
             highlight=False,
         )
+    if found["rate_left_out"]:
+        console.print(
+            "The command is not limited in its rate: the one of the sample before is not known.\n"
+            "Give that sample in an --at of its own.",
+            highlight=False,
+        )
     _signals(console, found)
     for unit in found["units"]:
         _unit(console, unit, least)

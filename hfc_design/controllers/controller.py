@@ -116,6 +116,66 @@ class PerAxis(NamedTuple):
         return commands, memories
 
 
+class RateMemory(NamedTuple):
+    """What a controller remembers whose commands have a limited rate."""
+
+    inner: Memory
+    commands: tuple[Scalar, ...]  # of the sample before; 0 before the first one
+
+
+class RateLimited(NamedTuple):
+    """A controller of a machine that changes its commands by no more than it may in a sample.
+
+    What is inside does not know of that: no integral is held because a command is on its way.
+    """
+
+    inner: Controller
+    limits: tuple[float | None, ...]  # largest command of each axis
+    changes: tuple[float | None, ...]  # largest change of it in a sample; None: any
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind inside."""
+        return self.inner.kind
+
+    def initial_memory(self, zero: Scalar) -> RateMemory:
+        """Memory before the first sample: nothing was commanded."""
+        return RateMemory(self.inner.initial_memory(zero), (zero,) * len(self.changes))
+
+    def step(self, xp: Xp, gains: Gains, memory: RateMemory, view: View) -> Stepped:
+        """The commands of what is inside, on their way to them, and what to remember."""
+        asked, inner = self.inner.step(xp, gains, memory.inner, view)
+        each = zip(self.limits, self.changes, memory.commands, asked, strict=True)
+        commands = tuple(
+            ramped(xp, change, before, limited(xp, limit, command))
+            for limit, change, before, command in each
+        )
+        return commands, RateMemory(inner, commands)
+
+
+def rate_limited(
+    controller: Controller, limits: Mapping[str, float | None], changes: Mapping[str, float | None]
+) -> Controller:
+    """A controller that keeps to the largest ``changes`` of each axis; itself without any."""
+    if not any(changes.values()):
+        return controller
+    return RateLimited(controller, tuple(limits.values()), tuple(changes.values()))
+
+
+def within_rate(memory: Memory) -> Memory:
+    """What the controller remembers inside of ``RateLimited`` ones, or alone."""
+    while isinstance(memory, RateMemory):
+        memory = memory.inner
+    return memory
+
+
+def ramped(xp: Xp, change: float | None, before: Scalar, command: Scalar) -> Scalar:
+    """``command``, no farther from the one ``before`` than a change; what is infinite is nan."""
+    if change is None:
+        return command
+    return clipped(xp, command, before - change, before + change) + 0.0 * command
+
+
 def limited(xp: Xp, limit: float | None, command: Scalar) -> Scalar:
     """``command``, no larger than its limit in either direction."""
     return command if limit is None else clipped(xp, command, -limit, limit)

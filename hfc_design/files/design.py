@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_validator
 
+from hfc_design.controllers.controller import Controller, rate_limited
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
@@ -59,12 +60,14 @@ class PerAxisRecord(Record):
 class Limits(PerAxisRecord):
     """What the drives make of commands: their limits, in the units of the plant, and steps.
 
-    A command is bound to ``command``, then rounded to ``resolution``, the step of the converter;
-    it acts in its own sample, or in the next one with ``delay_samples`` = 1, as in a drive whose
-    control computes while the last command acts. A controller itself keeps to ``command`` alone.
+    A command is bound to ``command``, goes there no faster than ``command_rate`` [1/s], from 0
+    before the first sample, and is then rounded to ``resolution``, the step of the converter; it
+    acts in its own sample, or in the next one with ``delay_samples`` = 1, as in a drive whose
+    control computes while the last command acts. A controller itself keeps to the first two alone.
     """
 
     command: Positive | None = None
+    command_rate: Positive | None = Field(None, exclude_if=not_)
     resolution: NotNegative = Field(0.0, exclude_if=not_)  # 0 means ideal
     delay_samples: Literal[0, 1] = Field(0, exclude_if=not_)
 
@@ -79,6 +82,19 @@ class Limits(PerAxisRecord):
     def commands(self, axes: Iterable[str]) -> dict[str, float | None]:
         """Largest command of each of these axes."""
         return {axis: self.of(axis).command for axis in axes}
+
+    def changes(self, axes: Iterable[str], sample_time: float) -> dict[str, float | None]:
+        """Largest change of the command of each of these axes in a sample."""
+        rates = {axis: self.of(axis).command_rate for axis in axes}
+        return {axis: rate and rate * sample_time for axis, rate in rates.items()}
+
+    def without_rate(self) -> Self:
+        """The same with commands as fast as you like."""
+        axes = {
+            axis: {key: x for key, x in own.items() if key != "command_rate"}
+            for axis, own in self.axes.items()
+        }
+        return self.model_copy(update={"command_rate": None, "axes": axes})
 
 
 class PlantRecord(Record):
@@ -121,6 +137,20 @@ class Design(Record):
     def axis(self) -> str:
         """The axis that this is the part of; "" for the whole."""
         return self._axis
+
+    def commanding(self, axes: Iterable[str]) -> Controller:
+        """The controller of a machine with these axes, which keeps to its own limits.
+
+        Raises:
+            UserError: it is none of such a machine.
+        """
+        limits = self.limits.commands(axes := tuple(axes))
+        found = self.kind.controller_of(self.controller, limits)
+        return rate_limited(found, limits, self.changes(axes))
+
+    def changes(self, axes: Iterable[str]) -> dict[str, float | None]:
+        """Largest change of the command of each of these axes in a sample; None: any."""
+        return self.limits.changes(axes, self.controller.sample_time_s)
 
     def by_axis(self) -> dict[str, "Design"]:
         """The designs of single axes by name, or only itself where all axes have the same.

@@ -54,7 +54,7 @@ def _machine(design: Design, scenario: Scenario) -> str:
 
 
 def _limits(design: Design, scenario: Scenario) -> str:
-    """The controller keeps to its own largest command, the drive has what the scenario says."""
+    """The controller keeps to its own limits of the command, the drive has the scenario's."""
     here = with_converter(scenario, design).limits
     axes = scenario.plant.machine.axes
     parts, asked = [], []
@@ -64,8 +64,9 @@ def _limits(design: Design, scenario: Scenario) -> str:
         keys = [key for key in type(own).model_fields if key != "axes"]
         pair = ({head + key: getattr(x, key) for key in keys} for x in (own, here.of(axis)))
         parts += _changes(*pair)
-        if own.command is not None:
-            asked.append(f"{head}command {own.command:g}")
+        for key in ("command", "command_rate"):
+            if (limit := getattr(own, key)) is not None:
+                asked.append(f"{head}{key} {limit:g}")
     if not parts:
         return KEPT
     inside = f"kept by the controller ({', '.join(asked)}); " if asked else ""

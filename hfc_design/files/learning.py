@@ -6,6 +6,7 @@ Never imports JAX.
 from collections.abc import Iterable
 from pathlib import Path
 
+from hfc_design.controllers.controller import within_rate
 from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.numbers import Json, Memory, finite
@@ -27,7 +28,7 @@ def learned(design: Design, axes: Iterable[str], memory: Memory, told: Json) -> 
     """
     if not finite(memory):
         raise UserError(f"design {design.name}: has diverged; nothing it has learnt can be kept")
-    found = learnt(design.controller, tuple(axes), memory)
+    found = learnt(design.controller, tuple(axes), within_rate(memory))
     return with_learned(design, needed(found, design, "it does not adapt"), told)
 
 

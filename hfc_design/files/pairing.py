@@ -1,10 +1,11 @@
 """A design and a scenario that belong together: found, checked, made one machine and one loop."""
 
+from math import inf
 from pathlib import Path
 
 import numpy as np
 
-from hfc_design.controllers.controller import FOLLOWED, Controller
+from hfc_design.controllers.controller import FOLLOWED, Controller, rate_limited
 from hfc_design.core.carried import carrier, gathered
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.numbers import SCALARS, Gains
@@ -201,10 +202,38 @@ def with_converter(scenario: Scenario, design: Design) -> Scenario:
 
 
 def controller_of(design: Design, scenario: Scenario) -> tuple[Controller, Gains]:
-    """The controller of a design on the axes of a scenario, and its gains for one individual."""
-    limits = design.limits.commands(scenario.plant.machine.axes)
-    controller = design.kind.controller_of(design.controller, limits)
+    """The controller of a design on the axes of a scenario, and its gains for one individual.
+
+    Its commands go through the drives of the scenario where these are slower.
+    """
+    slower = slower_drives(design, scenario)
+    controller = design.commanding(slower)
+    controller = rate_limited(controller, scenario.limits.commands(slower), slower)
     return controller, population_of_one(design.kind.gains(design.controller))
+
+
+def slower_drives(design: Design, scenario: Scenario) -> dict[str, float | None]:
+    """Largest change of the command of each axis where the drive is slower; None: it is not."""
+    axes = scenario.plant.machine.axes
+    drives = scenario.limits.changes(axes, scenario.simulation.sample_time_s)
+    asked = design.changes(axes)
+    return {k: x if x and x < (asked[k] or inf) else None for k, x in drives.items()}
+
+
+def check_drives(design: Design, scenario: Scenario) -> None:
+    """Whether no drive of a loop on a simulated machine is slower than the commands.
+
+    Raises:
+        UserError: one is.
+    """
+    for axis, change in slower_drives(design, scenario).items():
+        if change:
+            rate = scenario.limits.of(axis).command_rate
+            raise UserError(
+                f"scenario {scenario.name}: limits.command_rate = {rate}: the drive is slower than "
+                f"design {design.name} commands, and there is no such drive in a simulated loop; "
+                "give the design that limit"
+            )
 
 
 def population_of_one(gains: Gains) -> Gains:

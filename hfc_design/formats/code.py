@@ -126,11 +126,14 @@ def block_values(design: Design) -> tuple[Template, Json]:
     constants |= {f"table_{unit.name}": [u for row in unit.table for u in row] for unit in units}
     if design.limits.command is not None:
         constants["largest"] = design.limits.command
+    change = design.changes([design.axis])[design.axis]
+    if change is not None:
+        constants["largest_change"] = change  # of the command in a sample
     if units:
         within += [*WITHIN, *(unit.name for unit in units)]
     signals = signals_read(design)
     name = "fb_" + re.sub("_+", "_", identifier(design.name)).strip("_")
-    remembered = values["remembered"]
+    remembered = [*values["remembered"], *(["previous_command"] if change else [])]
     kept = [f"kept_{key}" for key in remembered]
     names = [*signals, *constants, *remembered, *within, *kept, "fault"]
     indices = ["i", "j", "in_column", "in_row"] if units else []
@@ -140,6 +143,7 @@ def block_values(design: Design) -> tuple[Template, Json]:
     values |= {
         "signals": signals,
         "constants": constants,
+        "remembered": remembered,
         "within": [*within, *kept],
         "block": name,
         "head": head(design, notes),

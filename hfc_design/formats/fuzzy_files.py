@@ -36,6 +36,10 @@ NOT_WOUND_UP = (
     "where command is beyond largest_command in either direction, a sum that this sample moves "
     "further in that direction stays as it was at the sample before, and command is added up again"
 )
+RATE_LIMITED = (
+    "command = min(max(command, previous_command - largest_change), previous_command + "
+    "largest_change); previous_command is that of the sample before, 0 before the first one"
+)
 CLASH = "{name} is a word of that format, or two names are {name} there"
 
 
@@ -95,6 +99,8 @@ def beside(design: Design) -> Json:
     if design.limits.command is not None:
         steps = [*about["steps"], *([NOT_WOUND_UP] if "integral_gain" in about else []), LIMITED]
         about = about | {"steps": steps, "largest_command": design.limits.command}
+    if (change := design.changes([design.axis])[design.axis]) is not None:
+        about = about | {"steps": [*about["steps"], RATE_LIMITED], "largest_change": change}
     return {
         "facts": facts(design),
         "sample_time_s": design.controller.sample_time_s,

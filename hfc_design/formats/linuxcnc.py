@@ -14,7 +14,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
-from hfc_design.files.pairing import machine, own_scenario
+from hfc_design.files.pairing import check_drives, machine, own_scenario
 from hfc_design.formats import code, plant_code, saving
 from hfc_design.formats.flash import folder as flash
 from hfc_design.formats.writing import Content, Format, meanings_of, rendered
@@ -154,6 +154,7 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     every = design.controller.sample_time_s
     scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
     plants = machine(design, scenario)
+    check_drives(design, scenario)
     samples = scenario.samples()
     columns = []
     ahead = ACCELERATION in code.signals(design)

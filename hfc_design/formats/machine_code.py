@@ -32,7 +32,7 @@ def sources(design: Design) -> dict[str, str]:
     template: Template = needed(design.kind.c, design, code.NO_CODE.format("C"))
     numbers = code.checked_numbers(design)
     axes, name = axes_of(design), code.c_name(design)
-    design.kind.controller_of(design.controller, design.limits.commands(axes))  # or it is none
+    design.commanding(axes)  # or it is none
     parts, files = _parts(design, axes)
     own = template.values(design.controller)
     for member in (one["member"] for one in parts):
@@ -46,6 +46,7 @@ def sources(design: Design) -> dict[str, str]:
         "meanings": dict(zip(told, comment(told.values()), strict=True)),
         "command_unit": signal_units(design).get("command", "unit"),
         "limits": list(design.limits.commands(axes).values()),
+        "changes": list(design.changes(axes).values()),
         "path": _sees_path(design.controller, axes),
         "parts": parts,
         "root": False,
@@ -65,7 +66,9 @@ def _parts(design: Design, axes: tuple[str, ...]) -> tuple[list[Json], dict[str,
     """
     inside = design.kind.inside
     records = inside.records(design.controller, axes) if inside else {}
-    limits = {axis: design.limits.of(axis) if axis else design.limits for axis in records}
+    # Rates are limited where the command of the whole is known.
+    free = design.limits.without_rate()
+    limits = {axis: free.of(axis) if axis else free for axis in records}
     shared = len(records) > 1 and _alike(records.values()) and _alike(limits.values())
     parts: list[Json] = []
     files: dict[str, str] = {}

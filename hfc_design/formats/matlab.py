@@ -39,6 +39,7 @@ def systems(design: Design) -> dict[str, str]:
                 "programs that read the format have no common value for these"
             )
     signals, remembered = _signals(design, about)
+    remembered += ["previous_command"] if "largest_change" in about else []
     fields = ", ".join(f"{_named('fis', name)} [{unit}]" for name, unit in signals.items())
     values: dict[str, object] = {"units": units, "head": unit_head(design), "about": about}
     values |= {"sides": sides, "fields": fields, "remembered": remembered}
@@ -88,7 +89,7 @@ def variables(design: Design) -> bytes:
     """A MAT file (version 5) with everything that a design file holds; SciPy reads it too.
 
     Variables: ``design`` (name, plant, facts), ``controller`` (as in the design file; a missing
-    edge of a term is infinite), ``limits`` where the design has one, and of a rule base ``units``
+    edge of a term is infinite), ``limits`` where the design has some, and of a rule base ``units``
     (name, column_input, row_input, table) in evaluation order with ``wiring``.
 
     Raises:
@@ -98,8 +99,9 @@ def variables(design: Design) -> bytes:
     plant = design.plant.model_dump(mode="json")
     data: dict[str, object] = {"design": {"name": design.name, "plant": plant, "facts": lines}}
     data["controller"] = design.controller.model_dump(mode="json")
-    if design.limits.command is not None:
-        data["limits"] = {"command": design.limits.command}
+    limits = {key: getattr(design.limits, key) for key in ("command", "command_rate")}
+    if any(limits.values()):
+        data["limits"] = {key: x for key, x in limits.items() if x is not None}
     if rules := design.kind.rules:
         units = rules.units(design.controller)
         data["units"] = [

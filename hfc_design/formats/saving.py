@@ -15,6 +15,8 @@ from hfc_design.files.pairing import axes_of
 INDICES = "ijkl"
 #: Member of a state with that of a controller of the whole machine inside another one.
 WHOLE = "inner"
+#: Member of a state with the commands of the sample before, where their rate is limited.
+PREVIOUS = "previous_command"
 
 
 def learns(design: Design) -> bool:
@@ -28,7 +30,9 @@ def values(design: Design) -> Json | None:
     found = _members(design.controller, _axes(design))
     if found is None or not found[0]:
         return None
-    learnt, past = found
+    learnt, past = found[0], [*found[1], *_rate(design)]
+    # Of one axis the state of its law is a part of the state where there is another one.
+    head = "law." if _rate(design) and not design.kind.inside else ""
     members = [*learnt, *past]
     firsts = list(accumulate((prod(member.shape) for member in members), initial=0))
     told = []
@@ -37,7 +41,7 @@ def values(design: Design) -> Json | None:
         told.append(
             {
                 **member._asdict(),
-                "place": _place(member),
+                "place": ("" if member.name == PREVIOUS else head) + _place(member),
                 "first": first,
                 "at": f"{first}" if last == first + 1 else f"{first} to {last - 1}",
                 "learnt": k < len(learnt),
@@ -73,7 +77,21 @@ def taken(design: Design, numbers: Sequence[float]) -> ControllerRecord:
 def size(design: Design) -> tuple[int, int] | None:
     """Bytes of a state in double and in float, by the usual rules of C; None: not known."""
     found = [_size(design.controller, _axes(design), real) for real in (8, 4)]
-    return (found[0], found[1]) if found[0] is not None and found[1] is not None else None
+    if found[0] is None or found[1] is None:
+        return None
+    more = sum(prod(member.shape) for member in _rate(design))
+    if not more:
+        return found[0], found[1]
+    return (-(-found[0] // 8) + more) * 8, (-(-found[1] // 4) + more) * 4
+
+
+def _rate(design: Design) -> list[Member]:
+    """What is remembered for a limited rate, beside what the controller does."""
+    axes = axes_of(design) if design.kind.law is None else (design.axis,)
+    if not any(design.changes(axes).values()):
+        return []
+    shape = () if design.kind.law else (len(axes),)
+    return [Member(PREVIOUS, shape, "of the sample before")]
 
 
 def _size(record: ControllerRecord, axes: tuple[str, ...], real: int) -> int | None:

@@ -263,6 +263,7 @@ def rendered(
         "head": head(design),
         "every": design.controller.sample_time_s,
         "limit": design.limits.command,
+        "change": design.changes([design.axis])[design.axis],  # in a sample; None: any
         "command_unit": signal_units(design).get("command", ""),
     }
     return environment.get_template(template).render(usual | values)

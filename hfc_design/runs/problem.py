@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from hfc_design.controllers.controller import RateLimited
 from hfc_design.controllers.genome import Population, taken
 from hfc_design.controllers.kind import kinds
 from hfc_design.core.numbers import Floats, Gains, Integers
@@ -203,7 +204,9 @@ class Problem(Judging):
         if laws is not None and worthwhile(evaluations):
             of_laws = copy(self)
             of_laws.genome = laws
-            of_laws._loop = self._loop._replace(controller=laws.controller())
+            own, law = self._loop.controller, laws.controller()
+            law = own._replace(inner=law) if isinstance(own, RateLimited) else law
+            of_laws._loop = self._loop._replace(controller=law)
             of_laws.simulated = 0
             found = FirstLaws(self, of_laws, evaluations).dealt(tree, rng)
             self.simulated += of_laws.simulated

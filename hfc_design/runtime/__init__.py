@@ -9,11 +9,20 @@ command is NaN, and the next one goes on as if it had not been. C, Structured Te
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from math import isfinite, nan
+from math import isfinite, isnan, nan
 from pathlib import Path
 from typing import Any
 
-from hfc_design.controllers.controller import AxisLaw, PathView, PerAxis, Signals, View, limited
+from hfc_design.controllers.controller import (
+    AxisLaw,
+    PathView,
+    PerAxis,
+    RateLimited,
+    Signals,
+    View,
+    limited,
+    ramped,
+)
 from hfc_design.controllers.kind import ControllerRecord, Kind, needed
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
@@ -35,12 +44,16 @@ class Controller:
         made = needed(
             kind.law, design, "it commands a whole machine: name an axis, or take runtime.Machine"
         )
-        limit = design.limits.of(axis or design.axis).command
+        named = axis or design.axis
+        limit = design.limits.of(named).command
         self._law: AxisLaw = law or made(self.design, limit)
         self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
         self._limited = partial(limited, SCALARS, self._law.limit)
+        self._ramped = partial(ramped, SCALARS, design.changes([named])[named])
         self._reads = _reader(kind, self.design)
-        self._memory = self._law.initial_memory(0.0)
+        self._memory: Memory = None
+        self._command = 0.0  # of the sample before
+        self.reset()
 
     def step(self, signals: Signals) -> float:
         """The command for this sample's ``signals``; NaN where the sample is faulty.
@@ -61,19 +74,26 @@ class Controller:
         Raises:
             KeyError: a signal that the design reads is missing.
         """
-        command, self._memory, parts = self._tried(signals)
+        command, memory, parts = self._tried(signals)
+        self._done(command, memory)
         return command, parts
 
     def _tried(self, signals: Signals) -> tuple[float, Memory, Any]:
-        """The command, what to remember then, and what the command is made of."""
+        """The command, what the law then remembers, and what the command is made of."""
         try:
             if self._reads(signals):
                 command, memory, parts = self._sample(self._memory, signals)
                 if isfinite(command) and (self._law.tells or finite(memory)):
-                    return float(self._limited(command)), memory, parts
+                    command = self._ramped(self._command, self._limited(command))
+                    return float(command), memory, parts
         except ArithmeticError:  # in other languages a division by zero is infinite
             pass
         return nan, self._memory, None
+
+    def _done(self, command: float, memory: Memory) -> None:
+        """Remember a sample; of a faulty one there is nothing."""
+        self._memory = memory
+        self._command = self._command if isnan(command) else command
 
     def remember(self, readings: dict[str, float]) -> None:
         """Take ``readings`` for those of the sample before; ValueError: one is not finite."""
@@ -84,7 +104,7 @@ class Controller:
 
     def reset(self) -> None:
         """Forget the past, as before the first sample."""
-        self._memory = self._law.initial_memory(0.0)
+        self._memory, self._command = self._law.initial_memory(0.0), 0.0
 
     def adapted(self) -> ControllerRecord:
         """The controller's record with what it has learnt by now.
@@ -104,14 +124,15 @@ class Machine:
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
         self.design = design = named_design(design)
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
-        kind, limits = design.kind, design.limits.commands(self.axes)
-        self._controller = kind.controller_of(design.controller, limits)
+        kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = kind.gains(design.controller)
         self._reads = _reader(kind, design.controller)
         self._memory = self._controller.initial_memory(0.0)
         #: Of each axis, where none sees another: a fault is of its axis alone.
         self._each: dict[str, Controller] = {}
-        if isinstance(self._controller, PerAxis) and (kind.law or kind.axes):
+        whole = self._controller
+        inside = whole.inner if isinstance(whole, RateLimited) else whole
+        if isinstance(inside, PerAxis) and (kind.law or kind.axes):
             self._each = {axis: Controller(design, axis) for axis in self.axes}
 
     def step(
@@ -127,8 +148,8 @@ class Machine:
         """
         if self._each:  # all are tried before any remembers: one signal may be missing
             tried = {axis: one._tried(signals[axis]) for axis, one in self._each.items()}
-            for axis, (_, memory, _) in tried.items():
-                self._each[axis]._memory = memory
+            for axis, (command, memory, _) in tried.items():
+                self._each[axis]._done(command, memory)
             return {axis: command for axis, (command, *_) in tried.items()}
         axes = tuple(signals[axis] for axis in self.axes)
         commands = (nan,) * len(axes)

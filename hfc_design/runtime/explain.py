@@ -42,9 +42,10 @@ def explanation(
     Those before it are stepped through first, from rest, as the runtime does. With one sample
     only, what the controller reads of the sample before it has to be given too
     (``previous_velocity=...``; of a feed drive ``previous_error=...`` or ``error_change=...``).
-    Then everything else is as before the first sample: the integral starts at 0, and terms and
-    rules that adapt are not judged, because which rules fired before is not known. The command
-    is that for a ``drive`` with these ``parameters``.
+    Then everything else is as before the first sample: the integral starts at 0, terms and
+    rules that adapt are not judged, because which rules fired before is not known, and no command
+    is on its way from the one before. The command is that for a ``drive`` with these
+    ``parameters``.
 
     Raises:
         UserError: the design has no rules, or signals are missing, unknown or no numbers.
@@ -55,7 +56,9 @@ def explanation(
     alone = len(samples) == 1
     for sample in samples:
         _check(design, kind, sample, alone)
-    held = design.model_copy(update={"controller": kind.held(record)}) if alone else design
+    # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
+    own = {"controller": kind.held(record), "limits": design.limits.without_rate()}
+    held = design.model_copy(update=own) if alone else design
     controller = Controller(held)
     before = _memory(kind, samples[0])
     if not finite(before):
@@ -79,6 +82,7 @@ def explanation(
         "accepted": float(accepted),  # by the drive's converter
         "command_unit": drive.units["command"],
         "adaptation_held": alone and held.controller != record,
+        "rate_left_out": alone and any(design.changes([design.axis]).values()),
     }
     if not finite(found):
         raise UserError(TOO_LARGE.format(texts[-1][:60]))

@@ -6,6 +6,7 @@ from itertools import chain, starmap
 import jax
 import numpy as np
 
+from hfc_design.controllers.controller import within_rate
 from hfc_design.core.numbers import Floats, Gains, Memory
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
@@ -75,10 +76,10 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
         UserError: it does not adapt, has diverged, or the evaluation is of another controller.
     """
     design, axes = load_design(design), evaluation.machine.axes
-    controller = design.kind.controller_of(design.controller, design.limits.commands(axes))
-    remembered: list[Memory] = [controller.initial_memory(0.0), evaluation.memory]
-    begun, found = map(str, map(jax.tree.structure, remembered))
-    if found != begun:
+    begun = within_rate(design.commanding(axes).initial_memory(0.0))
+    remembered: list[Memory] = [begun, within_rate(evaluation.memory)]
+    own, found = map(str, map(jax.tree.structure, remembered))
+    if found != own:
         why = "the evaluation is of another controller: what it remembers has other parts"
         raise UserError(f"design {design.name}: {why}")
     told = {"scenario": load_scenario(scenario).name, "samples": len(evaluation.time)}

@@ -39,6 +39,7 @@ def values(design: Design, found: Vectors) -> Json:
         "scene": scene(design, read),
         "connecting": _connecting(design, axes),
         "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
+        "changes": design.changes(axes or (design.axis,)),
         "score": told(design.score),
         "source": source(design),
         "vectors": found,

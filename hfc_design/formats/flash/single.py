@@ -8,7 +8,7 @@ from math import exp, isfinite, tanh
 
 import numpy as np
 
-from hfc_design.controllers.controller import AxisLaw, PerAxis, View
+from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis, View, rate_limited
 from hfc_design.core.numbers import SCALARS, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.flash.driving import RESETS
@@ -47,10 +47,10 @@ def commands(
     0 is no number to be off towards: inputs are the nearest ones of single precision. ``law`` as of
     ``runtime.Controller``. Where the command would not be finite the past is kept, as in C.
     """
-    limits = design.limits.commands(axes)
-    controller = design.kind.controller_of(design.controller, limits)
+    controller = design.commanding(axes)
     if law is not None:
-        controller = PerAxis(design.kind.name, (law,))
+        own: Controller = PerAxis(design.kind.name, (law,))
+        controller = rate_limited(own, design.limits.commands(axes), design.changes(axes))
     gains = single(design.kind.gains(design.controller))
     found: list[list[float]] = []
     with np.errstate(all="ignore"):

@@ -5,7 +5,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.machine import Axis
 from hfc_design.files.motions import started
-from hfc_design.files.pairing import machine, own_scenario, with_converter
+from hfc_design.files.pairing import check_drives, machine, own_scenario, with_converter
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import code, machine_code, plant_code
 from hfc_design.formats.fmu.axes import (
@@ -57,9 +57,10 @@ def loop(design: Design) -> Model:
     """The machine under its controller, from the reference to where it is.
 
     Raises:
-        UserError: as ``plant``, or as ``machine_code.sources``.
+        UserError: as ``plant``, as ``machine_code.sources``, or a drive is slower than commands.
     """
     scenario, axes = _machine(design)
+    check_drives(design, scenario)
     states = started(scenario.machine, scenario.start, scenario.places)
     parts, files = _controllers(design, axes)
     whole = commands_machine(design)
