@@ -4,6 +4,7 @@ The oracle is a ramp counted by hand, and a limit of the rate written down once 
 """
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from structured_text import FunctionBlock
 from wiring import not_adapting
 
 import hfc_design.api as hfc
-from hfc_design.formats import code
+from hfc_design.files.design import design_json, parse_design
+from hfc_design.formats import FORMATS, code
 from hfc_design.runtime import Controller
 
 #: u = 2 e - 0.5 de/dt [V], every 5 ms, up to 6 V and 100 V/s: 0.5 V a sample.
@@ -107,3 +109,143 @@ def test_structured_text_keeps_it_too(case):
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     found = [block.step(**dict(zip(signals, row, strict=True))) for row in rows]
     np.testing.assert_allclose(found, stepped(same, signals), rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("name", "scenario"),
+    [("lin-lee-1999-table-1", "c-axis-step"), ("jee-koren-2004-pid", "feed-drive-line")],
+)
+def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):
+    design = slow(name)
+    change = design.limits.command_rate * design.controller.sample_time_s
+    found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
+    for axis in found.axes:
+        controller = Controller(design)
+        told = {key: values.tolist() for key, values in axis.told().items()}
+        accepted = axis.drive.coefficients(axis.parameters)
+        for k, command in enumerate(axis.motion.command.tolist()):
+            own = controller.step({key: values[k] for key, values in told.items()})
+            assert float(axis.drive.accepted(accepted, own)) == pytest.approx(command, abs=1e-10)
+        if name.startswith("lin"):  # whose drive takes a command as it is
+            moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
+            assert np.isclose(moves, change).sum() > 20
+            assert moves.max() <= change * (1.0 + 1e-12)
+
+
+def test_a_controller_of_a_whole_machine_keeps_it_in_the_simulator():
+    limits = {"command": 6.0, "command_rate": 30.0, "axes": {"y": {"command_rate": 20.0}}}
+    design = hfc.load_design("huang-cross-coupled", {"limits": limits})
+    found = hfc.evaluate(design, hfc.load_scenario("milling-table-circle"))
+    for axis, rate in zip(found.axes, (30.0, 20.0), strict=True):
+        moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
+        assert moves.max() == pytest.approx(rate * 0.005, rel=1e-12)
+
+
+def test_the_axes_of_a_machine_have_their_own():
+    limits = {"command_rate": 100.0, "axes": {"y": {"command_rate": 60.0}, "z": {}}}
+    design = pd(limits=limits, **{"plant.axes": {"x": {}, "y": {}, "z": {}}})
+    machine = Machine(design)
+    good = dict.fromkeys("xyz", {"error": 5.0, "error_rate": 0.0})
+    assert machine.step(good) == {"x": 0.5, "y": 0.3, "z": 0.5}
+    told = machine.step(good | {"x": {"error": math.inf, "error_rate": 0.0}})
+    assert math.isnan(told["x"])
+    assert (told["y"], told["z"]) == (0.6, 1.0)
+    assert machine.step(good)["x"] == 1.0
+    machine.reset()
+    assert machine.step(good) == {"x": 0.5, "y": 0.3, "z": 0.5}
+
+
+def test_a_slower_drive_of_a_scenario_bounds_it_further():
+    scenario = {"limits": {"command": 5.0, "command_rate": 400.0}, "simulation.duration_s": 0.2}
+    step = hfc.load_scenario("c-axis-step", scenario)
+    fast = hfc.load_design("lin-lee-1999-table-1", {"limits.command_rate": 4000.0})
+    for design in (hfc.load_design("lin-lee-1999-table-1"), fast):
+        (axis,) = hfc.evaluate(design, step).axes
+        moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
+        assert moves.max() == pytest.approx(0.4, rel=1e-12)
+        assert np.abs(axis.motion.command).max() == 5.0
+    # One that is faster than the controller changes nothing.
+    own = hfc.load_design("lin-lee-1999-table-1", {"limits.command_rate": 400.0})
+    found, other = (
+        hfc.evaluate(own, hfc.load_scenario("c-axis-step", scenario | {"limits": limits}))
+        for limits in ({"command_rate": 900.0}, {})
+    )
+    np.testing.assert_array_equal(found.axes[0].motion.command, other.axes[0].motion.command)
+
+
+@pytest.mark.parametrize("kind", ["pd", "pd+hierarchical-fuzzy"])
+def test_what_a_search_finds_was_searched_with_it_and_keeps_it(kind):
+    changes = {
+        "limits": {"command": 25.0, "command_rate": 500.0},
+        "simulation.duration_s": 0.3,
+        "controller": {"kind": kind},
+        "search.population": 16,
+        "search.generations": 2,
+    }
+    scenario = hfc.load_scenario("c-axis-ramp", changes)
+    run = hfc.design(scenario)
+    assert run.design.limits.command_rate == 500.0
+    again = hfc.evaluate(parse_design(design_json(run.design), "again"), scenario)
+    assert again.merit == run.evaluation.merit
+    for found in (run.evaluation, again):
+        (axis,) = found.axes
+        assert np.abs(np.diff(axis.motion.command, prepend=0.0)).max() <= 0.5 * (1.0 + 1e-12)
+    huge = dict.fromkeys(run.design.kind.reads(run.design.controller), 0.0) | {"error": 10.0}
+    assert Controller(run.design).step(huge) == 0.5
+
+
+def test_what_is_learnt_comes_back_without_what_was_commanded():
+    design = hfc.load_design("huang-soc", {"limits.command_rate": 40.0})
+    scenario = hfc.load_scenario("milling-table-circle", {"simulation.duration_s": 1.0})
+    found = hfc.learned_in(design, scenario, hfc.evaluate(design, scenario))
+    assert found.limits == design.limits
+    assert found.controller.table != design.controller.table
+    assert Controller(found).step({"error": 1.0}) == 0.2
+
+
+def test_an_explanation_of_one_sample_leaves_it_out_and_says_so():
+    design = slow("jee-koren-2004-flc")
+    drive = hfc.load_scenario("feed-drive-line").machine.drives[0]
+    texts = ["error=12,previous_error=12", "error=12", "error=12"]
+    alone, after = (
+        explanation(design, drive, drive.parameters(), some) for some in (texts[:1], texts[1:])
+    )
+    assert alone["rate_left_out"]
+    assert (
+        alone["command"]
+        == explanation(free(design), drive, drive.parameters(), texts[:1])["command"]
+    )
+    assert not after["rate_left_out"]
+    assert after["command"] == 2 * design.limits.command_rate * 0.01
+
+
+@pytest.mark.parametrize("to", ["fmu-loop", "linuxcnc"])
+def test_a_loop_with_a_slower_drive_is_refused(to, tmp_path):
+    scenario = hfc.load_scenario("c-axis-step", {"limits.command_rate": 400.0})
+    told = {"scenario": scenario.model_dump(mode="json", exclude_none=True)}
+    design = hfc.load_design("lin-lee-1999-table-1").model_copy(update={"provenance": told})
+    with pytest.raises(hfc.UserError, match=r"limits.command_rate = 400.0: the drive is slower"):
+        hfc.export(design, to, tmp_path / "out")
+
+
+def test_a_design_without_one_says_nothing_of_it():
+    design = hfc.load_design("huang-pid", {"limits.command": 6.0})
+    assert "command_rate" not in design_json(design)
+    for to in ("c", "st", "plcopen", "linuxcnc"):
+        assert "previous_command" not in str(FORMATS[to].content(design))
+
+
+@pytest.mark.parametrize(
+    ("rate", "told"),
+    [
+        (-1, "limits.command_rate = -1: Input should be greater than 0"),
+        (0, "limits.command_rate = 0: Input should be greater than 0"),
+        ("fast", "limits.command_rate = 'fast': Input should be a valid number"),
+        (float("inf"), "limits.command_rate = inf: Input should be a finite number"),
+    ],
+)
+def test_a_rate_that_cannot_be_is_refused_in_a_line(rate, told):
+    for load, name in ((hfc.load_scenario, "c-axis-step"), (hfc.load_design, "pd-only")):
+        with pytest.raises(hfc.UserError, match=re.escape(told)) as caught:
+            load(name, {"limits.command_rate": rate})
+        assert "\n" not in str(caught.value)

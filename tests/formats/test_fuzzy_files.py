@@ -16,7 +16,17 @@ import numpy as np
 import pytest
 from fcl_oracle import Block
 from fml_oracle import System
-from wiring import DESIGNS, clamped, controller_error, design, silent, unit_error, units
+from wiring import (
+    DESIGNS,
+    clamped,
+    command,
+    controller_error,
+    design,
+    random_signals,
+    silent,
+    unit_error,
+    units,
+)
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, named_design, parse_design
@@ -127,6 +137,18 @@ def test_the_files_alone_keep_the_limit_of_a_design(form, tmp_path):
     steps = json.loads((folder / "controller.json").read_text())["steps"]
     assert steps[-1] == "command = min(max(command, -largest_command), largest_command)"
     assert any("stays as it was" in step for step in steps) == (form != "table 1")
+
+
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-flc"])
+def test_the_files_alone_keep_the_rate_of_a_design(name, tmp_path):
+    limits = {"command": 12.0, "command_rate": 2.0 / named_design(name).controller.sample_time_s}
+    record = load_design(name, {"limits": limits})
+    folder = written(record, "fll", tmp_path / "x")
+    about = json.loads((folder / "controller.json").read_text())
+    assert about["largest_change"] == 2.0
+    assert about["steps"][-1].startswith("command = min(max(command, previous_command - largest_")
+    found = command(folder, random_signals(record, 100), lambda *_: np.full(100, 1e9))
+    assert [*found[:6]] == [2.0, 4.0, 6.0, 8.0, 10.0, 12.0]
 
 
 @pytest.mark.parametrize("target", LANGUAGES)

@@ -26,6 +26,7 @@ DESIGNS = {
     },
     "hierarchy": made_up.hierarchy(3, 5, adaptation=ADAPTING),
     "soc": load_design("huang-soc"),
+    "soc whose command is slow": load_design("huang-soc", {"limits.command_rate": 40.0}),
     "network": made_up.network(2),
     "network within a limit": made_up.limited(made_up.network(3), 8.0),
     "hierarchy on a linear part": made_up.hierarchy_on_linear(9, adaptation=ADAPTING),

@@ -46,6 +46,14 @@ def test_controller_m_keeps_the_limit_of_a_design(name, octave, tmp_path):
     compare(record.model_copy(update={"limits": Limits(command=9.0)}), octave, tmp_path)
 
 
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "PI"])
+def test_controller_m_keeps_the_rate_of_a_design(name, octave, tmp_path):
+    record = form(name) if len(name) < 3 else design(name)
+    rate = 3.0 / record.controller.sample_time_s
+    own = Limits(command=9.0, command_rate=rate)
+    compare(record.model_copy(update={"limits": own}), octave, tmp_path)
+
+
 def compare(record, octave, tmp_path):
     FORMATS["fis"].write(record, tmp_path / "out")
     signals = random_signals(record, COUNT) | {

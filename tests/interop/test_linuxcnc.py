@@ -226,6 +226,22 @@ def test_a_linear_controller_moves_as_in_the_simulator(hal, tmp_path):
     assert abs(command - axis.motion.command[:2000]).max() <= 1e-4
 
 
+def test_a_command_of_a_limited_rate_moves_as_in_the_simulator(hal, tmp_path):
+    """Of 10 V/s on a ramp, which begins with a jump of the velocity."""
+    limits = {"limits.command": 40.0, "limits.command_rate": 10.0}
+    design = load_design("pd-only", limits | {"controller.pd": {"kp": 900.0, "kd": 300.0}})
+    design = design.model_copy(update={"provenance": {"scenario": "c-axis-sine"}})
+    folder = exported(hal, design, tmp_path / "out")
+    hal.run(folder, "loop.hal")
+    (axis,) = evaluate(design, own_scenario(design, "pd")).axes
+    ((_, command, position),) = motion(folder)
+    moves = abs(np.diff(command, prepend=0.0))
+    assert moves.max() <= 0.01 * (1.0 + 1e-9)
+    assert np.isclose(moves, 0.01).sum() > 100
+    assert abs(position - axis.motion.state.spindle_angle[:2000]).max() <= 1e-6
+    assert abs(command - axis.motion.command[:2000]).max() <= 1e-4
+
+
 def circle_of(design, duration):
     """``design`` made for the beginning of the circle of JK04."""
     scenario = load_scenario("feed-drive-circle", [f"simulation.duration_s={duration}"])
