@@ -19,6 +19,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats import FORMATS, code, machine_code, saving
 from hfc_design.formats.c_folder import write_lookup
 from hfc_design.formats.flash.folder import with_check
+from hfc_design.formats.flash.tolerance import tolerance
 from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller, Machine
 
@@ -49,7 +50,7 @@ RANDOM = {
 }
 ALL = BUILT_IN | RANDOM | {f"whole machine {name}": design for name, design in DESIGNS.items()}
 #: One of each sort, for what need not be asked of all.
-FEW = ["lin-lee-1999-table-1", "jee-koren-2004-aflc", "huang-cross-coupled"]
+FEW = ["lin-lee-1999-table-1", "huang-soc", "huang-cross-coupled"]
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +89,7 @@ def passes(path):
     found = re.findall(r"(double|float): 1000 samples, of which (\d+) are compared; largest", told)
     assert [precision for precision, _ in found] == ["double", "float"]
     assert int(found[0][1]) == 1000
-    assert int(found[1][1]) >= 900, told
+    assert int(found[1][1]) >= 400, told
 
 
 @pytest.mark.parametrize("name", FEW)
@@ -106,6 +107,7 @@ def test_the_folder_for_linuxcnc_passes_it_too(tmp_path):
     assert "source: Jee & Koren 2004" in text
 
 
+@pytest.mark.slow
 def test_one_make_checks_every_axis(tmp_path):
     FORMATS["c"].write(named_design("lin-gai-2009-pid"), tmp_path / "c")
     status, told = checked(tmp_path / "c")
@@ -188,6 +190,25 @@ def test_the_vectors_are_those_of_the_runtime(name, folder):
     np.testing.assert_array_equal(numbers[:, commands], expected)
 
 
+def test_single_precision_is_compared_until_a_decision_is_close():
+    """By hand: the last 50 samples of a command of 100 are twice as far off in one of the tries."""
+    commands = np.full((1000, 1), 100.0)
+    near = commands + 2e-5
+    far = commands + 1e-4 * (np.arange(1000) >= 970)[:, None]
+    found = tolerance(commands, [near, commands], [far])
+    assert found.double == 1e-10
+    assert found.single == pytest.approx(8e-5, rel=1e-9)
+    assert all(found.alike)  # what is a few times as far off has no other reason
+    far[970:] += 0.01
+    found = tolerance(commands, [near, commands], [far])
+    assert [k for k, alike in enumerate(found.alike) if not alike] == list(range(970, 1000))
+    far[400] += 0.01  # all is forgotten before sample 550
+    found = tolerance(commands, [near, commands], [far])
+    assert sum(found.alike) == 1000 - 150 - 30
+    exact = tolerance(commands, [commands], [commands])
+    assert exact.single == pytest.approx(2.0**-21 * 100.0)
+
+
 def test_the_vectors_go_beyond_the_ends_of_the_universe(folder):
     names, numbers, _ = vectors(folder("lin-lee-1999-table-1"))
     record = ALL["lin-lee-1999-table-1"].controller
@@ -251,7 +272,7 @@ def found_wrong(folder, source, precision):
 
 
 @pytest.mark.parametrize("precision", ["double", "float"])
-@pytest.mark.parametrize("name", ["jee-koren-2004-aflc", "lin-lee-1999-table-1"])
+@pytest.mark.parametrize("name", ["jee-koren-2004-flc", "lin-lee-1999-table-1"])
 def test_a_number_that_is_off_by_one_per_cent_is_found(name, precision, folder):
     path = folder(name)
     source = next(path.glob("*.c")).read_text()
@@ -272,7 +293,10 @@ def test_every_number_of_a_table_that_is_off_by_one_per_cent_is_found(name, fold
     assert all(found), found
 
 
-@pytest.mark.parametrize("made", [None, made_up.limited(made_up.scheduling(5), 60.0)])
+SCHEDULING = made_up.limited(made_up.scheduling(5), 60.0)
+
+
+@pytest.mark.parametrize("made", [None, pytest.param(SCHEDULING, marks=pytest.mark.slow)])
 def test_a_lookup_passes_too_and_needs_no_library(made, tmp_path):
     write_lookup(made or ALL["lin-lee-1999-table-1"], tmp_path / "c", 33)
     passes(tmp_path / "c")
@@ -290,7 +314,8 @@ def test_the_page_names_every_input_with_its_unit(name, folder):
     assert re.search(r"\| `command` \| out \| \w+ \| \w", text)
 
 
-def test_axes_that_differ_have_units_of_their_own(tmp_path):
+@pytest.mark.slow
+def test_axes_that_differ_have_units_of_their_own():
     record = ALL["lin-gai-2009-fuzzy-sliding-compensated"]
     text = with_check(record, machine_code.sources(record))["README.md"]
     assert "| x, y, z | `error` | in | mm | reference less position |" in text
@@ -317,15 +342,18 @@ def test_the_page_says_how_velocities_were_formed():
     )
     assert "velocity = (position[0] - position[3]) / 0.003;" in text
     assert "read in steps of 1e-05 rad" in text
-    text = page(sensed("lin-lee-1999-table-1", velocity="observer", observer_hz=100.0))
-    assert (
-        "The velocities in `error_rate`, `deflection_rate`, `spindle_velocity` come from a" in text
-    )
+    text = page(sensed("pd-only", velocity="observer", observer_hz=100.0))
+    assert "The velocities in `error_rate` come from a tracking observer of 100.0 Hz" in text
     pole = np.exp(-2.0 * np.pi * 100.0 * 0.001)  # docs/sensors.md
     alpha, gain = map(float, re.findall(r"= (?:expected|velocity) \+ ([\d.]+) \* off;", text))
     assert alpha == pytest.approx(1.0 - pole**2, rel=1e-12)
     assert gain == pytest.approx((1.0 - pole) ** 2 / 0.001, rel=1e-12)
-    assert "ideal tachometer" in page(named_design("lin-lee-1999-table-1"))
+
+
+def test_the_page_says_which_signals_are_made_of_velocities(folder):
+    text = (folder("lin-lee-1999-table-1") / "README.md").read_text()
+    assert "velocities in `error_rate`, `deflection_rate`, `spindle_velocity` were the true" in text
+    assert "ideal tachometer" in text
 
 
 def test_the_page_says_what_is_filtered_and_limited():
@@ -369,7 +397,7 @@ def test_the_size_of_a_state_is_that_of_the_compiler(name, tmp_path):
         assert int(subprocess.check_output([tmp_path / "size"])) == saving.size(design)[k]
 
 
-ST = ["pd-only", "jee-koren-2004-aflc"]
+ST = ["pd-only", "jee-koren-2004-flc"]
 SLOW_ST = [name for name, design in ALL.items() if design.kind.st and name not in ST]
 
 
@@ -386,7 +414,7 @@ def runs_in_a_plc(design, folder):
     assert program.values["ok"], program.values["largest_off"]
     assert program.values["faults"] == 0
     names, numbers, _ = vectors(folder)
-    for column in range(1, len(names) - 1):
+    for column in range(2, len(names) - 1):
         assert program.values[f"given_{names[column]}"] == numbers[:, column].tolist()
     program.values |= {"k": 999, "tolerance": 0.0}
     program.values["expected"][999] += 1.0

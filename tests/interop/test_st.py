@@ -173,7 +173,7 @@ def vectors(content):
     text = content["check"]["vectors.csv"]
     _, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
     tolerance = float(re.search(r"tolerance in double: (\S+)", text)[1])
-    resets, *inputs, commands = np.array(rows, float).T
+    resets, _, *inputs, commands = np.array(rows, float).T
     return np.stack([*inputs, resets], axis=1), commands, tolerance
 
 

@@ -58,11 +58,10 @@ def checked(design: Design, found: Json) -> dict[str, Content]:
 def table(design: Design, found: Vectors, note: str = "") -> str:
     """The vectors as CSV; lines that begin with # say what they are."""
     unit = signal_units(design).get("command", "")
-    last = "" if found.compared == len(found.inputs) else f", the first {found.compared} samples"
     notes = [
         *([note] if note else []),
-        f"tolerance in double: {found.double!r} {unit}",
-        f"tolerance in float: {found.single!r} {unit}{last}",
+        f"tolerance in double: {found.tolerance.double!r} {unit}",
+        f"tolerance in float: {found.tolerance.single!r} {unit}, where float is 1",
     ]
     lines = "".join(f"# {line}\n" for line in head(design, notes))
     return lines + csv_text([found.columns, *found.rows])

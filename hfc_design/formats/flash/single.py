@@ -36,16 +36,12 @@ def single(value: Plain) -> Plain:
 
 
 def commands(
-    design: Design,
-    axes: tuple[str, ...],
-    views: Iterable[View],
-    towards: float,
-    law: AxisLaw | None = None,
+    design: Design, axes: tuple[str, ...], views: Iterable[View], law: AxisLaw | None = None
 ) -> list[list[float]]:
-    """(samples, axes) commands of a design whose inputs are off by a rounding ``towards``.
+    """(samples, axes) commands of a design; the views are in single precision.
 
-    0 is no number to be off towards: inputs are the nearest ones of single precision. ``law`` as of
-    ``runtime.Controller``. Where the command would not be finite the past is kept, as in C.
+    ``law`` as of ``runtime.Controller``. Where a command would not be finite the past is kept, as
+    in C.
     """
     controller = design.commanding(axes)
     if law is not None:
@@ -57,22 +53,8 @@ def commands(
         for k, view in enumerate(views):
             if k in RESETS:
                 memory = single(controller.initial_memory(0.0))
-            seen = _shifted(single(view), towards) if towards else single(view)
-            told, after = controller.step(SINGLE, gains, memory, seen)
+            told, after = controller.step(SINGLE, gains, memory, view)
             found.append(list(map(float, told)))
             if all(map(isfinite, found[-1])):
                 memory = after
     return found
-
-
-def _shifted(value: Plain, towards: float) -> Plain:
-    """Each number the next one of single precision ``towards`` another; 0 stays."""
-    if isinstance(value, np.float32):
-        return np.nextafter(value, np.float32(towards)) if value else value
-    if isinstance(value, dict):
-        return {key: _shifted(part, towards) for key, part in value.items()}
-    if hasattr(value, "_fields"):
-        return type(value)(*(_shifted(part, towards) for part in value))
-    if isinstance(value, tuple):
-        return tuple(_shifted(part, towards) for part in value)
-    return value

@@ -5,25 +5,20 @@ Deterministic: the same design gives the same numbers.
 
 from collections.abc import Callable
 from itertools import chain
-from math import inf
 from typing import NamedTuple
+
+import numpy as np
 
 from hfc_design.controllers.controller import AxisLaw, PathView, View
 from hfc_design.controllers.rules import identifier
+from hfc_design.core.numbers import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats.flash import driving, single
+from hfc_design.formats.flash.tolerance import Tolerance, disturbed, rounded, tolerance
 from hfc_design.formats.machine_code import sees_path
 from hfc_design.runtime import Controller, Machine
 
-#: Of a command in double precision, in shares of the largest one.
-DOUBLE = 1e-12
-#: By how much more than the runtime in single precision C may be off: it sums in another order.
-MARGIN = 4.0
-#: The least that single precision is off by, in shares of the largest command.
-ROUNDING = 2.0**-23
-#: Two controllers that are so far apart, in shares of the largest command, have decided otherwise.
-APART = 1e-4
 #: What is told of the path of a machine.
 PATH = ("tangent_x", "tangent_y", "curvature", "contour_error")
 
@@ -37,9 +32,7 @@ class Vectors(NamedTuple):
     resets: tuple[bool, ...]  # (samples,) whether all is forgotten before it
     inputs: list[list[float]]  # (samples, axes x signals + path)
     commands: list[list[float]]  # (samples, axes)
-    double: float  # tolerance of a command in double precision, in its unit
-    single: float  # the same in single precision
-    compared: int  # samples for which single precision is compared
+    tolerance: Tolerance
 
     @property
     def columns(self) -> list[str]:
@@ -47,18 +40,13 @@ class Vectors(NamedTuple):
         heads = [f"{axis}." if axis else "" for axis in self.axes]
         told = [f"{head}{identifier(name)}" for head in heads for name in self.signals]
         commands = [f"{head}command" for head in heads]
-        return ["reset", *told, *(f"path.{x}" for x in self.path), *commands]
+        return ["reset", "float", *told, *(f"path.{x}" for x in self.path), *commands]
 
     @property
     def rows(self) -> list[list[float]]:
         """What stands in these columns."""
-        each = zip(self.resets, self.inputs, self.commands, strict=True)
-        return [[int(reset), *given, *commands] for reset, given, commands in each]
-
-    @property
-    def largest(self) -> float:
-        """The largest command of either sign."""
-        return _largest(self.commands)
+        each = zip(self.resets, self.tolerance.alike, self.inputs, self.commands, strict=True)
+        return [[int(reset), int(alike), *given, *told] for reset, alike, given, told in each]
 
 
 def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
@@ -70,9 +58,15 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     inputs = _inputs(design, axes, names, bool(path))
     views = [_view(row, axes, names) for row in inputs]
     commands = _commands(design, axes, views, law)
-    tolerances = _tolerances(design, axes, views, commands, law)
+
+    def in_single(rows: Floats) -> Floats:
+        views = (single.single(_view(row, axes, names)) for row in rows.tolist())
+        return np.array(single.commands(design, axes, views, law))
+
+    off, further = (list(map(in_single, tried(np.array(inputs)))) for tried in (rounded, disturbed))
+    found = tolerance(np.array(commands), off, further)
     resets = tuple(k in driving.RESETS for k in range(len(inputs)))
-    return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, *tolerances)
+    return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
 
 
 def _commands(
@@ -100,37 +94,6 @@ def _stepped(
             reset()
         found.append(step(view))
     return found
-
-
-def _tolerances(
-    design: Design,
-    axes: tuple[str, ...],
-    views: list[View],
-    commands: list[list[float]],
-    law: AxisLaw | None,
-) -> tuple[float, float, int]:
-    """In double, in float, and the samples that can be compared in float.
-
-    Single precision is tried with its nearest inputs, and with the next ones to both sides.
-    """
-    largest = _largest(commands)
-    tried = (single.commands(design, axes, views, towards, law) for towards in (0.0, inf, -inf))
-    worst = [max(each) for each in zip(*(_apart(commands, one) for one in tried), strict=True)]
-    decided = (k for k, off in enumerate(worst) if not off <= APART * largest)
-    compared = next(decided, len(worst))
-    off = max(worst[:compared], default=0.0)
-    return DOUBLE * largest, MARGIN * max(off, ROUNDING * largest), compared
-
-
-def _largest(commands: list[list[float]]) -> float:
-    return max(map(abs, chain.from_iterable(commands)))
-
-
-def _apart(one: list[list[float]], other: list[list[float]]) -> list[float]:
-    """(samples,) by how much the commands differ."""
-    return [
-        max(abs(a - b) for a, b in zip(*rows, strict=True)) for rows in zip(one, other, strict=True)
-    ]
 
 
 def _inputs(
