@@ -21,8 +21,9 @@ MARGIN = 4.0
 #: What single precision is off by at least, in shares of the largest command.
 ROUNDING = 2.0**-21
 #: Inputs are off by so many roundings, where it is tried whether a decision is close.
-NOISE = 4.0
-#: Commands that are off by so much more than before have come of another decision.
+NOISE = 16.0
+#: Commands that are off by so much more than before have come of another decision; those of inputs
+#: that are off by ``NOISE`` roundings may be off by four times as many.
 JUMP = 16.0
 #: Times that it is tried.
 TRIES = 3
@@ -62,11 +63,12 @@ def tolerance(commands: Floats, near: list[Floats], far: list[Floats]) -> Tolera
     largest = float(np.abs(commands).max())
     off, further = (_off(commands, each) for each in (near, far))
     alike = np.ones(len(commands), dtype=bool)
+    usual = max(ROUNDING * largest, 2.0 * float(np.median(off)))
     begins = sorted(RESETS)
     for begin, end in zip(begins, [*begins[1:], len(commands)], strict=True):
-        level = ROUNDING * largest
+        level = usual
         for k in range(begin, end):
-            if not (off[k] <= JUMP * level and further[k] <= JUMP * max(level, off[k])):
+            if not (off[k] <= JUMP * level and further[k] <= 4.0 * NOISE * max(level, off[k])):
                 alike[k:end] = False
                 break
             level = max(level, off[k])
