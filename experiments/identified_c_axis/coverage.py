@@ -18,7 +18,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.certainty import certainty
 from hfc_design.identify.free import free
-from hfc_design.identify.kept import Kept, kept
+from hfc_design.identify.kept import BOUND, Kept, kept
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.search import bandwidths, by_command
 from hfc_design.simulation.machines import drawn
@@ -26,7 +26,8 @@ from plants.c_axis import C_AXIS, CAxisParameters
 
 #: Every parameter of a machine is within this share of the nominal one's, where the fit begins.
 SPREAD = 0.2
-HEAD = ("parameter", "yes / given / held / no", "inside", "mean z", "sd of z", "standard error")
+STATES = ("yes", "given", "held", "no", BOUND)
+HEAD = ("parameter", " / ".join(STATES), "inside", "mean z", "sd of z", "standard error")
 
 
 class Row(NamedTuple):
@@ -78,13 +79,17 @@ def rows_of(file: Path) -> list[Row]:
         ]
 
 
+def write(file: Path, rows: list[Row]) -> None:
+    """Append to what was found before."""
+    with file.open("a", newline="") as lines:
+        csv.writer(lines).writerows(rows)
+
+
 def table(rows: list[Row]) -> Iterator[list[str]]:
     """``HEAD`` of every parameter, by the repeats that tell it."""
     for name in dict.fromkeys(row.parameter for row in rows):
         own = [row for row in rows if row.parameter == name]
-        counts = " / ".join(
-            str(sum(row.state == state for row in own)) for state in ("yes", "given", "held", "no")
-        )
+        counts = " / ".join(str(sum(row.state == state for row in own)) for state in STATES)
         sure = [row for row in own if row.state in ("yes", "given")]
         if not sure:
             yield [name, counts, *4 * ["–"]]
@@ -109,8 +114,7 @@ def main(repeats: int, starts: str, out: Path) -> None:
     for k in sorted({*range(1, repeats + 1)} - {row.repeat for row in rows}):
         machine = jax.tree.map(lambda leaf, k=k: float(leaf[k]), true)
         more = repeat(base, machine, k, starts == "1")
-        with out.open("a", newline="") as file:
-            csv.writer(file).writerows(more)
+        write(out, more)
         rows += more
     click.echo(markdown(HEAD, [*table(rows)]), nl=False)
 

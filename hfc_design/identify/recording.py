@@ -8,7 +8,7 @@ from hfc_design.core.numbers import Floats
 from hfc_design.logs.signals import Signals
 from plants import Drive
 
-#: The velocity at the start is that of a parabola through so many samples.
+#: The velocity at the start is that of a cubic through so many samples.
 BEGINNING = 20
 #: In so many standard errors.
 CLEAR = 4.0
@@ -43,8 +43,8 @@ def recording(found: Signals, drive: Drive) -> Recording:
     seen = drive.seen[0]
     place = found.values[seen]
     time = found.sample_time * np.arange(len(place[:BEGINNING]))
-    (_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 2, cov=True)
-    if abs(rate) < CLEAR * np.sqrt(errors[1, 1]):  # no more than its noise: it begins at rest
+    (*_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 3, cov=True)
+    if abs(rate) < CLEAR * np.sqrt(errors[2, 2]):  # no more than its noise: it begins at rest
         rate = 0.0
     measured = [seen, *(name for name in outputs_of(drive) if name in found.values)]
     return Recording(

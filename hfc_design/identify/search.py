@@ -13,8 +13,8 @@ from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
 
 #: Bandwidths of the observer that are tried [Hz], none faster than this share of the samples and
-#: none slower than so many periods in the log: the first one does not count.
-BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 5.0
+#: none slower than so many periods in the log: the first three do not count.
+BANDWIDTHS, SHARE, PERIODS = (50.0, 20.0, 5.0), 0.1, 10.0
 #: One that is asked for may be this share of the samples; a faster one does not settle.
 LARGEST_SHARE = 0.2
 #: A slower observer is tried if under the numbers of the faster one it is off by less than so many

@@ -17,7 +17,7 @@ LEAST = 1e-30
 #: Noise changes by 1.4 times its own size from sample to sample, a motion by far less.
 TREMBLES = 0.7
 #: Sample times of drives [s]; the most samples of which a fit keeps the slopes in memory.
-FASTEST, SLOWEST, MOST = 1e-7, 0.5, 200_000
+FASTEST, SLOWEST, MOST = 1e-7, 0.5, 100_000
 
 
 class Signals(NamedTuple):

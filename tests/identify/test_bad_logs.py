@@ -66,7 +66,7 @@ CASES = {
     "empty": ("", "has no samples"),
     "header alone": (HEAD + "\n", "has no samples"),
     "one row": (text([x[:1] for x in GOOD]), "has 1 samples; 20 are the fewest"),
-    "too short": (text([x[:40] for x in GOOD]), "has 40 samples, an observer needs 50"),
+    "too short": (text([x[:40] for x in GOOD]), "has 40 samples, an observer needs 100"),
     "twice": (text((*GOOD, PLACE), HEAD + ",position_mm"), "two columns are called 'position_mm'"),
     "two of one": (
         text((*GOOD, PLACE), HEAD + ",position [um]"),
@@ -160,7 +160,7 @@ def test_what_stands_in_the_way_is_told_before_anything_is_computed():
     told = refused("log.csv", "--free", "mas,offset")
     assert "mas: positioning-stage has no such parameter; did you mean mass?" in told
     assert "has no such parameter; mass, viscous_friction" in refused("log.csv", "--free", "xyzzy")
-    assert "1 Hz does not suit it: 12.5 to 200 Hz" in refused("log.csv", "--bandwidth", "1")
+    assert "1 Hz does not suit it: 25 to 200 Hz" in refused("log.csv", "--bandwidth", "1")
     assert "300 Hz does not suit it" in refused("log.csv", "--bandwidth", "300")
     assert "which machine is it?" in refused("log.csv", plant=())
     assert "is no signal of c-axis" in refused(

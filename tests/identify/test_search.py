@@ -14,9 +14,9 @@ WAVE = np.sin(0.05 * np.arange(4000))
     ("steps", "expected"),
     [
         (4000, [50.0, 20.0, 5.0]),  # 4 s at 1 kHz
-        (500, [50.0, 20.0]),  # five periods of 5 Hz are 1 s
-        (100, [50.0]),
-        (60, [pytest.approx(5.0 / 0.06)]),  # slower ones see less than five periods
+        (1000, [50.0, 20.0]),  # ten periods of 5 Hz are 2 s
+        (200, [50.0]),
+        (120, [pytest.approx(10.0 / 0.12)]),  # slower ones see less than ten periods
     ],
 )
 def test_observers_that_suit_a_log(steps, expected):
@@ -28,10 +28,10 @@ def test_observers_that_do_not_are_refused():
     assert bandwidths(told, 0.0) == [0.0]
     assert bandwidths(told, 200.0) == [200.0]
     for wanted in (1.0, 201.0, float("nan")):
-        with pytest.raises(ValueError, match=r"does not suit it: 1\.25 to 200 Hz"):
+        with pytest.raises(ValueError, match=r"does not suit it: 2\.5 to 200 Hz"):
             bandwidths(told, wanted)
-    with pytest.raises(ValueError, match="has 49 samples, an observer needs 50"):
-        bandwidths(recorded(WAVE[:49], WAVE[:49]), None)
+    with pytest.raises(ValueError, match="has 99 samples, an observer needs 100"):
+        bandwidths(recorded(WAVE[:99], WAVE[:99]), None)
 
 
 def test_a_log_that_is_replayed_far_worse_is_of_another_machine():
