@@ -53,6 +53,6 @@ def told(true: CAxisParameters, held: dict[str, float]) -> CAxisParameters:
 
     start = np.log([getattr(true, name) for name in names])
     found = least_squares(lambda x: np.log(invariants(machine(x))) - wanted, start, xtol=1e-14)
-    if found.cost > 1e-12:
+    if not found.cost < 1e-12:
         raise ValueError(f"no motor with {held} does the same")
     return machine(found.x)
