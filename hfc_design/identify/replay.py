@@ -24,8 +24,9 @@ from plants import Drive
 
 #: Damping ratio of the observer.
 DAMPED = 0.7
-#: Periods of its bandwidth after which exp(-2 pi 0.7 x 3) = 2e-6 is left of how it began.
-FORGOTTEN = 3.0
+#: Periods of its bandwidth after which it counts: where the axis began at rest nothing but noise
+#: has to be forgotten, else exp(-2 pi 0.7 x 3) = 2e-6 of how it began is left.
+RESTED, FORGOTTEN = 1.0, 3.0
 #: Parameters of one machine and by how many samples its command is late -> by how much it is off
 #: each recorded output (steps, outputs). JAX takes it as an argument: what was recorded is data.
 Residual: TypeAlias = Callable[[Parameters, Scalar], Scalar]
@@ -100,7 +101,8 @@ def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Repl
     unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
     periods = bandwidth * every * np.arange(len(told.usable))
-    counted = np.where(periods < FORGOTTEN, 0.0, told.usable) if bandwidth else told.usable
+    waits = FORGOTTEN if told.rate else RESTED
+    counted = np.where(periods < waits, 0.0, told.usable) if bandwidth else told.usable
     outputs = np.stack([*told.outputs.values()], axis=-1)
     rows = Rows(told.command, told.place, told.load, rise, bend, outputs, counted)
     gains = every * 2.0 * DAMPED * angular, every * angular**2

@@ -57,12 +57,14 @@ def test_an_observer_counts_when_it_has_forgotten_how_it_began():
     force = forced(1500)
     true = Cart(viscous_friction=1e-3)
     moving = driven(true, force) + 0.1 * EVERY * np.arange(1500)
-    told = recorded(moving, force)._replace(rate=0.0)
+    told = recorded(moving, force)._replace(rate=1e-12)  # 0 would be known to be at rest
     own = replay(free(CART, true._asdict(), ["mass"]), told, 5.0, 1)
     with jax.enable_x64(True):
         off = np.asarray(own(true, 0.0))[:, 0]
     first = int(np.flatnonzero(off)[0])
     assert first == pytest.approx(3.0 / 5.0 / EVERY, abs=1)
+    rested = replay(free(CART, {}, ["mass"]), told._replace(rate=0.0), 5.0, 1).rows.usable
+    assert np.flatnonzero(rested)[0] == pytest.approx(1.0 / 5.0 / EVERY, abs=1)
     w, damped = 2.0 * np.pi * 5.0, np.sqrt(1.0 - 0.7**2)
     largest = 0.1 / (w * damped)  # of e, but for its decay
     assert np.abs(off[first:]).max() < 2e-5 * largest
