@@ -108,8 +108,9 @@ def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, program, tm
     good = np.fromfile(kept)
     commands(run, signals(design)[:0], "-", end)
     fresh = end.read_bytes()
-    whole = [told for told in saving.values(design)["members"] if told["whole"]]
-    odd = [good[:-2], np.append(good, 0.0), good[:0]]
+    saved = saving.values(design)
+    whole = [told for told in saved["members"] if told["whole"]]
+    odd = [good[: saved["learnt"] - 1], np.append(good, 0.0), good[:0]]
     for place, value in [(0, np.nan), (len(good) - 1, np.inf), (3, -np.inf)] + [
         (told["first"], wrong)
         for told in whole
