@@ -233,6 +233,19 @@ def test_a_faulty_sample_is_a_warning_that_is_told_once(slave):
     assert text.startswith(b"at 0.01 s an input is infinite or not a number")
 
 
+def test_a_command_of_a_limited_rate_is_a_ramp_that_a_fault_leaves_alone(tmp_path):
+    limits = {"command": 6.0, "command_rate": 500.0}
+    design = load_design("pd-only", {"limits": limits})
+    slave = Slave(written(design, "fmu", tmp_path / "a")["pd_only_fmi2.fmu"], tmp_path / "u")
+    assert slave.begin() == GOOD
+    found = []
+    for error in (1.0, 1.0, nan, 1.0, -1.0, -1.0):
+        slave.put(error=error)
+        slave.step()
+        found.append(slave.get("command"))
+    assert found == pytest.approx([0.5, 1.0, nan, 1.5, 1.0, 0.5], abs=0, nan_ok=True)
+
+
 def test_what_cannot_be_set_is_told(tmp_path):
     fmu = written(TABLE_1, "fmu-plant", tmp_path / "a")["lin_lee_1999_table_1_plant_fmi2.fmu"]
     slave = Slave(fmu, tmp_path / "u")

@@ -8,7 +8,7 @@ from sliding import EVERY
 from wiring import design, not_adapting, silent
 
 from hfc_design.controllers.flc.record import CompensationRecord
-from hfc_design.files.design import Design, builtin_designs, named_design
+from hfc_design.files.design import Design, Limits, builtin_designs, named_design
 
 LOW = CompensationRecord(
     forward=(0.5, -2.0, 3.0),
@@ -26,10 +26,17 @@ def updated(name, **changes):
     return Design.model_validate(data)
 
 
+def slow(name, command, rate):
+    limits = Limits(command=command, command_rate=rate)
+    return named_design(name).model_copy(update={"limits": limits})
+
+
 #: What is written, and what its block does: where it adapts, that with the table to start from.
 CASES = {
     "pd": (named_design("pd-only"),) * 2,
     "pid": (named_design("jee-koren-2004-pid"),) * 2,
+    "pid whose command is slow": (slow("jee-koren-2004-pid", 60.0, 400.0),) * 2,
+    "hierarchy whose command is slow": (slow("lin-lee-1999-table-1", 60.0, 9e3),) * 2,
     "pid with a dead zone": (updated("jee-koren-2004-pid", dead_zone=2.0),) * 2,
     "flc of 5 x 3": (made_up.named(1, 5, 3),) * 2,
     "flc of 2 x 11": (made_up.named(1, 2, 11),) * 2,

@@ -52,7 +52,9 @@ DESIGNS = {
     "sliding": machine("sliding", compensated(SLIDING), {"command": 60.0}),
     "slow": machine("slow", coupled(PID), {"command": 60.0, "command_rate": 400.0}),
     "slow and learns": machine(
-        "slow", compensated(coupled(AFLC)), {"axes": {"x": {"command_rate": 2000.0}, "y": {}}}
+        "nested_slow",
+        compensated(coupled(AFLC)),
+        {"axes": {"x": {"command_rate": 2000.0}, "y": {}}},
     ),
     "nested": machine("nested", compensated(coupled(UNLIKE, **AHEAD))),
 }

@@ -22,6 +22,7 @@ pytestmark = pytest.mark.interop
 HERE = Path(__file__).parent
 PYTHON = HERE.parents[1] / ".venv-fmpy" / "bin" / "python"
 COUNT = 10_000
+LEARNT = ("both learn", "compensated", "nested", "slow and learns")
 ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
 BUILTIN = ("pd-only", "emps-cascade", "lin-lee-1999-table-1", "jee-koren-2004-pid")
 BUILTIN += ("jee-koren-2004-flc", "jee-koren-2004-aflc", "jee-koren-1995-soflc")
@@ -30,7 +31,7 @@ DESIGNS = {name: load_design(name) for name in BUILTIN} | {
     "adapting hierarchy": made_up.hierarchy(14, 5, adaptation=ADAPTING),
     "lqi": made_up.limited(made_up.linear("lqi", 1), 300.0),
     "fuzzy sliding": EVERY["beside a pid within a limit"],
-    **{f"machine: {x}": whole_machines.DESIGNS[x] for x in ("both learn", "compensated", "nested")},
+    **{f"machine: {x}": whole_machines.DESIGNS[x] for x in LEARNT},
 }
 #: FMPy compiles them from their sources too.
 COMPILED = ("lin-lee-1999-table-1", "jee-koren-2004-aflc", "machine: nested")
@@ -119,6 +120,7 @@ LOOPS = {
     "lin-lee-1999-table-1": load_design("lin-lee-1999-table-1"),
     "observer": with_scenario("lin-lee-1999-table-1", "c-axis-practical"),
     "converter": with_scenario("lin-lee-1999-table-1", "c-axis-sine", *SENSED),
+    "slow": load_design("pd-only", {"limits": {"command": 30.0, "command_rate": 200.0}}),
     "jee-koren-2004-aflc": load_design("jee-koren-2004-aflc"),
     "huang-soc": load_design("huang-soc"),
     "huang-cross-coupled": load_design("huang-cross-coupled"),
