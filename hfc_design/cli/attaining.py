@@ -29,7 +29,13 @@ def attainable(
     from hfc_design.core.console import plain_table, terminal
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
-    from hfc_design.runs.attained import HEADS, attained, attained_rows, keep_attained
+    from hfc_design.runs.attained import (
+        HEADS,
+        attained,
+        attained_rows,
+        keep_attained,
+        left_out,
+    )
     from hfc_design.runs.run import DESIGN, finished_run
 
     folder = Path(name)
@@ -45,7 +51,8 @@ def attainable(
         return
     own = any("sum_error" in one for one in found["motions"].values())
     shown = HEADS if own else HEADS[:2]
-    table = plain_table(caption="sum |e| over all samples [rad]", caption_justify="left")
+    caption = f"sum |e| over all samples [rad]{left_out(found)}"
+    table = plain_table(caption=caption, caption_justify="left")
     table.add_column("motion", no_wrap=True)
     for head in shown:
         table.add_column(head.replace(" ", "\n"), justify="right")

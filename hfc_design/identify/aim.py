@@ -86,6 +86,7 @@ def _made(found: Identified) -> Json:
     axis = scenario.plant.each()[found.axis]
     speed, acceleration = _fastest(told)
     distance, limit = float(np.ptp(told.place)), _limit(found)
+    rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
     settled = round(1.2 * lasts + 0.2, 2)
     slow = 0.05 * speed
@@ -97,7 +98,7 @@ def _made(found: Identified) -> Json:
             "sample_time_s": float(f"{told.sample_time:.9g}"),
             "substeps": scenario.simulation.substeps,
         },
-        "limits": {"command": limit},
+        "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
         "sensors": {"velocity": "encoder"},
         "motions": [
             {

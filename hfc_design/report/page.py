@@ -23,7 +23,7 @@ from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.figure import Listing, Section, score
 from hfc_design.report import REPORT, batch_plots, plots, rendered, trade_off
 from hfc_design.report.comparison.tables import NONE, short
-from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained
+from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
@@ -158,7 +158,8 @@ def _attained(folder: Path) -> Json | None:
     found = kept_attained(folder)
     if found is None:
         return None
-    return {"told": attained_told(found), "heads": ["motion", *HEADS], "rows": attained_rows(found)}
+    own = {"told": attained_told(found), "left_out": left_out(found), "rows": attained_rows(found)}
+    return own | {"heads": ["motion", *HEADS]}
 
 
 def _used_row(name: str, found: Json, factors: Sequence[float]) -> list[str]:

@@ -28,11 +28,17 @@ def attained(scenario: Scenario, design: AnyDesign | None = None) -> Json:
         RunError: the solver of linear programmes found nothing.
     """
     if design is None:
-        return _numbers(attainable(scenario), None)
+        return _left_out(scenario) | _numbers(attainable(scenario), None)
     design = load_design(design)
     scenario = with_converter(scenario, design)
     scenario = scenario.model_copy(update={"plant": machine(design, scenario)})
-    return _numbers(attainable(scenario), evaluate(design, scenario))
+    return _left_out(scenario) | _numbers(attainable(scenario), evaluate(design, scenario))
+
+
+def _left_out(scenario: Scenario) -> Json:
+    """What neither bound nor best voltage knows of; nothing where there is no such limit."""
+    slow = any(scenario.limits.of(x).command_rate for x in scenario.plant.machine.axes)
+    return {"left_out": "limits.command_rate"} if slow else {}
 
 
 def _numbers(found: dict[str, Attainable], evaluation: Evaluation | None) -> Json:
@@ -91,8 +97,13 @@ def attained_told(found: Json) -> str:
         return ""
     return (
         f"sum |e| {own} rad: {by_bound} times the certified bound {bound}, "
-        f"{by_reached} times the best open-loop voltage {reached}"
+        f"{by_reached} times the best open-loop voltage {reached}{left_out(found)}"
     )
+
+
+def left_out(found: Json) -> str:
+    """What the numbers do not know of, to stand behind them; "" where that is nothing."""
+    return f" ({found['left_out']} is left out)" if "left_out" in found else ""
 
 
 def _times(own: float, other: float) -> float | None:

@@ -11,6 +11,9 @@ from hfc_design.runs.attained import ATTAINABLE, attained_rows, attained_told, k
 SHORT = ["--set", "simulation.duration_s=0.3", "--set", "limits.command=250"]
 
 
+SLOW = ["--set", "limits.command_rate=500"]
+
+
 def hfc(*told):
     return CliRunner().invoke(main, told)
 
@@ -40,11 +43,23 @@ def test_rows_and_the_line_of_a_design():
         "sum |e| 0.05 rad: 2.5 times the certified bound 0.02, "
         "2 times the best open-loop voltage 0.025"
     )
+    slow = attained_told(found | {"left_out": "limits.command_rate"})
+    assert slow.endswith("the best open-loop voltage 0.025 (limits.command_rate is left out)")
     lost = {"motions": {"ramp": one | {"sum_error": None}}}
     assert attained_rows(lost) == [["ramp", "0.02", "0.025", "–", "–", "–"]]
     assert attained_told(lost) == ""
     nothing = {"motions": {"ramp": one | {"bound": 0.0, "reached": 0.0}}}
     assert attained_rows(nothing) == [["ramp", "0", "0", "0.05", "–", "–"]]
+
+
+def test_a_limit_of_the_rate_is_said_to_be_left_out():
+    told = ["attainable", "c-axis-ramp", *SHORT, "--set", "simulation.duration_s=0.02"]
+    free, slow = hfc(*told), hfc(*told, *SLOW)
+    assert (free.exit_code, slow.exit_code) == (0, 0)
+    assert "left out" not in free.stdout
+    assert "(limits.command_rate is left out)" in " ".join(slow.stdout.split())
+    free, slow = (json.loads(hfc(*told, *more, "--json").stdout) for more in ((), SLOW))
+    assert slow == free | {"left_out": "limits.command_rate"}
 
 
 def test_a_file_that_was_edited_is_no_answer(tmp_path):
