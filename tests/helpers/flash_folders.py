@@ -77,7 +77,7 @@ def passes(path):
     found = re.findall(r"(double|float): 1000 samples, of which (\d+) are compared; largest", told)
     assert [precision for precision, _ in found] == ["double", "float"]
     assert int(found[0][1]) == 1000
-    assert int(found[1][1]) >= 400, told
+    assert int(found[1][1]) >= 200, told
 
 
 def page(design):

@@ -25,8 +25,8 @@ NOISE = 16.0
 #: Commands that are off by so much more than before have come of another decision; those of inputs
 #: that are off by ``NOISE`` roundings may be off by four times as many.
 JUMP = 16.0
-#: Times that it is tried.
-TRIES = 3
+#: Times that it is tried, each with a noise and its opposite, which is on the other side.
+TRIES = 2
 
 
 class Tolerance(NamedTuple):
@@ -40,7 +40,7 @@ class Tolerance(NamedTuple):
 def rounded(inputs: Floats) -> Iterator[Floats]:
     """The inputs in single precision, and off by up to one more rounding, at every call alike."""
     yield inputs.astype(np.float32).astype(float)
-    yield from _disturbed(inputs, 1.0, 2)
+    yield from _disturbed(inputs, 1.0, 1)
 
 
 def disturbed(inputs: Floats) -> Iterator[Floats]:
@@ -52,7 +52,8 @@ def _disturbed(inputs: Floats, noise: float, tries: int) -> Iterator[Floats]:
     for seed in range(tries):
         random = Random(seed)
         off = np.array([[random.uniform(-noise, noise) for _ in row] for row in inputs])
-        yield (inputs * (1.0 + 2.0**-23 * off)).astype(np.float32).astype(float)
+        for side in (1.0, -1.0):
+            yield (inputs * (1.0 + side * 2.0**-23 * off)).astype(np.float32).astype(float)
 
 
 def tolerance(commands: Floats, near: list[Floats], far: list[Floats]) -> Tolerance:
@@ -66,10 +67,12 @@ def tolerance(commands: Floats, near: list[Floats], far: list[Floats]) -> Tolera
     usual = max(ROUNDING * largest, 2.0 * float(np.median(off)))
     begins = sorted(RESETS)
     for begin, end in zip(begins, [*begins[1:], len(commands)], strict=True):
-        level = usual
+        level, first = usual, end  # of those that may have come of a decision that shows later
         for k in range(begin, end):
+            if further[k] > MARGIN * max(level, off[k]):
+                first = min(first, k)
             if not (off[k] <= JUMP * level and further[k] <= 4.0 * NOISE * max(level, off[k])):
-                alike[k:end] = False
+                alike[min(first, k) : end] = False
                 break
             level = max(level, off[k])
     worst = float(off[alike].max(initial=ROUNDING * largest / MARGIN))
