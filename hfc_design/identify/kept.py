@@ -44,7 +44,8 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     nowhere = unseen(found.fit) & ~bound
     free = _one_of_each(found, ~bound & ~nowhere)
     again, sure = _again(found, free, bound, delayed)
-    if not (fits := _same(found, again, known)):
+    untold = int((free & ~np.array(sure.told)).sum())
+    if not (fits := _same(found, again, known, untold)):
         again, sure, free = found, known, np.ones(len(free), bool)
     each = zip(bound.tolist(), known.told, sure.told, (free | nowhere).tolist(), strict=True)
     states = tuple(BOUND if at else _state(*own) for at, *own in each)
@@ -79,13 +80,15 @@ def _again(found: Found, free: Mask, bound: Mask, delayed: bool) -> tuple[Found,
     return again, sure
 
 
-def _same(found: Found, again: Found, known: Certainty) -> bool:
-    """Whether it still is a machine, and the fit is not worse than by chance."""
+def _same(found: Found, again: Found, known: Certainty, untold: int) -> bool:
+    """Whether it still is a machine, and the fit is not worse than by chance.
+
+    ``untold`` parameters are where they began, beside those that are held, which cost nothing.
+    """
     if fault(again.fit.free, again.fit.numbers):
         return False
-    moved = found.fit.numbers != again.fit.numbers
     worse = np.sum((again.fit.rms / found.fit.rms) ** 2 - 1.0) * len(found.fit.residual)
-    limit = chi2.isf(CHANCE, max(int(moved.sum()), 1)) * max(known.inflated.max(), 1.0)
+    limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
     return bool(worse <= limit)
 
 
