@@ -48,6 +48,8 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
     fit, free, every = found.fit, found.fit.free, told.sample_time
     steps = min(round(LASTS / every), SAMPLES)
     pairs = _shapes(float(np.abs(told.command).max()), every, steps)
+    if not pairs:  # samples too slow for the slowest sine
+        return None
     time = every * np.arange(steps)
     commands = np.array([a * np.sin(2.0 * np.pi * f * time) for a, f in pairs])
     bandwidth = found.bandwidth or 0.0

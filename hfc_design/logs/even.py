@@ -65,9 +65,9 @@ def even(
     gaps = np.append([False], np.diff(place) > FILLED + 1)
     part = _longest(time, np.flatnonzero(gaps | broken), notes)
     time, place = time[part], place[part] - place[part.start]
-    period = sample_time or float(np.polyfit(place, time, 1)[0])
+    period = sample_time or _period(place, time)
     kept = {name: value[~twice][part] for name, value in values.items()}
-    return _filled(time, float(f"{period:.9g}"), place, kept, notes)
+    return _filled(time, period, place, kept, notes)
 
 
 def _places(time: Floats, period: float) -> Floats:
@@ -86,13 +86,17 @@ def _places(time: Floats, period: float) -> Floats:
 
 
 def _period(place: Floats, time: Floats) -> float:
-    """The sample time by the longest part without a gap: a clock may be set in one."""
-    ends = [0, *np.flatnonzero(np.diff(place) > FILLED + 1).tolist(), len(place) - 1]
-    first, last = max(pairwise(ends), key=lambda pair: pair[1] - pair[0])
-    part = slice(first + 1 if first else 0, last + 1)
-    if last - first < FEWEST:
-        raise ValueError(f"no part without a gap has {FEWEST} samples")
-    return float(np.polyfit(place[part], time[part], 1)[0])
+    """The shortest number for the sample time that the stamps do not speak against.
+
+    Its error is three standard errors of the line through them, or a hundredth of a sample over
+    the whole log: what a control is made for is 0.5 ms and not 0.499999988 ms.
+    """
+    period, start = np.polyfit(place, time, 1)
+    off = time - start - period * place
+    error = np.sqrt(np.mean(off**2) / len(time)) / np.std(place)
+    within = max(3.0 * error, 0.01 * period / len(time))
+    shorter = (float(f"{period:.{digits}g}") for digits in range(1, 9))
+    return next((one for one in shorter if abs(one - period) <= within), float(f"{period:.9g}"))
 
 
 def _filled(

@@ -129,6 +129,20 @@ def test_a_clock_that_is_set_is_a_gap_and_not_billions_of_samples():
         found({"time_s": TIME, "position": PLACE, "command": VOLTS}, sample_time=1e-9)
 
 
+def test_a_sample_time_is_as_short_a_number_as_the_stamps_allow():
+    """What a control is made for is 0.5 ms; a period that is really another one stays."""
+    time = 5e-4 * np.arange(4000)
+    trembling = time + np.random.default_rng(3).normal(0.0, 2e-5, time.shape)
+    trembling[0] = 0.0
+    signal = np.sin(time)
+    one = found({"time_s": trembling, "position": signal, "command": signal})
+    assert one.sample_time == 5e-4
+    slower = found({"time_s": trembling * 1.0001, "position": signal, "command": signal})
+    assert slower.sample_time == pytest.approx(5.0005e-4, rel=2e-6)
+    odd = found({"time_s": time / 5e-4 / 8192, "position": signal, "command": signal})
+    assert odd.sample_time == pytest.approx(1 / 8192, rel=1e-6)
+
+
 def test_of_very_many_samples_the_first_are_used(monkeypatch):
     monkeypatch.setattr(limits, "MOST", 150)
     one = found({"time_s": TIME, "position": PLACE, "command": VOLTS})
