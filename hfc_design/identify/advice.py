@@ -28,6 +28,8 @@ AMPLITUDES = (0.2, 0.5, 1.0)
 FURTHER = 1.5
 #: Of so many parameters it is said what they gain, if the best gains this at least (a logarithm).
 SHOWN, WORTH = 2, 0.1
+#: Whatever is known better than so (a standard error) is known well enough.
+ENOUGH = 1e-3
 
 
 class Advice(NamedTuple):
@@ -64,6 +66,8 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
         error = errors_of(before, root_of(np.nan_to_num(own), fit.scale))
         after.append((error * np.sqrt(known.inflated))[:-1] * shares)
     wanted = np.flatnonzero(~np.array(known.told))
+    if not wanted.size and known.error.max() < ENOUGH:
+        return None
     if not wanted.size:
         wanted = np.argsort(-known.error, kind="stable")[:SHOWN]
     gains = np.log(known.error[wanted] / np.array(after)[:, wanted])

@@ -53,6 +53,15 @@ class Free:
         size = np.maximum(np.abs(np.asarray(numbers)[:-1]), 1.0)
         return np.where(self.positive > 0, 1.0, 1.0 / size)
 
+    def rest(self) -> str:
+        """What is not looked for and taken as it is, in a line; "" if there is nothing."""
+        names = [x for x in self.start._fields if x not in (*self.names, *self.drive.exact)]
+        values = {name: float(getattr(self.start, name)) for name in names}
+        units = self.drive.parameter_units
+        told = [f"{x} {value:.6g} {units.get(x, '')}".strip() for x, value in values.items()]
+        known = "; --set plant.parameters.NAME=VALUE if you know better"
+        return f"not looked for: {', '.join(told)}{known}" if told else ""
+
     def away(self, numbers: Floats) -> dict[str, float]:
         """By which factor each parameter has left its start, of those that left it far."""
         value = dict(zip(self.names, self.values(numbers), strict=True))

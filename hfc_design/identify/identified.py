@@ -103,7 +103,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     checks = checked(task.scenario, task.design, found, logs)
     pushed = task.scenario.machine.forces is not None
     against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
-    notes = (*filter(None, [note]), *against, *told.notes)
+    notes = (*filter(None, [note]), *against, *told.notes, *filter(None, [wanted.rest()]))
     return Identified(
         task.scenario, task.axis, found, known, states, worst, checks, next_one, told, notes
     )

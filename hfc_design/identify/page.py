@@ -121,6 +121,7 @@ def record(found: Identified, log: str) -> str:
         "parameters": told,
         "command_late_s": dict(zip(("value", "low", "high"), map(float, late), strict=True)),
         "replayed_under": found.how,
+        "position_unit": found.position_unit,
         "rms": dict(zip(found.told.outputs, map(float, found.found.fit.rms), strict=True)),
         "checks": [
             {"log": one.log, "how": one.how, "rms_before": one.before, "rms": one.after}

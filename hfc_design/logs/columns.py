@@ -4,6 +4,7 @@ import re
 from collections.abc import Collection
 from typing import NamedTuple
 
+from hfc_design.core.quantities import number
 from hfc_design.logs.log import Log
 from plants import Drive, in_a_name
 
@@ -29,6 +30,34 @@ def mapped(text: str) -> Column:
     if not found:
         raise ValueError(f"{text[:60]!r}: has to be NAME=COLUMN, as in 'position=qm [m]'")
     return Column(found["name"], found["column"], found["unit"])
+
+
+def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
+    """The column of a user in a log, with the unit that its name tells where the user says none.
+
+    Raises:
+        ValueError: there is no such column.
+    """
+    if one.column not in log.columns and f"{one.column} [{one.unit}]" in log.columns:
+        return one._replace(column=f"{one.column} [{one.unit}]")
+    if one.column not in log.columns:
+        there = ", ".join(log.columns)
+        raise ValueError(f"has no column {one.column[:60]!r}; there is {there[:300]}")
+    if one.unit is not None:
+        return one
+    told = TOLD.fullmatch(one.column)
+    parts = one.column.split("_")[1:]  # of speed_mm_s it is mm/s
+    ends = [told["unit"]] if told else ["/".join(parts[k:]) for k in range(len(parts))]
+    return one._replace(unit=next((end for end in ends if _counts(end, unit, millimetres)), None))
+
+
+def _counts(text: str, unit: str, millimetres: float | None) -> bool:
+    """Whether a text is a unit that can be counted in another one."""
+    try:
+        number(f"1 {text}", unit, millimetres)
+    except ValueError:
+        return False
+    return True
 
 
 def units_of(drive: Drive) -> dict[str, str]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.core.quantities import number
-from hfc_design.logs.columns import Column, by_name, units_of
+from hfc_design.logs.columns import Column, by_name, looked_up, units_of
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
 from plants import Drive
@@ -46,17 +46,18 @@ def signals(
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
     chosen = {one.name: one for one in columns}
+    unsaid, taken = {one.name for one in columns if one.unit is None}, list[str]()
     chosen |= by_name(log, drive, [*chosen])
     millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
     units, values = units_of(drive), dict[str, Floats]()
-    for name, one in chosen.items():
+    for name, asked in chosen.items():
         if name not in units:
             known = ", ".join(units)
             raise ValueError(f"{name}: is no signal of {drive.name}; there is {known}")
-        if one.column not in log.columns:
-            there = ", ".join(log.columns)
-            raise ValueError(f"has no column {one.column[:60]!r}; there is {there[:300]}")
+        one = looked_up(asked, log, units[name], millimetres)
         unit = one.unit or units[name]
+        if name in unsaid:
+            taken.append(f"{name} is {one.column} in {unit}")
         scale = number(
             unit if unit[0] in "+-.0123456789" else f"1 {unit}", units[name], millimetres
         )
@@ -69,6 +70,8 @@ def signals(
             f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
             f"{SLOWEST:g} s: which unit has its time? say time=COLUMN [UNIT]"
         )
+    if taken:
+        found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
     return _signals(_first(found), drive)
 
 

@@ -16,6 +16,7 @@ from hfc_design.identify.identified import _check_slopes
 from hfc_design.identify.kept import BOUND, kept
 from hfc_design.identify.replay import replay
 from hfc_design.identify.search import Found
+from plants import PLANTS
 
 STEPS = 800
 NOISE = 2e-4  # [m]
@@ -142,3 +143,15 @@ def test_a_machine_that_cannot_be_is_not_found():
     assert told.state[k] == BOUND
     assert np.isnan([told.known.low[k], told.known.high[k]]).all()
     assert told.note.startswith(f"{one.fit.free.names[k]}: at the least or most")
+
+
+def test_what_is_not_looked_for_is_said_with_its_value():
+    """A mass beside a wrong gain is wrong by the same factor; exact ones are known."""
+    stage = PLANTS["positioning-stage"]
+    told = free(stage, {"offset": -2.0}, ["mass", "coulomb_friction"]).rest()
+    assert told.startswith("not looked for: ")
+    for words in ("amplifier_gain 35.1507 N/V", "offset -2 N", "viscous_friction 203.5 N s/m"):
+        assert words in told
+    assert "mass" not in told
+    every = [name for name in stage.parameters._fields if name not in stage.exact]
+    assert free(stage, {"stiction_rise": 1.0}, every).rest() == ""

@@ -31,7 +31,24 @@ def test_units_of_people_and_of_encoders():
         np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
         assert one.sample_time == pytest.approx(1e-3)
         assert one.usable.all()
-        assert one.notes == ()
+    assert told.notes == ()
+    assert counted.notes == ("time is t in s; another unit: NAME=COLUMN [UNIT]",)
+
+
+def test_a_column_that_is_named_without_a_unit_has_that_of_its_own_name():
+    names = ("time=t_ms", "position=Pos_um", "command=U [mV]", "velocity=rate_of_m_s")
+    columns = {"t_ms": 1e3 * TIME, "Pos_um": 1e3 * PLACE, "U [mV]": 1e3 * VOLTS}
+    one = found(columns | {"rate_of_m_s": 1e-3 * PLACE}, *names)
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+    np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
+    np.testing.assert_allclose(one.values["velocity"], PLACE, atol=1e-12)
+    assert one.sample_time == pytest.approx(1e-3)
+    assert one.notes[0].startswith("time is t_ms in ms, position is Pos_um in um, velocity is ")
+    other = found(
+        {"t_ms": TIME, "pos_x": PLACE, "U": VOLTS}, "time=t_ms [s]", "position=pos_x", "command=U"
+    )
+    np.testing.assert_allclose(other.values["position"], PLACE)
+    assert other.notes[0].startswith("position is pos_x in mm, command is U in V;")
 
 
 def test_columns_are_known_by_their_names():
