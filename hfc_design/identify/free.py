@@ -57,7 +57,7 @@ class Free:
         """What is not looked for and taken as it is, in a line; "" if there is nothing."""
         names = [x for x in self.start._fields if x not in (*self.names, *self.drive.exact)]
         values = {name: float(getattr(self.start, name)) for name in names}
-        units = self.drive.parameter_units
+        units = {x: unit for x, unit in self.drive.parameter_units.items() if unit != "1"}
         told = [f"{x} {value:.6g} {units.get(x, '')}".strip() for x, value in values.items()]
         known = "; --set plant.parameters.NAME=VALUE if you know better"
         return f"not looked for: {', '.join(told)}{known}" if told else ""
