@@ -25,6 +25,9 @@ LOOSE, TIGHT = (1e-3, 1e-4), (1e-7, 1e-8)
 ROUNDS, SETTLED = 5, 0.02
 #: Refined starts that end this near the best one, relative, have found the same.
 SAME = 0.01
+#: A residual below such a share of the motion is none: of a log without noise all that is left is
+#: rounding.
+NOTHING = 1e-6
 #: How sure it is beforehand that a number is where it began, as a standard deviation. So little
 #: that a log that tells anything of it overrules it; what it does not tell stays where it began.
 VAGUE = float(np.log(FACTOR))
@@ -133,7 +136,7 @@ def searched(problem: Problem, seed: int) -> tuple[Floats, int]:
     ended = np.asarray(_nearly(near, best))
     found = np.sqrt(np.asarray(costs(problem, ended)))
     found = np.where(np.isfinite(found), found, np.inf)
-    return ended[found.argmin()], int((found <= (1.0 + SAME) * found.min()).sum())
+    return ended[found.argmin()], int((found <= max((1.0 + SAME) * found.min(), NOTHING)).sum())
 
 
 def settled(problem: Problem, numbers: Floats) -> tuple[Problem, Floats]:
