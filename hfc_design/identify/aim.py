@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from hfc_design.core.numbers import Floats, Json
+from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.recording import Recording
+from hfc_design.logs.steps import noise_of
 
 #: Least tolerance of a parameter that the log tells: friction is another one when it is warm.
 #: The largest one, also of what the log does not tell.
@@ -89,12 +90,14 @@ def _made(found: Identified) -> Json:
     rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
     settled = round(1.2 * lasts + 0.2, 2)
-    slow = 0.05 * speed
+    slow, lasts = 0.05 * speed, round(1.5 * lasts + 0.5, 2)
+    # Two periods, so that it reverses at the end too; no faster than the log.
+    often = min(4.0 * np.pi / lasts, 5.0 * acceleration / speed)
     error = _recorded_error(told) or 1e-3 * distance
     data: Json = {
         "plant": {"name": scenario.plant.name},
         "simulation": {
-            "duration_s": round(1.5 * lasts + 0.5, 2),
+            "duration_s": lasts,
             "sample_time_s": float(f"{told.sample_time:.9g}"),
             "substeps": scenario.simulation.substeps,
         },
@@ -111,7 +114,9 @@ def _made(found: Identified) -> Json:
             {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
             {
                 "name": "reversal",
-                "reference": _rounded(kind="sine", amplitude=0.1 * speed, frequency_rad_s=2.0),
+                "reference": _rounded(
+                    kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often
+                ),
             },
         ],
         "fitness": {
@@ -133,8 +138,11 @@ def _made(found: Identified) -> Json:
         },
         "search": {"preset": "cma"},
     }
-    if (step := resolution(told.place)) and not axis.resolution:
-        data["sensors"]["encoder_resolution"] = step
+    if told.step and not axis.resolution:
+        data["sensors"]["encoder_resolution"] = told.step
+    off = found.found.fit.residual[:, 0]
+    if noise := noise_of(off, told.place, told.step or axis.resolution):
+        data["sensors"]["noise"] = noise
     return data
 
 
@@ -169,17 +177,6 @@ def _recorded_error(told: Recording) -> float | None:
     if told.reference is None:
         return None
     return float(np.sqrt(np.mean((told.reference - told.place) ** 2))) or None
-
-
-def resolution(place: Floats) -> float | None:
-    """The step of an encoder, if the values of a log are whole steps; None if that is not seen."""
-    steps = np.unique(np.round(np.abs(np.diff(place)), 15))
-    steps = steps[steps > 1e-12 * max(np.abs(place).max(), 1e-300)]
-    if len(steps) < 2:
-        return None
-    least = float(steps[0])
-    off = np.abs(steps / least - np.round(steps / least))
-    return float(f"{least:.4g}") if off[: min(len(off), 50)].max() < 0.02 else None
 
 
 def called(log: str) -> str:

@@ -26,6 +26,7 @@ class Recording(NamedTuple):
     sample_time: float  # [s]
     rate: float  # of the position at the start
     notes: tuple[str, ...] = ()
+    step: float | None = None  # of the encoder of the position, where it is seen
 
     @property
     def place(self) -> Floats:
@@ -57,6 +58,7 @@ def recording(found: Signals, drive: Drive) -> Recording:
         found.sample_time,
         float(rate),
         found.notes,
+        found.step,
     )
 
 

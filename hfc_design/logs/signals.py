@@ -10,6 +10,7 @@ from hfc_design.core.quantities import number
 from hfc_design.logs.columns import Column, by_name, looked_up, units_of
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
+from hfc_design.logs.steps import step_of
 from plants import Drive
 
 #: A signal that changes by no more stands still, in any unit.
@@ -28,6 +29,7 @@ class Signals(NamedTuple):
     values: dict[str, Floats]  # by name, in units of the drive
     usable: Mask  # what is neither filled in nor cut off
     notes: tuple[str, ...]  # what was found, for the user
+    step: float | None = None  # of the encoder of the position, as it was recorded
 
 
 def signals(
@@ -63,7 +65,7 @@ def signals(
         )
         values[name] = scale * log.columns[one.column]
     _check(values, drive, log)
-    told = log.sample_time or sample_time
+    told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)
     if not FASTEST <= found.sample_time <= SLOWEST:
         raise ValueError(
@@ -72,7 +74,7 @@ def signals(
         )
     if taken:
         found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
-    return _signals(_first(found), drive)
+    return _signals(_first(found), drive)._replace(step=step)
 
 
 def _check(values: Mapping[str, Floats], drive: Drive, log: Log) -> None:

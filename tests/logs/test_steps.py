@@ -1,0 +1,41 @@
+"""What is seen of an encoder in what it reads."""
+
+import numpy as np
+import pytest
+
+from hfc_design.logs.steps import noise_of, step_of
+
+TIME = 1e-3 * np.arange(4000)
+MOTION = 10.0 * np.sin(3.0 * TIME)
+RANDOM = np.random.default_rng(5)
+
+
+def test_whole_steps_are_seen_whatever_is_between_them():
+    assert step_of(5e-4 * np.round(MOTION / 5e-4)) == pytest.approx(5e-4, rel=1e-3)
+    assert step_of(1.0 + 0.125 * np.round(MOTION / 0.125)) == 0.125
+    assert step_of(MOTION) is None
+    assert step_of(0.0 * MOTION) is None
+
+
+@pytest.mark.parametrize("step", [None, 1e-4])
+@pytest.mark.parametrize("size", [1e-4, 1e-3])
+def test_noise_is_what_was_drawn(size, step):
+    """Beside a slow error of the model, and spikes at reversals."""
+    off = MOTION / 100.0 + RANDOM.normal(0.0, size, TIME.shape)
+    off[::500] += 1.0
+    if step:
+        off = step * np.round(off / step)
+    assert noise_of(off, MOTION, step) == pytest.approx(size, rel=0.2)
+
+
+def test_stamps_that_tremble_are_no_noise():
+    """By 2 % of 30 mm/s in a ms, 0.6 um, where the axis is fast."""
+    off = np.gradient(MOTION) * RANDOM.normal(0.0, 0.02, TIME.shape)
+    assert noise_of(off + RANDOM.normal(0.0, 1e-4, TIME.shape), MOTION, None) < 1.6e-4
+
+
+def test_rounding_is_no_noise():
+    off = 1e-4 * (np.round(MOTION / 1e-4) - MOTION / 1e-4)
+    assert noise_of(off, MOTION, 1e-4) is None
+    assert noise_of(np.zeros(10), MOTION[:10], None) is None
+    assert noise_of(np.ones(2), MOTION[:2], None) is None
