@@ -51,7 +51,8 @@ def test_one_make_checks_every_axis(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in ALL if name not in FEW])
 def test_every_folder_passes_its_own_check(name, folder):
-    passes(folder(name))
+    # Two axes that adapt, each with decisions of its own: a sample counts where both are clear.
+    passes(folder(name), compared=100 if name == "whole machine unlike" else 200)
 
 
 NEEDS = {
