@@ -89,36 +89,17 @@ def _made(found: Identified) -> Json:
     distance, limit = float(np.ptp(told.place)), _limit(found)
     rate = scenario.limits.of(axis.name).command_rate
     lasts = distance / speed + speed / acceleration
-    settled = round(1.2 * lasts + 0.2, 2)
-    slow, lasts = 0.05 * speed, round(1.5 * lasts + 0.5, 2)
-    # Two periods, so that it reverses at the end too; no faster than the log.
-    often = min(4.0 * np.pi / lasts, 5.0 * acceleration / speed)
     error = _recorded_error(told) or 1e-3 * distance
     data: Json = {
         "plant": {"name": scenario.plant.name},
         "simulation": {
-            "duration_s": lasts,
+            "duration_s": _duration(lasts),
             "sample_time_s": float(f"{told.sample_time:.9g}"),
             "substeps": scenario.simulation.substeps,
         },
         "limits": {"command": limit, **({"command_rate": rate} if rate else {})},
         "sensors": {"velocity": "encoder"},
-        "motions": [
-            {
-                "name": "move",
-                "reference": _rounded(
-                    kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
-                ),
-                "settled_after_s": settled,
-            },
-            {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
-            {
-                "name": "reversal",
-                "reference": _rounded(
-                    kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often
-                ),
-            },
-        ],
+        "motions": _motions(told, speed, acceleration, lasts),
         "fitness": {
             "kind": "tolerances",
             "tolerances": {
@@ -144,6 +125,27 @@ def _made(found: Identified) -> Json:
     if noise := noise_of(off, told.place, told.step or axis.resolution):
         data["sensors"]["noise"] = noise
     return data
+
+
+def _duration(lasts: float) -> float:
+    """Of every motion, for a move that ``lasts`` so long [s]."""
+    return round(1.5 * lasts + 0.5, 2)
+
+
+def _motions(told: Recording, speed: float, acceleration: float, lasts: float) -> list[Json]:
+    """A move as far as that of the log, a slow one, and one to and fro."""
+    distance, slow = float(np.ptp(told.place)), 0.05 * speed
+    # Two periods, so that it reverses at the end too; no faster than the log.
+    often = min(4.0 * np.pi / _duration(lasts), 5.0 * acceleration / speed)
+    move = _rounded(
+        kind="trapezoidal", distance=distance, velocity=speed, acceleration=acceleration
+    )
+    sine = _rounded(kind="sine", amplitude=0.2 * speed / often, frequency_rad_s=often)
+    return [
+        {"name": "move", "reference": move, "settled_after_s": round(1.2 * lasts + 0.2, 2)},
+        {"name": "slow", "reference": _rounded(kind="ramp", velocity=slow)},
+        {"name": "reversal", "reference": sine},
+    ]
 
 
 def _rounded(**reference: Any) -> Json:
