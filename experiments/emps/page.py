@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 import click
 
 from experiments.emps import compared
+from experiments.emps.inverse import inverse_dynamics
 from experiments.emps.logs import Log, log
 from experiments.emps.replay import PUBLISHED, by_speed, repeated, replayed, rms
 from experiments.shared import markdown
@@ -32,18 +33,22 @@ MICRONS = 1e3
 NOT_DRAWN = ("recorded-no-delay", "recorded-observer")
 
 
-def stages(identified: Path | None = None) -> dict[str, dict[str, float]]:
+def stages(
+    first: Log | None = None, identified: Path | None = None
+) -> dict[str, dict[str, float]]:
     """The parameters that the logs are replayed with; ``identified`` is a scenario with others."""
     found = {"published": PUBLISHED, "fitted": {k: compared.fitted()[k] for k in PUBLISHED}}
+    if first is not None:
+        found["inverse dynamics"] = {"viscous_asymmetry": 0.0, **inverse_dynamics(first)}
     if identified is not None:
         own = load_scenario(str(identified)).plant.parameters
         found["identified"] = {key: own.get(key, 0.0) for key in PUBLISHED}
     return found
 
 
-def parameters(identified: Path | None = None) -> list[list[str]]:
+def parameters(first: Log | None = None, identified: Path | None = None) -> list[list[str]]:
     """Of each stage."""
-    each = stages(identified).values()
+    each = stages(first, identified).values()
     return [[key, *(f"{own[key]:.4g}" for own in each)] for key in PUBLISHED]
 
 
@@ -52,7 +57,7 @@ def replays(
 ) -> tuple[list[list[str]], list[list[str]]]:
     """How far the simulated loop is off both logs, and what brakes more than in it."""
     rows, speeds = [], []
-    for name, own in stages(identified).items():
+    for name, own in stages(first, identified).items():
         off = replayed(first, own)
         others = (replayed(second, own, pulse) for pulse in (PULSE, second.pulse))
         measured = f"{MICRONS * repeated(first, off):.2f}"
@@ -80,7 +85,7 @@ def main(machines: int, identified: Path | None, plot: Path | None) -> None:
     first, second = log("first"), log("second")
     rows, speeds = replays(first, second, identified)
     parts = [
-        markdown(("parameter", *stages(identified)), parameters(identified)),
+        markdown(("parameter", *stages(first, identified)), parameters(first, identified)),
         f"first log: {drive(first)}\nsecond log: {drive(second)}\n",
         markdown(REPLAY, rows),
         markdown(SPEEDS, speeds),

@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 import hfc_design.api as hfc
 from experiments.emps import compared, page
+from experiments.emps.inverse import inverse_dynamics
 from experiments.emps.logs import DATA, GAIN, K_P, K_V, following, log
 from experiments.emps.replay import PUBLISHED, SAMPLE, fitted, repeated, replayed, rms
 from hfc_design.cli import main
@@ -62,6 +63,13 @@ def test_a_log_is_read_and_replayed(made_up):
     assert rms(replayed(made_up, OWN, 0.0)) > 0.01
 
 
+def test_inverse_dynamics_find_a_stage(made_up):
+    """Two seconds of whole waves: the filter's ends and the reversals are what is left."""
+    found = inverse_dynamics(made_up)
+    for name, value in OWN.items():
+        assert found[name] == pytest.approx(value, rel=0.02), name
+
+
 def test_pulses_push_as_a_load(made_up, tmp_path):
     scenario = following(made_up, tmp_path, OWN, 2.0)
     load = scenario.samples().axes[0].loads[0]
@@ -91,6 +99,14 @@ def test_the_recorded_law_is_that_of_the_design():
     # a step of the readings is 6.1 mV; nothing else is left
     assert rms(law - one.command[2:]) < 0.0037
     assert log("second").pulse == pytest.approx(5.07, abs=0.005)
+
+
+@needs_data
+def test_the_published_method_finds_the_published_parameters():
+    """Printed to four digits; which filter they had is not."""
+    found = inverse_dynamics(log("first"))
+    for name, value in found.items():
+        assert value == pytest.approx(PUBLISHED[name], rel=0.01), name
 
 
 @needs_data
