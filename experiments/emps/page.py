@@ -33,9 +33,7 @@ MICRONS = 1e3
 NOT_DRAWN = ("recorded-no-delay", "recorded-observer")
 
 
-def stages(
-    first: Log | None = None, identified: Path | None = None
-) -> dict[str, dict[str, float]]:
+def stages(first: Log | None = None, identified: Path | None = None) -> dict[str, dict[str, float]]:
     """The parameters that the logs are replayed with; ``identified`` is a scenario with others."""
     found = {"published": PUBLISHED, "fitted": {k: compared.fitted()[k] for k in PUBLISHED}}
     if first is not None:
