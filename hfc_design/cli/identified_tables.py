@@ -109,6 +109,7 @@ def tell(found: Identified, log: str, path: Path, as_json: bool) -> None:
     for row in page.parameter_rows(found):
         table.add_row(*(cell.replace("–", "-") for cell in row))
     terminal().print(table)
+    click.echo(page.interval_line(found))
     click.echo()
     checks = plain_table()
     for head in ("log", "replayed in", "rms before", "rms after"):

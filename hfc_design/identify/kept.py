@@ -12,16 +12,19 @@ from scipy.stats import chi2
 
 from hfc_design.core.numbers import Mask
 from hfc_design.identify.bounds import bounded, fault, vanished
-from hfc_design.identify.certainty import TOGETHER, Certainty, both, certainty, unseen
+from hfc_design.identify.certainty import TOGETHER, TOLD, Certainty, both, certainty, unseen
 from hfc_design.identify.search import Found, held, opened
 
 #: Of parameters that are known nearly as badly as the worst one, the last is held.
 NEARLY = 0.8
+#: Of each combination that may change by the first, relative, one parameter is held. Where all that
+#: is left untold then cannot be where it began, one of each that may change by the second.
+LIMITS = TOGETHER, TOLD
 #: What is not told stays where it began, unless the fit grows worse than chance makes it but once
 #: in so many times.
 CHANCE = 1e-3
 #: What is said of a parameter instead of an interval.
-BOUND = "at its bound"
+BOUND, HELD = "at its bound", "held"
 
 
 class Kept(NamedTuple):
@@ -29,7 +32,7 @@ class Kept(NamedTuple):
 
     found: Found
     known: Certainty  # ends that are nan: none, the parameter is at its bound
-    state: tuple[str, ...]  # "yes"; "given", if those held are right; "held"; "no"; ``BOUND``
+    state: tuple[str, ...]  # "yes"; "given", if those held are right; "no"; ``HELD``, ``BOUND``
     note: str  # for the user; "" where the log tells everything
 
 
@@ -42,11 +45,14 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
     nowhere = unseen(found.fit) & ~bound
-    free = _one_of_each(found, ~bound & ~nowhere)
-    again, sure = _again(found, free, bound, delayed)
-    untold = int((free & ~np.array(sure.told)).sum())
-    if not (fits := _same(found, again, known, untold)):
-        again, sure, free = found, known, np.ones(len(free), bool)
+    for limit in LIMITS:
+        free = _one_of_each(found, ~bound & ~nowhere, limit)
+        again, sure = _again(found, free, bound, delayed)
+        untold = int((free & ~np.array(sure.told)).sum())
+        if fits := _same(found, again, known, untold):
+            break
+    else:
+        again, sure, free = found, known, np.ones(len(bound), bool)
     each = zip(bound.tolist(), known.told, sure.told, (free | nowhere).tolist(), strict=True)
     states = tuple(BOUND if at else _state(*own) for at, *own in each)
     one = np.array(sure.told) | free
@@ -87,23 +93,24 @@ def _same(found: Found, again: Found, known: Certainty, untold: int) -> bool:
     """
     if fault(again.fit.free, again.fit.numbers):
         return False
-    worse = np.sum((again.fit.rms / found.fit.rms) ** 2 - 1.0) * len(found.fit.residual)
+    least = np.maximum(found.fit.rms, found.fit.scale)  # of a log without noise nothing is left
+    worse = np.sum((again.fit.rms**2 - found.fit.rms**2) / least**2) * len(found.fit.residual)
     limit = chi2.isf(CHANCE, max(untold, 1)) * max(known.inflated.max(), 1.0)
     return bool(worse <= limit)
 
 
 def _state(told: bool, then: bool, free: bool) -> str:
     if not free:
-        return "held"
+        return HELD
     if not then:
         return "no"
     return "yes" if told else "given"
 
 
-def _one_of_each(found: Found, free: Mask) -> Mask:
-    """(names,) what is not held: one parameter is of each combination that nothing tells."""
+def _one_of_each(found: Found, free: Mask, limit: float) -> Mask:
+    """(names,) what is not held: one is of each combination that may change by the ``limit``."""
     free, now = free.copy(), certainty(found.fit, free)
-    while now.untold and now.untold[0].change > TOGETHER:
+    while now.untold and now.untold[0].change > limit:
         near = np.flatnonzero(now.error >= NEARLY * now.error.max())
         free[near[-1]] = False
         now = certainty(found.fit, free)
@@ -114,13 +121,11 @@ def _note(found: Found, states: tuple[str, ...], fits: bool) -> str:
     names = found.fit.free.names
     one, other, last = (
         ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
-        for state in ("held", "no", BOUND)
+        for state in (HELD, "no", BOUND)
     )
     parts = []
     if one:
-        parts.append(
-            f"only ratios to {one} are told, held where it began: 'given' means if that is right"
-        )
+        parts.append(f"held where it began: {one}; the log tells others only beside it")
     if other:
         where = "left where it began" if fits else "as it was found, for where it began fits worse"
         parts.append(f"the log does not tell {other}: {where}")

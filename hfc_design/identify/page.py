@@ -11,6 +11,7 @@ from hfc_design.identify import plots
 from hfc_design.identify.aim import tolerances
 from hfc_design.identify.certainty import CONFIDENCE, Combination
 from hfc_design.identify.identified import Identified
+from hfc_design.identify.kept import HELD
 from hfc_design.pictures.figure import Rows, readable, small_address
 from hfc_design.report import rendered
 
@@ -25,9 +26,18 @@ def parameter_rows(found: Identified) -> Rows:
     for k, name in enumerate(free.names):
         start = float(getattr(free.start, name))
         numbers = [f"{x:.5g}" for x in (start, known.value[k])]
-        ends = [f"{x:.5g}" if known.error[k] < 2.0 else "–" for x in (known.low[k], known.high[k])]
+        told = known.error[k] < 2.0 and found.states[k] != HELD
+        ends = [f"{x:.5g}" if told else "–" for x in (known.low[k], known.high[k])]
         rows.append([name, units.get(name, ""), *numbers, *ends, found.states[k]])
     return rows
+
+
+def interval_line(found: Identified) -> str:
+    """What the ends of the intervals mean."""
+    line = f"from and to are the ends of the {100 * CONFIDENCE:g} % interval, if the model is right"
+    each = zip(found.free.names, found.states, strict=True)
+    held = ", ".join(name for name, state in each if state == HELD)
+    return f"{line}; where 'given', if {held} is right as it is held" if held else line
 
 
 def check_rows(found: Identified) -> Rows:
@@ -155,6 +165,7 @@ def page(found: Identified, log: str, command: str) -> bytes:
         heads=HEADS,
         rows=parameter_rows(found),
         confidence=100 * CONFIDENCE,
+        intervals=interval_line(found),
         agreeing=agreeing_line(found),
         notes=found.notes,
         untold=untold_lines(found),

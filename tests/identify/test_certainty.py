@@ -143,4 +143,4 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
             getattr(known, end) / known.value - 1.0,
             rtol=0.01,
         )
-    assert result.note.startswith("only ratios to pull are told, held where it began")
+    assert result.note == "held where it began: pull; the log tells others only beside it"

@@ -1,5 +1,6 @@
 """``hfc identify`` as a user calls it, on logs that SciPy made of plants without secrets."""
 
+import html
 import json
 import os
 import sys
@@ -91,6 +92,26 @@ def test_millimetres_taken_for_metres_are_doubted_and_missing_friction_is_at_its
         "stage.csv", *free, *steady, "--column", "position=position_mm [m]", "--out", "two"
     )
     assert "DOUBTFUL: stage.csv is only replayed with 0.001 times the mass that it" in told
+
+
+@pytest.mark.slow
+def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
+    """It does not part Coulomb friction from the offset, nor the gain from both: two are held."""
+    command = ["simulate", "emps-cascade", "--set", "plant.parameters.mass=37", "--csv", "log.csv"]
+    assert CliRunner().invoke(main, command).exit_code == 0
+    told = identify("log.csv", "--plant", "positioning-stage", "--out", "stage")
+    rows = {line.split()[0]: line.split() for line in told.partition("from and")[0].splitlines()}
+    assert rows["mass"][3:] == ["37", "37", "37", "given"]
+    assert [row[-1] for row in rows.values()].count("held") == 2
+    assert rows["offset"][-3:] == ["-", "-", "held"]
+    line = "where 'given', if coulomb_friction, offset is right as it is held"
+    assert line in told
+    page = html.unescape(Path("stage", "report.html").read_text())
+    assert line in page
+    own = json.loads(Path("stage", "identified.json").read_text())["parameters"]
+    nominal = {"mass": 37.0, "viscous_friction": 203.5, "amplifier_gain": 35.1507}
+    found = {name: own[name]["value"] for name in nominal}
+    assert found == pytest.approx(nominal, rel=1e-6)
 
 
 def test_a_plant_that_branches_is_refused_in_a_line():
