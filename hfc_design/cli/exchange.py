@@ -16,6 +16,12 @@ from hfc_design.cli.options import (
     output,
 )
 
+#: Of tabulated terms that are far off.
+COARSE = (
+    "hfc: warning: --lookup {lookup} is coarse: 1 per cent off or more, the loop will do something "
+    "else than was scored; take more points"
+)
+
 
 @click.command()
 @click.argument("design")
@@ -47,8 +53,11 @@ def export(
         if note := form.note():
             click.echo(note)
     else:
-        deviation = c_folder.write_lookup(found, path, lookup)
-        click.echo(f"largest deviation from the exact {deviation}")
+        for axis, off in c_folder.write_lookup(found, path, lookup).items():
+            for line in off.told:
+                click.echo(f"{axis}: {line}" if axis else line)
+            if off.coarse:
+                click.echo(COARSE.format(lookup=lookup), err=True)
     click.echo(path)
 
 

@@ -56,8 +56,25 @@ def load_design(name: AnyDesign, changes: Changes | None = None) -> Design:
             own = design.plant.model_dump()
             plant = checked(PlantSettings, own, f"{source}: plant", Path(source).parent)
         check_laws(design, plant.machine)
-        design = _gathered(design, Path(source))
+        design = _with_axes(_gathered(design, Path(source)), source)
     return design
+
+
+def _with_axes(design: Design, source: str) -> Design:
+    """The design with axes of its plant wherever its limits tell them apart.
+
+    Raises:
+        UserError: the limits are of an axis that the machine does not have.
+    """
+    if not design.limits.axes:
+        return design
+    known = axes_of(design)
+    for axis in design.limits.axes:
+        if axis not in known:
+            told = f"the machine has {', '.join(known)}; plant.axes names others"
+            raise UserError(f"{source}: limits.axes.{axis}: there is no such axis, {told}")
+    axes = {axis: design.plant.axes.get(axis, {}) for axis in known}
+    return design.model_copy(update={"plant": design.plant.model_copy(update={"axes": axes})})
 
 
 def _gathered(design: Design, source: Path) -> Design:

@@ -1,11 +1,17 @@
 """``--to c``: a design in C99, and all one needs to flash it."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 from hfc_design.files.design import Design
 from hfc_design.formats import code, machine_code
 from hfc_design.formats.flash.folder import of_axes, with_check
-from hfc_design.formats.writing import Content, Format, signal_units, write
+from hfc_design.formats.flash.vectors import Vectors, deviation, vectors
+from hfc_design.formats.writing import Content, Format, signal_units
+
+#: Tabulated terms that are off by such a share change what the loop does: Lin and Lee's Table I on
+#: its ramp has an error, once it has settled, that is two per cent larger.
+COARSE = 0.01
 
 
 def folder(design: Design) -> Content:
@@ -17,24 +23,82 @@ def folder(design: Design) -> Content:
     return with_check(design, machine_code.sources(design))
 
 
-def write_lookup(design: Design, path: Path, points: int) -> str:
+class Tabulated(NamedTuple):
+    """How far tabulated terms are off."""
+
+    of: str  # what deviates: the command, or a factor in it
+    unit: str
+    deviation: float  # largest one that a search over the inputs finds
+    share: float  # of the largest that the rules give
+    command_unit: str
+    off: float  # largest difference of the commands on the test vectors
+    off_share: float  # of the limit of the command, or of the largest one there
+
+    @property
+    def coarse(self) -> bool:
+        """Whether the loop is to be expected to do something else."""
+        return max(self.share, self.off_share) >= COARSE
+
+    @property
+    def told(self) -> list[str]:
+        """It in words."""
+        size = f"{self.deviation:.2g} {self.unit}".rstrip()
+        first = f"{size}, {100 * self.share:.2g} per cent of the largest that the rules give"
+        off = f"{self.off:.2g} {self.command_unit}".rstrip()
+        second = f"{off} at most, {100 * self.off_share:.2g} per cent of the largest"
+        return [
+            f"largest deviation from the exact {self.of}: {first}",
+            f"on the test vectors commands are off by {second}",
+        ]
+
+
+def write_lookup(design: Design, path: Path, points: int) -> dict[str, Tabulated]:
     """Write the same without ``exp``, with degrees tabulated at ``points`` values.
 
     Returns:
-        What deviates most from what is exact, and by how much: the command with its unit, or a
-        factor in it.
+        How far each axis is off; "" where they do not differ.
 
     Raises:
         UserError: the controller has no terms with an exponential; or as ``folder``.
         RunError: the folder ``path`` cannot be written.
     """
+    found = {}
+
+    def content(part: Design) -> Content:
+        files, found[part.axis], vectors = _tabulated(part, points)
+        told = "; ".join(found[part.axis].told)
+        return with_check(
+            part, files, vectors, f"Its terms are tabulated at {points} values: {told}."
+        )
+
+    Format("c", C, content, beside=of_axes).write(design, path)
+    return found
+
+
+def _tabulated(design: Design, points: int) -> tuple[dict[str, str], Tabulated, Vectors]:
     files, values = code.tabulated(design, points)
-    of = values.get("deviates", "command")
-    told = f"{of}: {values['deviation']:.2g} {signal_units(design).get(of, '')}".rstrip()
-    law = values["law"](design.limits.of(design.axis).command)
-    note = f"Its terms are tabulated at {points} values: largest deviation from the exact {told}."
-    write(path, with_check(design, files, law, note))
-    return told
+    limit = design.limits.of(design.axis).command
+    same = vectors(design, values["law"](limit))
+    off, units = deviation(design, same), signal_units(design)
+    largest = limit or max(abs(command) for row in same.commands for command in row)
+    of, far = values["deviates"], values["deviation"]
+    return (
+        files,
+        Tabulated(
+            of,
+            units.get(of, ""),
+            far,
+            _share(far, values["largest"]),
+            units.get("command", ""),
+            off,
+            _share(off, largest),
+        ),
+        same,
+    )
+
+
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole else 0.0
 
 
 C = "a folder with the controller in C99, adaptation and all, a page on it and make check"

@@ -24,8 +24,6 @@ from plants import PLANTS, Drive
 LONGEST = 47
 #: What a component reads besides, of a controller that feeds the acceleration forward.
 ACCELERATION = "reference_acceleration"
-#: The queue of reference samples is filled before the first one, so it has to hold them all.
-MOST_ROWS = 2000
 
 
 def components(design: Design) -> dict[str, Content]:
@@ -144,7 +142,7 @@ def _signals(design: Design, plant: Drive) -> Json:
 
 
 def _simulated_loop(design: Design) -> tuple[Json, str]:
-    """The scenario of ``design`` for HAL, its first ``MOST_ROWS`` samples, and reference.txt.
+    """The scenario of ``design`` for HAL, and reference.txt.
 
     A row of that is a sample: reference, its rate and the load of each axis.
 
@@ -153,33 +151,41 @@ def _simulated_loop(design: Design) -> tuple[Json, str]:
     """
     every = design.controller.sample_time_s
     scenario = own_scenario(design, design.name, [f"simulation.sample_time_s={every!r}"])
-    plants = machine(design, scenario)
+    plant = machine(design, scenario)
     check_drives(design, scenario)
-    samples = scenario.samples()
-    columns = []
+    pairs = [
+        (axis, told)
+        for axis, told in zip(plant.each(), scenario.samples().axes, strict=True)
+        if design.axis in ("", axis.name)  # the others have controllers and folders of their own
+    ]
     ahead = ACCELERATION in code.signals(design)
-    for told in samples.axes:
+    columns, axes = [], {}
+    for axis, told in pairs:
         columns += [told.reference, told.reference_rate, _mean(told.loads)]
         if ahead:
             columns.append(np.asarray(told.reference_acceleration))
-    table = np.stack(columns, axis=1)[:MOST_ROWS]
-    own = [plant_code.coefficients(one.drive.coefficients(one.parameters)) for one in plants.each()]
-    behind = [f"machine.{name}" for name in own[0]]
-    behind += [f"controller.{ACCELERATION}"] if ahead else []
-    longest = LONGEST - max(len(f"-{name}") for name in behind)
-    for axis in plants.axes:
-        if len(axis) > longest:
-            raise UserError(f"plant.axes.{axis}: the names of HAL leave {longest} characters")
-    names = [f"{identifier(axis)}-" for axis in plants.axes] or [""]
-    limits = [limit for limit in (scenario.limits.command, design.limits.command) if limit]
+        own = plant_code.coefficients(axis.drive.coefficients(axis.parameters))
+        limits = scenario.limits.of(axis.name).command, design.limits.of(axis.name).command
+        name = f"{identifier(axis.name)}-" if plant.axes else ""
+        axes[name] = {"set": own, "limit": min(filter(None, limits), default=None)}
+        _check_length(axis.name, own, ahead)
+    table = np.stack(columns, axis=1)
     loop = {
         "scenario": scenario.name,
-        "axes": dict(zip(names, own, strict=True)),  # prefix of names -> what the machine is set to
+        "axes": axes,  # prefix of names -> what the machine is set to
         "substeps": scenario.simulation.substeps,
-        "limit": min(limits, default=None),
         "rows": len(table),
     }
     return loop, "".join(" ".join(map(repr, row)) + "\n" for row in table.tolist())
+
+
+def _check_length(axis: str, coefficients: Json, ahead: bool) -> None:
+    """UserError: the name of an axis makes one in HAL too long."""
+    behind = [f"machine.{name}" for name in coefficients]
+    behind += [f"controller.{ACCELERATION}"] if ahead else []
+    longest = LONGEST - max(len(f"-{name}") for name in behind)
+    if len(axis) > longest:
+        raise UserError(f"plant.axes.{axis}: the names of HAL leave {longest} characters")
 
 
 def _mean(loads: np.ndarray) -> np.ndarray:

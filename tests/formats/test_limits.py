@@ -3,6 +3,8 @@
 The oracle of the anti-windup is a PID written down once more with NumPy.
 """
 
+import re
+
 import numpy as np
 import pytest
 from c_program import built, commands
@@ -132,6 +134,27 @@ def test_an_axis_may_have_its_own(tmp_path):
     hfc.export(design, "c", tmp_path / "c")
     text = (tmp_path / "c" / "y" / "jee_koren_2004_pid_y.c").read_text()
     assert "largest = R(4.0); /* command of either sign [unit] */" in text
+
+
+def test_axes_of_limits_alone_are_those_of_the_scenario(tmp_path):
+    """As edited by hand: the plant names no axes, the design's scenario has x and y."""
+    changes = {"limits.command": 9.0, "limits.axes.y": {"command": 4.0}}
+    design = hfc.load_design("jee-koren-2004-pid", changes)
+    hfc.export(design, "c", tmp_path / "c")
+    largest = r"largest = R\((.*)\); /\* command of either sign"
+    for axis, limit in {"x": "9.0", "y": "4.0"}.items():
+        text = (tmp_path / "c" / axis / f"jee_koren_2004_pid_{axis}.c").read_text()
+        assert re.findall(largest, text) == [limit]
+    hfc.export(design, "linuxcnc", tmp_path / "hal")
+    page = (tmp_path / "hal" / "y" / "README.md").read_text()
+    assert "keeps to 4.0 unit" in page
+
+
+@pytest.mark.parametrize("axes", [None, {"x": {}, "y": {}}])
+def test_a_limit_of_an_axis_that_is_not_there_is_refused(axes):
+    changes = {"limits.axes.z": {"command": 4.0}} | ({"plant.axes": axes} if axes else {})
+    with pytest.raises(hfc.UserError, match=r"limits\.axes\.z: there is no such axis, .* x, y"):
+        hfc.load_design("jee-koren-2004-pid", changes)
 
 
 @pytest.mark.parametrize(

@@ -112,20 +112,40 @@ def test_machine_has_the_coefficients_of_its_parameters(tmp_path):
     assert "setp y-machine.negative-start 5.04\n" in axes
 
 
-def test_reference_is_the_first_samples_of_the_scenario(tmp_path):
+def test_reference_is_all_of_the_scenario(tmp_path):
     changed = with_scenario(
         TABLE_1, "c-axis-sine", "simulation.duration_s=3", "limits.command=120", "load.constant=5"
     )
     found = files(changed, tmp_path / "a")
     rows = np.array([line.split() for line in found["reference.txt"].splitlines()], float)
     scenario = load_scenario("c-axis-sine").reference
-    time = np.arange(2000) * 0.001
+    time = np.arange(3000) * 0.001
     angle = scenario.amplitude * np.sin(scenario.frequency_rad_s * time)
-    assert rows.shape == (2000, 3)
+    assert rows.shape == (3000, 3)
     assert np.allclose(rows[:, 0], angle, rtol=0, atol=1e-15)
     assert np.allclose(rows[:, 2], 5.0, rtol=0, atol=1e-14)
     assert "setp controller.limit 120.0\n" in found["loop.hal"]
-    assert "halsampler -n 2000 " in found["loop.hal"]
+    assert "halsampler -n 3000 " in found["loop.hal"]
+    assert found["loop.hal"].count(" depth=3001 ") == 2  # a queue of HAL leaves one place empty
+    assert "3000 samples of the scenario c-axis-sine, all of it" in found["README.md"]
+    assert "takes 3 s" in found["README.md"]
+
+
+def test_an_axis_with_a_folder_of_its_own_has_a_loop_of_its_own(tmp_path):
+    changes = {"plant.axes": {"x": {}, "y": {}}, "limits.axes.y": {"command": 40.0}}
+    found = files(load_design("jee-koren-2004-pid", changes), tmp_path / "a")
+    for axis, other, limit in (("x", "y", None), ("y", "x", "40.0")):
+        text = found[f"{axis}/loop.hal"] + found[f"{axis}/controller.hal"]
+        assert f"names={axis}-machine\n" in text
+        assert f"names={axis}-controller\n" in text
+        assert f"{other}-" not in text
+        assert re.findall(r"^setp .*controller.limit (.*)$", text, re.M) == [limit] * bool(limit)
+        rows = np.array([line.split() for line in found[f"{axis}/reference.txt"].splitlines()])
+        assert rows.shape[1] == 3
+    scenario = load_scenario("feed-drive-circle")
+    for k, axis in enumerate("xy"):
+        rows = np.loadtxt(found[f"{axis}/reference.txt"].splitlines())
+        np.testing.assert_array_equal(rows[:, 0], scenario.samples().axes[k].reference)
 
 
 def test_load_of_a_sample_is_its_mean():
@@ -228,7 +248,7 @@ def test_a_controller_that_feeds_the_acceleration_forward_reads_it(tmp_path):
     assert 'pin in float reference_acceleration_ "[rad/s2]";' in text
     assert "inputs.reference_acceleration = reference_acceleration_;" in text
     loop = found["loop.hal"]
-    assert "loadrt streamer depth=4000 cfg=ffff\n" in loop
+    assert "loadrt streamer depth=10001 cfg=ffff\n" in loop
     assert "net reference-acceleration <= streamer.0.pin.3\n" in loop
     assert "net load streamer.0.pin.2 => machine.load\n" in loop
     rows = np.array([line.split() for line in found["reference.txt"].splitlines()], float)

@@ -124,6 +124,7 @@ class Lookup(NamedTuple):
     per_unit: float  # points in a unit of the normalised universe
     table: list[list[float]]  # (points, 7)
     deviation: float  # largest one found from the exact command, or from what ``of`` says
+    largest: float  # that the units give, of the same
     of: str = "command"
 
 
@@ -137,6 +138,7 @@ def tabulated(design: HierarchicalDesign, points: int) -> Json:
         "exponential": False,
         "deviation": found.deviation,
         "deviates": found.of,
+        "largest": found.largest,
         "law": partial(hierarchical, layout, design.sample_time_s),
     }
 
@@ -158,31 +160,38 @@ def lookup(design: HierarchicalDesign, points: int) -> Lookup:
         k = np.minimum(place.astype(int), points - 2)
         return list((table[k] + (place - k)[:, None] * (table[k + 1] - table[k])).T)
 
-    found = _largest_deviation(design, exact, between)
+    found, largest = _largest_deviation(design, exact, between)
     # What a law is multiplied by has no bound in units of the command.
     of = "factor of the scheduled law" if design.scheduled else "command"
-    return Lookup(points, low, high, per_unit, table.tolist(), found, of)
+    return Lookup(points, low, high, per_unit, table.tolist(), found, largest, of)
 
 
-def _largest_deviation(design: HierarchicalDesign, exact: Graded, other: Graded) -> float:
+def _largest_deviation(
+    design: HierarchicalDesign, exact: Graded, other: Graded
+) -> tuple[float, float]:
     """The largest difference of two commands, or factors, that a search over the inputs finds.
+
+    Beside it the largest that the units give at random points, of either sign.
 
     Random points miss the peaks, so the best of them climb: the steps halve in every round.
     """
     gains, reach = design.gains(), layout_of(design).reach
 
+    def root(degrees: Graded, inputs: Floats) -> Floats:
+        found = outputs(ARRAYS, degrees, reach, gains, list(inputs.T))[0][-1].output
+        return design.output_scale * np.asarray(found)
+
     def deviations(inputs: Floats) -> Floats:
-        units = (outputs(ARRAYS, of, reach, gains, list(inputs.T))[0] for of in (exact, other))
-        roots = (found[-1].output for found in units)
-        return design.output_scale * np.abs(np.subtract(*roots))
+        return np.abs(root(exact, inputs) - root(other, inputs))
 
     random = np.random.default_rng(0)
     size = len(design.inputs)
     inputs = random.uniform(-1.0, 1.0, (40_000, size))
+    largest = float(np.abs(root(exact, inputs)).max())
     found, step = deviations(inputs), 0.1
     for _ in range(40):
         best = inputs[np.argsort(-found)[:200]]
         moves = step * random.standard_normal((8, *best.shape))
         inputs = np.concatenate([best, np.clip(best + moves, -1.0, 1.0).reshape(-1, size)])
         found, step = deviations(inputs), step * 0.8
-    return float(found.max())
+    return float(found.max()), largest

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 
-from hfc_design.controllers.controller import AxisLaw
 from hfc_design.core.numbers import Json
 from hfc_design.files.design import Design
 from hfc_design.formats import code, saving
@@ -16,13 +15,13 @@ FUNCTIONS = ("exp", "tanh", "sqrt")
 
 
 def with_check(
-    design: Design, files: dict[str, str], law: AxisLaw | None = None, note: str = ""
+    design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> dict[str, Content]:
     """The sources with all one needs to flash them, and a ``note`` on them.
 
-    ``law`` is what they do, where it is not exactly that of the design's kind.
+    ``same`` are vectors of what they do, where it is not exactly that of the design's kind.
     """
-    found = values(design, files, law, note)
+    found = values(design, files, same, note)
     return {
         **files,
         "README.md": rendered("flash/README.md.j2", design, **found),
@@ -68,10 +67,10 @@ def table(design: Design, found: Vectors, note: str = "") -> str:
 
 
 def values(
-    design: Design, files: dict[str, str], law: AxisLaw | None = None, note: str = ""
+    design: Design, files: dict[str, str], same: Vectors | None = None, note: str = ""
 ) -> Json:
     """What the templates read, see ``with_check``."""
-    name, found = code.c_name(design), vectors(design, law)
+    name, found = code.c_name(design), same or vectors(design)
     text = "\n".join(files.values())
     unfit = re.search(r'#error "has to be in double: in float (.*)"', text)
     used = [x for x in FUNCTIONS if f"#define {x.upper()} {x}" in text]

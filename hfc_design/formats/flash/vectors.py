@@ -69,6 +69,14 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
 
 
+def deviation(design: Design, found: Vectors) -> float:
+    """The largest difference of the vectors' commands, of another law, from the design's own."""
+    axes = (design.axis or "axis",) if design.kind.law else found.axes
+    views = [_view(row, axes, found.signals) for row in found.inputs]
+    exact = np.array(_commands(design, axes, views, None))
+    return float(np.abs(np.array(found.commands) - exact).max())
+
+
 def _commands(
     design: Design, axes: tuple[str, ...], views: list[View], law: AxisLaw | None
 ) -> list[list[float]]:
