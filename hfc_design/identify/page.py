@@ -12,6 +12,7 @@ from hfc_design.identify.aim import tolerances
 from hfc_design.identify.certainty import CONFIDENCE, Combination
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.kept import HELD
+from hfc_design.identify.profile import LIMIT
 from hfc_design.pictures.figure import Rows, readable, small_address
 from hfc_design.report import rendered
 
@@ -44,8 +45,7 @@ def check_rows(found: Identified) -> Rows:
     """Of each replay what it is off, before and after."""
     rows = []
     for check in found.checks:
-        factor, unit = readable(found.position_unit, check.after)
-        cells = [f"{factor * x:.3g} {unit}" for x in (check.before, check.after)]
+        cells = [_read(found, x) for x in (check.before, check.after)]
         rows.append([check.log, check.how, *cells])
     return rows
 
@@ -96,6 +96,23 @@ def advice_line(found: Identified) -> str:
         f"{one.frequency:g} Hz (the axis goes {factor * one.travel:.3g} {small} to and fro, at up "
         f"to {one.speed:.3g} {units['error_rate']}) would tell {gains} (standard errors)"
     )
+
+
+def verdict(found: Identified) -> str:
+    """What came out, in a sentence."""
+    told, one = found.known.told, found.checks[0]
+    count = f"{sum(told) or 'none'} of {len(told)} parameters that were looked for"
+    before, after = (_read(found, x) for x in (one.before, one.after))
+    return (
+        f"the log tells {count}, and the replay is {after} off (rms); it was {before} with the "
+        "values that it began with"
+    )
+
+
+def _read(found: Identified, position: float) -> str:
+    """A position with a unit that it is easy to read in."""
+    factor, unit = readable(found.position_unit, position)
+    return f"{factor * position:.3g} {unit}"
 
 
 def agreeing_line(found: Identified) -> str:
@@ -154,6 +171,10 @@ def _finite(part: Any) -> Any:
     return None if lost else part
 
 
+def _is_doubt(note: str) -> bool:
+    return note.startswith(("DOUBTFUL", "NOT USABLE"))
+
+
 def page(found: Identified, log: str, command: str) -> bytes:
     """One file that needs nothing else."""
     units = found.free.drive.parameter_units
@@ -167,16 +188,19 @@ def page(found: Identified, log: str, command: str) -> bytes:
         confidence=100 * CONFIDENCE,
         intervals=interval_line(found),
         agreeing=agreeing_line(found),
-        notes=found.notes,
+        how=found.how,
+        doubts=[note for note in found.notes if _is_doubt(note)],
+        notes=[note for note in found.notes if not _is_doubt(note)],
         untold=untold_lines(found),
         advice=advice_line(found),
         checks=check_rows(found),
+        verdict=verdict(found),
         replayed=plots.replayed(found),
+        closely=plots.closely(found),
         checked=plots.checked(found),
         spectrum=plots.spectrum(found),
-        profiles=[
-            (one.name, plots.profiled(one, units.get(one.name, ""))) for one in found.profiles
-        ],
+        profiles={one.name: plots.profiled(one, units.get(one.name, "")) for one in found.profiles},
+        limit=LIMIT,
         command=command,
         use="".join(f" --use {text}" for _, text in given()),
     )

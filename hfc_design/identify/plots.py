@@ -1,100 +1,144 @@
 """Pictures of what a log tells: the replay, what is left of it and at which frequencies."""
 
-from typing import Any
-
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from scipy.signal import welch
 
 from hfc_design.core.numbers import Floats
+from hfc_design.identify.certainty import CONFIDENCE
 from hfc_design.identify.checks import Check
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.profile import LIMIT, Profile
+from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain, readable
 
-#: So many points of a curve are drawn.
-POINTS = 1500
-#: Share of a log in which one spectrum is formed, at most so many samples.
-SEGMENT = 8192
+#: A spectrum is the mean of those of parts: that many at least, of so many samples at most.
+PARTS, SEGMENT = 4, 8192
+#: Of the log before and after where the replay is off most; and so many samples at least.
+NEAR, FEW = 0.01, 25
+#: What has not changed by this share of itself, nobody sees on an axis with its value.
+SEEN = 1e-5
+
+
+def counted(residual: Floats) -> Floats:
+    """(steps,) what a replay is off; nan until it counts, for an observer has to begin."""
+    return np.where(np.cumsum(residual != 0) > 0, residual, np.nan)
 
 
 def replayed(found: Identified) -> Figure:
-    """The recorded motion, its command, and what the replay is off."""
+    """The recorded motion beside the replayed one, its command, and what the replay is off."""
     told, unit = found.told, found.position_unit
-    time = told.sample_time * np.arange(len(told.place), dtype=float)
-    figure = framed(5.6, top=0.35)
-    axes = figure.subplots(3, sharex=True)
-    axes[0].plot(*thinned(time, told.place), color=OWN, lw=0.8, label="recorded")
+    time, panels = _time(found), 2 + (told.command is not None)
+    figure = framed(0.6 + 1.75 * panels, top=0.35)
+    first, *others = figure.subplots(panels, sharex=True)
+    first.plot(*thinned(time, told.place), color="0.65", lw=2.5, label="recorded")
+    simulated = told.place - counted(found.checks[0].residual)
+    first.plot(*thinned(time, simulated), color=OWN, lw=1.0, label="replayed")
     if told.reference is not None:
-        axes[0].plot(*thinned(time, told.reference), "--", color="0.4", lw=0.8, label="reference")
-    finish(axes[0], f"position [{unit}]")
+        first.plot(*thinned(time, told.reference), ":", color="black", lw=1.0, label="reference")
+    finish(first, f"position [{unit}]")
     if told.command is not None:
-        axes[1].plot(*thinned(time, told.command), color="0.3", lw=0.8)
-    finish(axes[1], f"command [{found.free.drive.units['command']}]")
-    left = found.found.fit.residual[:, 0]
-    factor, small = readable(unit, float(np.abs(left).max()))
-    axes[2].plot(*thinned(time, factor * left), color=OTHER, lw=0.8)
-    finish(axes[2], f"off [{small}]", "time [s]")
-    above(figure, axes[0])
+        others[0].plot(*thinned(time, told.command), color="0.3", lw=0.8)
+        finish(others[0], f"command [{found.free.drive.units['command']}]")
+    _draw_off(others[-1], found, found.checks[0].residual, "time [s]")
+    above(figure, first, columns=3)
     return figure
 
 
-def checked(found: Identified) -> Figure:
-    """What each log and each way of replay leaves."""
-    checks, unit = found.checks, found.position_unit
-    figure = framed(0.9 + 1.35 * len(checks), top=0.3)
-    axes = np.atleast_1d(figure.subplots(len(checks)))
-    for own, check in zip(axes, checks, strict=True):
-        factor, small = readable(unit, float(np.abs(check.residual).max()))
-        time = found.told.sample_time * np.arange(len(check.residual))
-        own.plot(*thinned(time, factor * check.residual), color=OTHER, lw=0.7)
-        finish(own, f"off [{small}]", "time [s]" if own is axes[-1] else "")
-        own.set_title(plain(f"{check.log}: {check.how}"), fontsize=8, parse_math=False)
+def closely(found: Identified) -> Figure:
+    """The same around the sample where the replay is off most, every sample of it."""
+    off, unit = found.checks[0].residual, found.position_unit
+    worst, width = int(np.abs(off).argmax()), max(int(NEAR * len(off)), FEW)
+    near = slice(max(worst - width, 0), worst + width + 1)
+    time = _time(found)[near]
+    place, replay = found.told.place[near], (found.told.place - off)[near]
+    middle = time - time.mean()
+    cubic = np.polyval(np.polyfit(middle, place, 3), middle)  # beside it a small error is seen
+    factor, small = readable(unit, float(np.abs(place - cubic).max()))
+    figure = framed(4.1, top=0.35)
+    upper, lower = figure.subplots(2, sharex=True)
+    upper.plot(time, factor * (place - cubic), "o", color="0.6", ms=4, label="recorded")
+    upper.plot(time, factor * (replay - cubic), color=OWN, lw=1.0, label="replayed")
+    finish(upper, f"position less cubic [{small}]")
+    factor = _draw_off(lower, found, off, "time [s]", near)
+    lower.plot(time[worst - near.start], factor * off[worst], "o", color=OTHER, ms=5)
+    above(figure, upper)
+    return figure
+
+
+def checked(found: Identified) -> Figure | None:
+    """What each other log and each other way of replay leaves; None where there is none."""
+    _, *checks = found.checks
+    if not checks:
+        return None
+    figure = framed(0.9 + 1.5 * len(checks), top=0.3)
+    for own, check in zip(np.atleast_1d(figure.subplots(len(checks))), checks, strict=True):
+        _draw_off(own, found, check.residual, "time [s]" if check is checks[-1] else "")
+        own.set_title(plain(f"{check.log}: {check.how}"), fontsize=9, parse_math=False)
     figure.subplots_adjust(hspace=0.6)
     return figure
 
 
 def spectrum(found: Identified) -> Figure:
     """At which frequencies the replay is off."""
-    figure = framed(2.8, top=0.35)
+    figure = framed(2.8 + 0.2 * len(found.checks), top=0.2 + 0.2 * len(found.checks))
     axes = figure.subplots()
     unit, every = found.position_unit, found.told.sample_time
-    colours = (OWN, OTHER, "#009E73", "0.4")
-    for check, colour in zip(found.checks[: len(colours)], colours, strict=False):
+    styles = ((OWN, "-"), (OTHER, "-"), (OWN, "--"), (OTHER, "--"))
+    for check, (colour, style) in zip(found.checks, styles, strict=False):
         frequency, density = _density(check, every)
-        axes.loglog(
-            frequency, density, color=colour, lw=0.9, label=plain(f"{check.log}: {check.how}", 60)
-        )
+        label = plain(f"{check.log}: {check.how}", 60)
+        axes.loglog(frequency, density, style, color=colour, lw=0.9, label=label)
     gridded(axes, "frequency [Hz]", f"off [{unit}/√Hz]")
-    above(figure, axes, 7.0, 1)
-    figure.subplots_adjust(top=1 - (0.2 + 0.17 * len(found.checks)) / 2.8)
+    above(figure, axes, 8.0, 1)
     return figure
 
 
-def profiled(profile: Profile, unit: str) -> Figure:
-    """How the fit grows worse while one parameter is held off its value."""
-    figure = framed(2.2, top=0.15)
+def profiled(profile: Profile, unit: str) -> Figure | None:
+    """How the fit grows worse while one parameter is held off its value.
+
+    None where that is so sharp that no axis could show it.
+    """
+    values = profile.values
+    if np.ptp(values) <= SEEN * np.abs(values).max():
+        return None
+    figure = framed(2.8, top=0.35)
     axes = figure.subplots()
-    axes.plot(profile.values, profile.worse, "o-", color=OWN, ms=4, lw=1)
-    axes.axhline(LIMIT, color="0.5", lw=0.8, ls="--")
-    axes.set_ylim(0.0, max(2.0 * LIMIT, min(float(profile.worse.max()), 5 * LIMIT)))
-    finish(axes, "worse by [1]", f"{profile.name} [{unit or '1'}]")
+    axes.plot(*profile.supposed, "--", color="0.5", lw=1.2, label="parabola of its interval")
+    axes.plot(values, profile.worse, "o", color=OWN, ms=5, label="fitted again")
+    axes.axhline(LIMIT, color=OTHER, lw=1.0)
+    level = f"{100 * CONFIDENCE:g} %: {LIMIT:.3g}"
+    axes.text(
+        0.5, 1.03 * LIMIT, level, transform=axes.get_yaxis_transform(), color=OTHER, ha="center"
+    )
+    axes.set_ylim(0.0, max(2.0 * LIMIT, min(1.05 * float(profile.worse.max()), 5 * LIMIT)))
+    finish(axes, "2 × fall of log likelihood [1]", f"{profile.name} [{unit or '1'}]")
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=5))
+    axes.ticklabel_format(axis="x", useOffset=False)
+    above(figure, axes)
     return figure
+
+
+def _draw_off(
+    axes: Axes, found: Identified, residual: Floats, x: str, part: slice = slice(None)
+) -> float:
+    """A panel of recorded less replayed position; the factor to the unit that it is drawn in."""
+    factor, unit = readable(found.position_unit, float(np.abs(residual).max()))
+    time = found.told.sample_time * np.arange(len(residual), dtype=float)
+    axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
+    finish(axes, f"off by [{unit}]", x)
+    return factor
+
+
+def _time(found: Identified) -> Floats:
+    """(steps,) of the log [s]."""
+    return found.told.sample_time * np.arange(len(found.told.place), dtype=float)
 
 
 def _density(check: Check, every: float) -> tuple[Floats, Floats]:
     """Frequencies [Hz] and the root of the power density there."""
-    length = min(SEGMENT, len(check.residual))
+    length = min(SEGMENT, -(-len(check.residual) // PARTS))
     frequency, power = welch(check.residual, 1.0 / every, nperseg=length)
     return frequency[1:], np.sqrt(power[1:])
-
-
-def thinned(time: Any, values: Any) -> tuple[Floats, Floats]:
-    """A curve by the least and the largest of each part, so that no peak is lost."""
-    if len(time) <= POINTS:
-        return time, values
-    width = -(-2 * len(time) // POINTS)
-    whole = len(time) // width * width
-    rows = values[:whole].reshape(-1, width)
-    both = np.stack([rows.min(axis=1), rows.max(axis=1)], axis=1).ravel()
-    return np.repeat(time[:whole:width], 2), both

@@ -13,13 +13,15 @@ from scipy.stats import chi2
 
 from hfc_design.core.numbers import Floats, Scalar
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, root_of
-from hfc_design.identify.fit import VAGUE, Problem, costs
+from hfc_design.identify.fit import VAGUE, Fit, Problem, costs
 from hfc_design.identify.search import Found
 
 #: Of so many parameters, those that the log tells least.
 WORST = 2
 #: Places on either side, in standard errors; no number leaves its value further than ``FURTHEST``.
-PLACES, FURTHEST = (1.0, 2.2), 1.5
+PLACES, FURTHEST = (0.5, 1.0, 1.4, 1.8, 2.2), 1.5
+#: Points of the parabola.
+SMOOTH = 61
 #: Steps of Levenberg-Marquardt at each place, after what the slopes say.
 STEPS, TOLERANCE = 6, (1e-4, 1e-5)
 #: By which the fit has grown worse at the ends of the interval.
@@ -32,6 +34,7 @@ class Profile(NamedTuple):
     name: str
     values: Floats  # (places,) rising, the fitted one in the middle
     worse: Floats  # (places,) by which twice the logarithm of the likelihood falls
+    supposed: Floats  # (2, points) values, and the parabola there that its interval supposes
 
     @property
     def interval(self) -> tuple[float | None, float | None]:
@@ -63,15 +66,21 @@ def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
     rows, count = np.array(lanes).reshape(len(worst), -1, len(fit.numbers)), fit.residual.size
     each = []
     for row, k, own in zip(rows, worst, cost.reshape(len(worst), -1), strict=True):
-        half, name = len(own) // 2, fit.free.names[k]
+        half = len(own) // 2
         numbers = np.insert(row[:, k], half, fit.numbers[k])
-        values = [
-            fit.free.values(np.where(np.arange(len(fit.numbers)) == k, x, fit.numbers))[k]
-            for x in numbers
-        ]
         worse = count * (np.insert(own, half, least) - least) / least / known.inflated[k]
-        each.append(Profile(name, np.array(values), np.maximum(worse, 0.0)))
+        smooth = np.linspace(numbers[0], numbers[-1], SMOOTH)
+        parabola = ((smooth - fit.numbers[k]) / error[k]) ** 2
+        supposed = np.array([_values(fit, k, smooth), parabola])
+        values = _values(fit, k, numbers)
+        each.append(Profile(fit.free.names[k], values, np.maximum(worse, 0.0), supposed))
     return tuple(each)
+
+
+def _values(fit: Fit, k: int, numbers: Floats) -> Floats:
+    """(places,) the parameter ``k`` in its unit where its number is one of ``numbers``."""
+    place = np.arange(len(fit.numbers)) == k
+    return np.array([fit.free.values(np.where(place, x, fit.numbers))[k] for x in numbers])
 
 
 @jax.jit

@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats
+from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import (
     LABEL,
     OTHER,
@@ -22,7 +23,6 @@ from hfc_design.pictures.figure import (
     logarithmic,
     plain,
 )
-from hfc_design.report.plots import thinned
 from hfc_design.search.loop import History
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 

@@ -13,6 +13,7 @@ from hfc_design.core.numbers import Floats, Mask
 from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.reversals import glitches
 from hfc_design.motion.samples import PathSamples
+from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
@@ -42,8 +43,6 @@ SHARE = 0.08
 SMALLEST = 0.1
 #: Points that an outline of the path is drawn with, at least.
 POINTS = 2000
-#: A curve is drawn with at most two points in each of this many slices of time.
-SLICES = 500
 #: What a small picture leaves out.
 SKIPPED = "deflection", "load"
 #: How small panels are spaced.
@@ -333,15 +332,3 @@ def _in_hand(axis: AxisMotion) -> Mask:
     for values in (error, axis.readings.get("deflection", error)):
         kept &= np.abs(values) < limit  # nan is not
     return kept
-
-
-def thinned(time: Floats, values: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
-    """The curve with the lowest and the highest point of each slice of time, in order."""
-    values, size = drawable(values), -(-len(values) // SLICES)
-    if size <= 2:
-        return time, values
-    slices = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
-    first = size * np.arange(len(slices))
-    ends = [[0, len(values) - 1], first + slices.argmin(axis=1), first + slices.argmax(axis=1)]
-    keep = np.unique(np.minimum(np.concatenate(ends), len(values) - 1))
-    return time[keep], values[keep]

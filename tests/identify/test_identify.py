@@ -67,6 +67,8 @@ def test_a_plant_of_ones_own_by_a_log_of_hostile_names():
     assert "<script>alert" not in page
     assert "&lt;script&gt;alert" in page
     assert column not in page
+    verdict, picture, table = map(page.index, ("The log tells 2 of 2 parameters", "<img", "<table"))
+    assert page.index("DOUBTFUL") < verdict < picture < table
     assert "hfc design scenario.toml --use mine:SLEDGE" in page
     scenario = load_scenario("found/scenario.toml")
     assert scenario.plant.parameters["mass"] == pytest.approx(5.0, rel=0.01)

@@ -45,6 +45,9 @@ def test_a_profile_is_that_of_a_grid():
     grid = np.array([STEPS * (least(x) - floor) / floor for x in profile.values])
     grid /= known.inflated[0]
     np.testing.assert_allclose(profile.worse, grid, rtol=0.01, atol=1e-3)
+    k = one.fit.free.names.index("mass")
+    ends = np.interp([known.low[k], known.high[k]], *profile.supposed)
+    assert ends == pytest.approx(LIMIT, rel=2e-3)  # straight lines between 61 points
     sides = profile.worse[[0, -1]]
     assert sides.max() / sides.min() > 1.02  # no parabola in the logarithm of the mass
     low, high = profile.interval

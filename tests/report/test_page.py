@@ -15,6 +15,7 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
+from hfc_design.pictures.curves import SLICES
 from hfc_design.pictures.figure import image, save
 from hfc_design.report import batch_plots, plots
 from hfc_design.report.page import _sections, write_page
@@ -223,7 +224,7 @@ def test_long_curves_keep_their_peaks(report):
         motion=moving(evaluation, error),
     )
     line = plots.response(long, "long").axes[1].lines[0]
-    assert len(line.get_xdata()) <= 2 * plots.SLICES + 2
+    assert len(line.get_xdata()) <= 2 * SLICES + 2
     assert np.all(np.diff(line.get_xdata()) > 0)
     assert {5e3, -7e3, 3e3} <= set(line.get_ydata())
 

@@ -1,0 +1,96 @@
+"""What the pictures of an identification show, read back from the figures."""
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from carts import CART, EVERY, forced, recorded
+from scipy.stats import chi2
+
+from hfc_design.identify import plots
+from hfc_design.identify.checks import Check
+from hfc_design.identify.profile import Profile
+from hfc_design.pictures.figure import image
+
+STEPS, BEGUN, WORST = 1000, 100, 700
+TIME = EVERY * np.arange(STEPS)
+REPLAY = 0.1 * np.sin(3.0 * TIME) + 2.0  # [m]
+
+
+@pytest.fixture
+def found():
+    """A log that is 1 µm off its replay, and 40 µm less in one sample; it counts after a while."""
+    off = np.full(STEPS, 1e-6)
+    off[WORST] = -40e-6
+    told = recorded(REPLAY + off, forced(STEPS))
+    off[:BEGUN] = 0.0
+    checks = [Check(name, "open loop", 1.0, 1.0, off) for name in ("one.csv", "two.csv")]
+    free = SimpleNamespace(drive=CART)
+    return SimpleNamespace(told=told, checks=tuple(checks), free=free, position_unit="m")
+
+
+def lines_of(axes):
+    return {line.get_label(): np.array(line.get_data()) for line in axes.lines}
+
+
+def test_the_replay_lies_beside_the_log(found):
+    first, command, off = plots.replayed(found).axes
+    lines = lines_of(first)
+    np.testing.assert_array_equal(lines["recorded"][1], found.told.place)
+    assert np.isnan(lines["replayed"][1][:BEGUN]).all()
+    np.testing.assert_allclose(lines["replayed"][1][BEGUN:], REPLAY[BEGUN:], rtol=0, atol=1e-12)
+    labels = [axes.get_ylabel() for axes in (first, command, off)]
+    assert labels == ["position [m]", "command [N]", "off by [µm]"]
+    assert np.nanmin(off.lines[0].get_ydata()) == pytest.approx(-40.0)
+
+
+def test_where_it_is_off_most_is_seen_from_near(found):
+    upper, lower = plots.closely(found).axes
+    lines = lines_of(upper)
+    time, recorded_there = lines["recorded"]
+    assert time[[0, -1]] == pytest.approx([0.675, 0.725])
+    apart = recorded_there - lines["replayed"][1]
+    assert apart[25] == pytest.approx(-40.0, abs=1e-4)
+    assert np.delete(apart, 25) == pytest.approx(1.0, abs=1e-4)
+    assert upper.get_ylabel() == "position less cubic [µm]"
+    assert np.ptp(recorded_there) < 60.0  # of 10 mm that it goes there
+    (dot,) = (line for line in lower.lines if line.get_marker() == "o")
+    assert np.ravel(dot.get_data()) == pytest.approx([0.7, -40.0])
+
+
+def test_what_is_off_is_drawn_once(found):
+    (axes,) = plots.checked(found).axes
+    assert axes.get_title() == "two.csv: open loop"
+    found.checks = found.checks[:1]
+    assert plots.checked(found) is None
+
+
+def test_a_profile_names_its_level_and_its_ticks_do_not_touch():
+    values = np.linspace(-3.1612, -3.1598, 11)
+    z = np.linspace(-2.2, 2.2, 11)
+    figure = plots.profiled(Profile("offset", values, z**2, np.array([values, z**2])), "N")
+    (axes,) = figure.axes
+    figure.draw_without_rendering()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (
+        "offset [N]",
+        "2 × fall of log likelihood [1]",
+    )
+    (level,) = (line.get_ydata()[0] for line in axes.lines if line.get_color() == plots.OTHER)
+    assert level == pytest.approx(chi2.ppf(0.95, 1))
+    assert [text.get_text() for text in axes.texts] == ["95 %: 3.84"]
+    low, high = axes.get_xlim()
+    ticks = [
+        label.get_window_extent()
+        for place, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+        if low <= place <= high
+    ]
+    assert len(ticks) > 2
+    assert all(a.x1 < b.x0 for a, b in pairwise(ticks))
+    assert axes.xaxis.get_offset_text().get_text() == ""
+    assert image(figure, "svg")
+
+
+def test_a_profile_narrower_than_an_axis_can_say_is_not_drawn():
+    values = -3.16 + 1e-9 * np.linspace(-1.0, 1.0, 11)
+    assert plots.profiled(Profile("offset", values, 0 * values, np.zeros((2, 3))), "N") is None
