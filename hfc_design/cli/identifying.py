@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hfc_design.cli.options import PATH, Texts, as_json, force, free, output, setting, with_plugins
+from hfc_design.cli.options import PATH, Texts, as_json, force, free, setting, with_plugins
 
 if TYPE_CHECKING:
     from hfc_design.files.design import Design
@@ -39,7 +39,7 @@ SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --con
     "--check-column", "others", multiple=True, metavar="NAME=COLUMN", help=CHECK_COLUMN_HELP
 )
 @click.option("--seed", type=click.IntRange(0), default=0, help="Of the starts [default: 0].")
-@output("--out", folder=True, help="Folder [default: LOG-identified].")
+@click.option("--out", type=PATH, help="Folder [default: LOG-identified].")
 @force
 @as_json
 @with_plugins({})
@@ -48,6 +48,10 @@ def identify(
     names: str | None,
     open_loop: bool,
     bandwidth: float | None,
+    columns: Texts,
+    others: Texts,
+    check_log: Path | None,
+    sample_time: float | None,
     seed: int,
     out: Path | None,
     as_json: bool,
@@ -60,26 +64,31 @@ def identify(
     position and the reference. The plant is simulated under the recorded command from a hundred
     starts; the folder gets report.html, identified.json, and scenario.toml, which hfc design takes.
     """
-    from hfc_design.cli import identified_tables as shown
+    from hfc_design.cli import identified_logs, identified_tables
     from hfc_design.core.records import UserError
     from hfc_design.identify import aim, identified
 
     if open_loop and bandwidth is not None:
         raise UserError("--open-loop: has no observer; leave out --bandwidth")
-    path = out or free(Path(aim.called(log.name)), folder=True)
+    scenario, design, made = _machine(**given)  # type: ignore[arg-type]
+    axes = scenario.plant.machine.axes
+    axis = axes.index(str(given["axis"])) if given["axis"] else 0
+    drive = scenario.machine.drives[axis]
+    # What is mistyped is told first, then what is in the way; only then anything is read.
+    wanted = [name.strip() for name in names.split(",")] if names else None
+    hz = 0.0 if open_loop else bandwidth
+    task = identified.Task(scenario, axis, design, wanted, hz, seed)
+    identified.looked_for(task)
+    sources = identified_logs.sources(log, drive, columns, others, check_log)
+    name = identified_logs.called(log)
+    path = free(out or Path(aim.called(name)), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
-    scenario, design, made = _machine(**given)  # type: ignore[arg-type]
-    logs, scenario = shown.recordings(log, scenario, **given)  # type: ignore[arg-type]
-    wanted = [name.strip() for name in names.split(",")] if names else None
-    hz, axis = (
-        0.0 if open_loop else bandwidth,
-        scenario.plant.machine.axes.index(given["axis"] or "") if given["axis"] else 0,
-    )
-    task = identified.Task(scenario, axis, design, wanted, hz, seed)
+    logs, scenario = identified_logs.recordings(sources, scenario, drive, sample_time)
+    task = task._replace(scenario=scenario)
     found = identified.identify(task, logs, lambda line: click.echo(line, err=True))
-    shown.write(found, log.name, path, not made)
-    shown.tell(found, log.name, path, as_json)
+    identified_tables.write(found, name, path, not made)
+    identified_tables.tell(found, name, path, as_json)
 
 
 def _machine(
@@ -88,7 +97,6 @@ def _machine(
     changes: Texts,
     axis: str | None,
     controller: str | None,
-    **_: object,
 ) -> "tuple[Scenario, Design | None, bool]":
     """The scenario of the one axis, the controller, and whether the scenario is made up here."""
     from hfc_design.core.records import UserError

@@ -64,6 +64,22 @@ class Identified(NamedTuple):
         return self.free.drive.units["error"]
 
 
+def looked_for(task: Task) -> Free:
+    """The parameters that are looked for.
+
+    Raises:
+        UserError: one is unknown, or has no value to start from.
+    """
+    start = task.scenario.plant.each()[task.axis]
+    changes = start.parameters._asdict()
+    nominal = start.drive.parameters()._asdict()
+    own = {key: value for key, value in changes.items() if value != nominal[key]}
+    try:
+        return free(start.drive, own, task.names)
+    except ValueError as error:
+        raise UserError(f"--free {error}") from None
+
+
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
     """What the first of ``logs`` tells of the machine of ``task``; the others check it.
 
@@ -72,19 +88,12 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
             of it stays finite.
     """
     (name, told), *_ = logs.items()
-    start = task.scenario.plant.each()[task.axis]
-    changes = start.parameters._asdict()
-    nominal = start.drive.parameters()._asdict()
-    own = {key: value for key, value in changes.items() if value != nominal[key]}
-    try:
-        wanted = free(start.drive, own, task.names)
-    except ValueError as error:
-        raise UserError(f"--free {error}") from None
+    wanted = looked_for(task)
     for log, each in logs.items():
         if each.command is None and (task.design is None or each.reference is None):
             why = "has no command; with the reference and --controller DESIGN its loop is replayed"
             raise UserError(f"{log}: {why}")
-    own_parts = [("plant", start.drive.name), ("plant", task.scenario.plant.name)]
+    own_parts = [("plant", wanted.drive.name), ("plant", task.scenario.plant.name)]
     with own_code(" cannot be replayed", *own_parts):
         found = _found(task, wanted, name, told, tell)
     with about(name):

@@ -1,7 +1,7 @@
 """Which column of a log is which signal of a drive, and what its numbers count in."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from hfc_design.core.quantities import number
@@ -32,6 +32,39 @@ def mapped(text: str) -> Column:
     return Column(found["name"], found["column"], found["unit"])
 
 
+def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
+    """What a user says of the columns of a drive's log, the last of a signal.
+
+    Raises:
+        ValueError: one cannot be understood, is no signal, or has a unit of another kind.
+    """
+    found = {one.name: one for one in map(mapped, texts)}
+    units = units_of(drive)
+    for one in found.values():
+        if one.name not in units:
+            known = ", ".join(units)
+            raise ValueError(f"{one.name}: is no signal of {drive.name}; there is {known}")
+        scale(one, units[one.name], millimetres_of(drive))
+    return [*found.values()]
+
+
+def scale(one: Column, unit: str, millimetres: float | None) -> float:
+    """What a count of the column is in ``unit``; ValueError: it is of another kind."""
+    told = one.unit or unit
+    try:
+        return number(told if told[0] in "+-.0123456789" else f"1 {told}", unit, millimetres)
+    except ValueError:
+        raise ValueError(
+            f"column {one.column[:60]} for the {one.name}: {told!r} cannot be counted in {unit}; "
+            f"allowed are [{unit}], others of its kind, and counts as in [0.05 {unit}]"
+        ) from None
+
+
+def millimetres_of(drive: Drive) -> float | None:
+    """Length of a unit of the position of a nominal machine; None: it is none."""
+    return None if drive.millimetres is None else drive.millimetres(drive.parameters())
+
+
 def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
     """The column of a user in a log, with the unit that its name tells where the user says none.
 
@@ -47,17 +80,25 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
         return one
     told = TOLD.fullmatch(one.column)
     parts = one.column.split("_")[1:]  # of speed_mm_s it is mm/s
-    ends = [told["unit"]] if told else ["/".join(parts[k:]) for k in range(len(parts))]
-    return one._replace(unit=next((end for end in ends if _counts(end, unit, millimetres)), None))
+    ends = [told["unit"]] if told else ["_".join(parts[k:]) for k in range(len(parts))]
+    units = (_ending(end, unit, millimetres) for end in ends)
+    return one._replace(unit=next(filter(None, units), None))
 
 
-def _counts(text: str, unit: str, millimetres: float | None) -> bool:
-    """Whether a text is a unit that can be counted in another one."""
+#: Ends of names that a library of units knows, and that mean something else there.
+NO_UNIT = frozenset({"c", "pi", "au", "count", "counts", "bit", "bits", "point", "points"})
+
+
+def _ending(text: str, unit: str, millimetres: float | None) -> str | None:
+    """The unit that the end of a name is, mm_s for mm/s; None: none that counts in ``unit``."""
+    if text == in_a_name(unit):
+        return unit
+    told = text.replace("_", "/")
     try:
-        number(f"1 {text}", unit, millimetres)
+        number(f"1 {told}", unit, millimetres)
     except ValueError:
-        return False
-    return True
+        return None
+    return None if text in NO_UNIT else told
 
 
 def units_of(drive: Drive) -> dict[str, str]:
@@ -85,14 +126,22 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
     for name, unit in units_of(drive).items():
         if name in said:
             continue
-        names = {name, others.get(name, name)}
-        own = names | {f"{one}_{in_a_name(unit)}" for one in names}
         for column in log.columns:
-            told = TOLD.fullmatch(column)
-            if column not in own and not (told and told["name"] in names):
+            own = _called(column, {name, others.get(name, name)}, unit, millimetres_of(drive))
+            if own is None:
                 continue
             if name in found:
                 both = f"{found[name].column} and {column}"
                 raise ValueError(f"{both} may be the {name}: which one? say {name}=COLUMN [UNIT]")
-            found[name] = Column(name, column, None if column in own or not told else told["unit"])
+            found[name] = Column(name, column, own)
     return found
+
+
+def _called(column: str, names: set[str], unit: str, millimetres: float | None) -> str | None:
+    """The unit of a column that is called like one of ``names``; None: it is not."""
+    if column in names:
+        return unit
+    if (told := TOLD.fullmatch(column)) and told["name"] in names:
+        return told["unit"]
+    ends = (column.removeprefix(f"{name}_") for name in names if column.startswith(f"{name}_"))
+    return next(filter(None, (_ending(end, unit, millimetres) for end in ends)), None)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
-from hfc_design.core.quantities import number
-from hfc_design.logs.columns import Column, by_name, looked_up, units_of
+from hfc_design.logs import travel
+from hfc_design.logs.columns import Column, by_name, looked_up, millimetres_of, scale, units_of
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
 from hfc_design.logs.steps import step_of
@@ -48,22 +48,17 @@ def signals(
         ValueError: a column is missing or has another kind of unit; nothing moves.
     """
     chosen = {one.name: one for one in columns}
-    unsaid, taken = {one.name for one in columns if one.unit is None}, list[str]()
-    chosen |= by_name(log, drive, [*chosen])
-    millimetres = None if drive.millimetres is None else drive.millimetres(drive.parameters())
-    units, values = units_of(drive), dict[str, Floats]()
-    for name, asked in chosen.items():
-        if name not in units:
-            known = ", ".join(units)
-            raise ValueError(f"{name}: is no signal of {drive.name}; there is {known}")
-        one = looked_up(asked, log, units[name], millimetres)
+    units, millimetres = units_of(drive), millimetres_of(drive)
+    named = by_name(log, drive, [*chosen])
+    taken, values, places = list[str](), dict[str, Floats](), dict[str, Column]()
+    for name, own in (chosen | named).items():
+        one = looked_up(own, log, units[name], millimetres)
         unit = one.unit or units[name]
-        if name in unsaid:
+        if own.unit is None or (name in named and unit != units[name]):
             taken.append(f"{name} is {one.column} in {unit}")
-        scale = number(
-            unit if unit[0] in "+-.0123456789" else f"1 {unit}", units[name], millimetres
-        )
-        values[name] = scale * log.columns[one.column]
+        values[name] = scale(one, units[name], millimetres) * log.columns[one.column]
+        if units[name] == drive.units["error"]:
+            places[name] = one._replace(unit=unit)
     _check(values, drive, log)
     told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)
@@ -72,6 +67,9 @@ def signals(
             f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
             f"{SLOWEST:g} s: which unit has its time? say time=COLUMN [UNIT]"
         )
+    duration = found.sample_time * len(found.usable)
+    for name, one in places.items():
+        travel.check(one, found.values[name], drive, duration)
     if taken:
         found.notes.insert(0, f"{', '.join(taken)}; another unit: NAME=COLUMN [UNIT]")
     return _signals(_first(found), drive)._replace(step=step)

@@ -3,6 +3,7 @@
 import os
 import pickle
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from click.testing import CliRunner
 from scipy.io import savemat
 
 from hfc_design.cli import main
+from hfc_design.cli.identified_logs import called
 from hfc_design.core.records import UserError
 from hfc_design.logs.reading import read_log
 
@@ -76,6 +78,14 @@ CASES = {
     "one stamp back": (text(GOOD, line201="0.1,0,0"), "its time falls after sample 199"),
     "time stands": (text((0 * TIME, PLACE, VOLTS)), "its time stands still"),
     "ms for s": (text((1e3 * TIME, PLACE, VOLTS)), "is sampled every 1 s; a drive's log every"),
+    "other kind": (
+        text(GOOD, "time_s,position [mV],voltage_V"),
+        "column position [mV] for the position: 'mV' cannot be counted in mm; allowed are [mm]",
+    ),
+    "furlongs": (
+        text(GOOD, "time_s,position [furlong],voltage_V"),
+        "column position [furlong] in furlong: the position goes 1.21e+03 m in 0.4 s",
+    ),
     "escape": (text((*GOOD, PLACE), HEAD + ",\x1b[31mred"), "'\\x1b[31mred' is no name of a"),
     "long name": (text((*GOOD, PLACE), HEAD + "," + 9999 * "x"), "printable, 200 letters at most"),
     "line in a name": (text((*GOOD, PLACE), HEAD + ',"a\nb"'), "line 2: 'b\"' is no finite number"),
@@ -166,6 +176,39 @@ def test_what_stands_in_the_way_is_told_before_anything_is_computed():
     assert "is no signal of c-axis" in refused(
         "log.csv", "--column", "position=position_mm", plant=("--plant", "c-axis")
     )
+
+
+def test_what_is_mistyped_is_told_before_what_is_in_the_way():
+    with open("log.csv", "w") as file:
+        file.write(text(GOOD))
+    os.mkdir("log-identified")
+    assert "log-identified: exists already" in refused("log.csv")
+    for out in ((), ("--out", "log-identified"), ("--out", "log.csv", "--force")):
+        assert "mas: positioning-stage has no such" in refused("log.csv", "--free", "mas", *out)
+        told = refused("log.csv", "--column", "position=q [mV]", *out)
+        assert told.startswith("hfc: log.csv: column q for the position: 'mV' cannot be counted")
+        assert "speed: is no signal of" in refused("log.csv", "--column", "speed=q", *out)
+        assert "has to be NAME=COLUMN" in refused("log.csv", "--column", "position", *out)
+        check = "--check-log", "other.csv", "--check-column", "position=q [kg]"
+        told = refused("log.csv", *check, *out)
+        assert told.startswith("hfc: other.csv: column q for the position: 'kg' cannot be counted")
+
+
+def test_what_is_piped_in_has_a_name_that_says_something():
+    with open("log.csv", "w") as file:
+        file.write(text(GOOD))
+    reader, writer = os.pipe()
+    file = os.open("log.csv", os.O_RDONLY)
+    try:
+        assert called(Path(f"/dev/fd/{reader}")) == "log"
+        assert called(Path(f"/proc/self/fd/{reader}")) == "log"
+        assert called(Path(f"/dev/fd/{file}")) == "log.csv"  # hfc identify /dev/stdin < log.csv
+    finally:
+        for each in (reader, writer, file):
+            os.close(each)
+    assert called(Path("runs/63")) == "63"
+    os.symlink("log.csv", "newest.csv")
+    assert called(Path("newest.csv")) == "newest.csv"
 
 
 def test_a_second_log_that_cannot_check_the_first_is_refused_at_once():

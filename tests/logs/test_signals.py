@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hfc_design.logs import signals as limits
-from hfc_design.logs.columns import mapped
+from hfc_design.logs.columns import asked
 from hfc_design.logs.log import Log
 from hfc_design.logs.signals import at_an_end, signals
 from plants import PLANTS
@@ -17,7 +17,7 @@ VOLTS = np.sin(20 * TIME + 1)
 
 def found(columns, *told, breaks=None, sample_time=None, drive=STAGE):
     log = Log(columns, None, breaks)
-    return signals(log, drive, [mapped(text) for text in told], sample_time)
+    return signals(log, drive, asked(told, drive), sample_time)
 
 
 def test_units_of_people_and_of_encoders():
@@ -62,6 +62,50 @@ def test_columns_are_known_by_their_names():
         one = found(dict(zip(names, (ms * TIME, um * PLACE, VOLTS), strict=True)))
         np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
         assert one.sample_time == pytest.approx(1e-3)
+
+
+def test_a_name_with_another_unit_than_the_drives_is_taken_by_itself_and_said():
+    columns = {"time_ms": 1e3 * TIME, "position_um": 1e3 * PLACE, "voltage_mV": 1e3 * VOLTS}
+    one = found(columns | {"velocity_m_s": 2e-3 * PLACE})
+    np.testing.assert_allclose(one.values["position"], PLACE, atol=1e-12)
+    np.testing.assert_allclose(one.values["command"], VOLTS, atol=1e-12)
+    np.testing.assert_allclose(one.values["velocity"], 2.0 * PLACE, atol=1e-12)
+    assert one.sample_time == pytest.approx(1e-3)
+    for words in ("time is time_ms in ms", "position is position_um in um", "in mV", "in m/s"):
+        assert words in one.notes[0]
+    with pytest.raises(ValueError, match="position_um and position_mm may be the position: which"):
+        found(columns | {"position_mm": PLACE})
+
+
+@pytest.mark.parametrize("end", ["kg", "raw", "counts", "c", "error_um"])
+def test_a_name_that_ends_in_no_unit_of_the_signal_is_not_it(end):
+    """Counts are no radians, and c is no speed of light, though a library of units says so."""
+    told = {"time": TIME, f"spindle_angle_{end}": PLACE, f"position_{end}": PLACE, "command": VOLTS}
+    for drive in (STAGE, PLANTS["c-axis"]):
+        with pytest.raises(ValueError, match="which column is the"):
+            found(told, drive=drive)
+
+
+@pytest.mark.parametrize("name", ["p", "position [furlong]"])
+def test_a_travel_that_no_machine_has_is_refused(name):
+    """6 furlongs of 201.168 m in 0.4 s; at 1 km/s it were 400 m."""
+    told = [] if "[" in name else ["position=p [furlong]"]
+    with pytest.raises(ValueError, match=r"column .* in furlong: the position goes") as refusal:
+        found({"time_s": TIME, name: PLACE, "command": VOLTS}, *told)
+    assert "goes 1.21e+03 m in 0.4 s; plausible are 1e-10 to 400 m" in str(refusal.value)
+    with pytest.raises(ValueError, match=r"goes 6e-15 m in 0.4 s"):
+        found({"time_s": TIME, "p": PLACE, "command": VOLTS}, "position=p [fm]")
+
+
+def test_a_travel_that_some_machine_has_is_taken():
+    """A stage of a microscope, a launcher of 300 m/s, a turbine of a million turns in a minute."""
+    columns = {"time_s": TIME, "command": VOLTS}
+    for place in (1e-6 * PLACE, 3e5 * TIME * (1.0 + TIME)):
+        one = found(columns | {"position_mm": place})
+        np.testing.assert_array_equal(one.values["position"], place)
+    angle = 1e6 * 2.0 * np.pi / 60.0 * TIME * (1.0 + TIME)
+    one = found(columns | {"spindle_angle": angle}, drive=PLANTS["c-axis"])
+    np.testing.assert_array_equal(one.values["spindle_angle"], angle)
 
 
 def test_stamps_that_tremble_are_evened_out():
@@ -122,8 +166,16 @@ def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
         (["time", "position", "command"], ["position=q"], "has no column 'q'; there is time, pos"),
         (["time", "position", "command"], ["speed=q"], "speed: is no signal of positioning-stage"),
         (["time", "position", "command"], ["position"], "has to be NAME=COLUMN"),
-        (["time", "p", "command"], ["position=p [kg]"], "has to be a quantity in mm"),
-        (["time", "p", "command"], ["position=p [__import__]"], "'1 __import__'"),
+        (
+            ["time", "p", "command"],
+            ["position=p [kg]"],
+            "column p for the position: 'kg' cannot be counted in mm; allowed are [mm], ",
+        ),
+        (
+            ["time", "p", "command"],
+            ["position=p [__import__]"],
+            "'__import__' cannot be counted in mm",
+        ),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_a_line(columns, told, words):
