@@ -1,16 +1,16 @@
-"""Imports run down the list of the README only."""
+"""Imports run down the list of docs/development.md only."""
 
 import ast
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text("utf-8")
+PAGE = (ROOT / "docs" / "development.md").read_text("utf-8")
 
 
 def listed():
-    """Folders and files of the package in the order in which the README tells of them."""
-    table = README.partition("## What is where")[2].partition("Imports run down")[0]
+    """Folders and files of the package in the order in which the page tells of them."""
+    table = PAGE.partition("## What is where")[2].partition("Imports run down")[0]
     rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
     names = re.findall(r"`([\w/]+)(?:\.py)?`", "".join(rows))
     package = [name.removeprefix("hfc_design/").strip("/") for name in names]
