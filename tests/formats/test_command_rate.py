@@ -9,7 +9,7 @@ import re
 import numpy as np
 import pytest
 from c_program import built, commands
-from held_back import FORMS, LIMITS, samples, stepped
+from held_back import FORMS, LIMITS, commanded_alone, samples, stepped
 from structured_text import FunctionBlock
 from wiring import not_adapting
 
@@ -121,12 +121,7 @@ def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):
     change = design.limits.command_rate * design.controller.sample_time_s
     found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
     for axis in found.axes:
-        controller = Controller(design)
-        told = {key: values.tolist() for key, values in axis.told().items()}
-        accepted = axis.drive.coefficients(axis.parameters)
-        for k, command in enumerate(axis.motion.command.tolist()):
-            own = controller.step({key: values[k] for key, values in told.items()})
-            assert float(axis.drive.accepted(accepted, own)) == pytest.approx(command, abs=1e-10)
+        commanded_alone(design, axis)
         if name.startswith("lin"):  # whose drive takes a command as it is
             moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
             assert np.isclose(moves, change).sum() > 10

@@ -51,7 +51,9 @@ def test_one_make_checks_every_axis(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in ALL if name not in FEW])
 def test_every_folder_passes_its_own_check(name, folder):
-    # Two axes that adapt, each with decisions of its own: a sample counts where both are clear.
+    # The limit of this one makes inputs so wide that its network learns from errors of 590 units.
+    # That amplifies roundings: of the network alone, beside a PID, 75 samples are left, of the
+    # aflc 452, and of both where no limit widens the inputs 472.
     passes(folder(name), compared=100 if name == "whole machine unlike" else 200)
 
 

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 from c_program import built, commands
-from held_back import FORMS, limited, samples, stepped
+from held_back import FORMS, commanded_alone, limited, samples, stepped
 from structured_text import FunctionBlock
 from wiring import not_adapting
 
@@ -90,12 +90,7 @@ def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):
     design = limited(name, 7.0, **changes)
     found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
     for axis in found.axes:
-        controller = Controller(design)
-        told = {key: values.tolist() for key, values in axis.told().items()}
-        accepted = axis.drive.coefficients(axis.parameters)
-        for k, command in enumerate(axis.motion.command.tolist()):
-            own = controller.step({key: values[k] for key, values in told.items()})
-            assert float(axis.drive.accepted(accepted, own)) == pytest.approx(command, abs=1e-10)
+        commanded_alone(design, axis)
         assert np.abs(axis.motion.command).max() == 7.0
 
 

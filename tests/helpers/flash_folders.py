@@ -72,7 +72,7 @@ def vectors(path):
 
 
 def passes(path, compared=200):
-    """``compared``: of so many samples at least a decision is clear enough for float."""
+    """``compared``: so many samples at least do not depend on a rounding of float."""
     status, told = checked(path)
     assert status == 0, told
     found = re.findall(r"(double|float): 1000 samples, of which (\d+) are compared; largest", told)

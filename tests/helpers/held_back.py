@@ -1,6 +1,7 @@
 """Designs whose limits hold them back, and signals that make them do so."""
 
 import numpy as np
+import pytest
 
 import hfc_design.api as hfc
 from hfc_design.files.design import builtin_designs
@@ -30,6 +31,16 @@ def stepped(design, signals):
     controller = Controller(design)
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     return np.array([controller.step(dict(zip(signals, row, strict=True))) for row in rows])
+
+
+def commanded_alone(design, axis):
+    """Whether the design alone commands what the simulator has in its axis, sample by sample."""
+    controller = Controller(design)
+    told = {key: values.tolist() for key, values in axis.told().items()}
+    accepted = axis.drive.coefficients(axis.parameters)
+    for k, command in enumerate(axis.motion.command.tolist()):
+        own = controller.step({key: values[k] for key, values in told.items()})
+        assert float(axis.drive.accepted(accepted, own)) == pytest.approx(command, abs=1e-10)
 
 
 LINEAR = {"ki": 9e3, "signals": {"current": -2.0}, "feed_forward": {"velocity": 40.0}}
