@@ -120,7 +120,7 @@ def import_(
     from hfc_design.core.records import UserError
     from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats.reading import Wish, deviation_told, imported
+    from hfc_design.formats.reading import Wish, assumed, deviation_told, imported
 
     pairs = {}
     for item in signals:
@@ -130,9 +130,12 @@ def import_(
         pairs[name] = signal
     if plant is not None:
         plant = ALL_PLANTS.resolve(plant).name
-    design = imported(file, Wish(**options, plant=plant, signals=pairs, terms=term_counts(terms)))
+    wish = Wish(**options, plant=plant, signals=pairs, terms=term_counts(terms))
+    design = imported(file, wish)
     path = out or free(Path(f"{design.name}.json"))
     write_whole(path, (design_json(design) + "\n").encode())
     if isinstance(told := design.provenance.get("sampled"), dict):
-        click.echo(deviation_told(told))
+        click.echo(deviation_told(told, chosen=terms is not None))
+    if note := assumed(wish, design):
+        click.echo(note)
     click.echo(path)

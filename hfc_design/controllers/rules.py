@@ -4,7 +4,7 @@ Names and labels are identifiers (``records.Label``, ``records.Name``), everythi
 number, so that nothing a user wrote freely gets into a generated file. Never imports JAX.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +46,9 @@ class RuleUnit(NamedTuple):
     table: RuleTable  # [row term][column term]
     #: The same of names of singletons that rules share; None: each rule has one of its own.
     labels: Sequence[Sequence[str]] | None = None
+    engine: str = ""  # identifier of the system of both inputs and the output; "": the name
+    #: Of those inputs and outputs, by their names, that have had one where the unit comes from.
+    ranges: Mapping[str, tuple[float, float]] = {}
 
 
 class RuleBase(NamedTuple):
@@ -61,6 +64,24 @@ class RuleBase(NamedTuple):
     notes: Callable[[Own], list[str]]
     #: Rule tables as CSV: name of a file -> its rows.
     tables: Callable[[Own], dict[str, Rows]]
+
+
+def range_of(triangles: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
+    """Of an input: beyond the outermost centres by as much as these terms fall within them."""
+    (_, lowest, right), (left, highest, _) = triangles[0], triangles[-1]
+    return 2.0 * lowest - right, 2.0 * highest - left
+
+
+def spread(table: RuleTable) -> tuple[float, float]:
+    """What a weighted average of the table can be, and some room if that is one number."""
+    values = [value for row in table for value in row]
+    lowest, highest = min(values), max(values)
+    return (lowest, highest) if lowest < highest else (lowest - 1.0, highest + 1.0)
+
+
+def numbered(row: int, column: int) -> str:
+    """What the singleton of a rule is called that has no name, by the places of its terms."""
+    return f"u{row + 1}_{column + 1}"
 
 
 def identifier(name: str) -> str:

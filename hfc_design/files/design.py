@@ -252,9 +252,9 @@ def design_json(design: Design) -> str:
     return _ROWS.sub(lambda found: found["text"] or _flat(found[0]), text)
 
 
-#: A text, which stays as it is, or a list of numbers or of labels.
+#: A text, which stays as it is, or a list of numbers, or in a list one of labels.
 _ROWS = re.compile(
-    r'(?P<text>"(?:[^"\\]|\\.)*+")|\[[\s\d.,eE+-]++\]|\[\s*"[A-Z]{2}"(?:,\s*"[A-Z]*")*+\s*\]'
+    r'(?P<text>"(?:[^"\\]|\\.)*+")|\[[\s\d.,eE+-]++\]|(?<=\s\s)\[\s*"\w++"(?:,\s*"\w++")*+\s*\]'
 )
 
 

@@ -14,7 +14,15 @@ from collections import Counter
 from functools import partial
 from typing import NamedTuple
 
-from hfc_design.controllers.rules import RuleUnit, Term, Triangle, identifier
+from hfc_design.controllers.rules import (
+    RuleUnit,
+    Term,
+    Triangle,
+    identifier,
+    numbered,
+    range_of,
+    spread,
+)
 from hfc_design.core.numbers import Json, RuleTable
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -78,12 +86,13 @@ def texts(design: Design, target: str, **values: object) -> dict[str, str]:
     files, read = {}, inputs(units)
     rows = [["unit", "column_input", "row_input", "file"]]
     for unit in units:
-        lowest, highest = _range(unit.table)
+        least = spread(unit.table)
+        lowest, highest = _kept(unit, unit.name, least) or least
         rules = _rules(unit)
         singletons = {rule.name: rule.value for rule in rules}  # that rules share, once
         check_names(target, singletons, CLASH)
         values |= {"lowest": lowest, "highest": highest, "rules": rules, "unit": unit}
-        values["singletons"] = singletons
+        values |= {"singletons": singletons, "engine": unit.engine or unit.name}
         name = f"{unit.name}.{suffix}"
         files[name] = rendered(f"unit.{suffix}.j2", design, inputs=read[unit.name], **values)
         rows.append([unit.name, unit.column, unit.row, name])
@@ -114,39 +123,39 @@ def inputs(units: list[RuleUnit]) -> dict[str, tuple[Input, Input]]:
     tables = {unit.name: unit.table for unit in units}
     return {
         unit.name: (
-            _input(unit.row, unit.row_terms, tables.get(unit.row)),
-            _input(unit.column, unit.column_terms, tables.get(unit.column)),
+            _input(unit, unit.row, unit.row_terms, tables.get(unit.row)),
+            _input(unit, unit.column, unit.column_terms, tables.get(unit.column)),
         )
         for unit in units
     }
 
 
-def _input(name: str, terms: tuple[Term, ...], source: RuleTable | None) -> Input:
-    first, last = terms[0], terms[-1]
-    if isinstance(first, Triangle) and isinstance(last, Triangle):
-        lowest = 2.0 * first.centre - first.right
-        return Input(name, terms, lowest, 2.0 * last.centre - last.left, clamped=False)
+def _input(unit: RuleUnit, name: str, terms: tuple[Term, ...], source: RuleTable | None) -> Input:
+    triangles = [term[1:] for term in terms if isinstance(term, Triangle)]
+    if triangles:
+        centres = triangles[0][1], triangles[-1][1]
+        ends = _kept(unit, name, centres) or range_of(triangles)
+        return Input(name, terms, *ends, clamped=False)
     if source is None:
         return Input(name, terms, -1.0, 1.0, clamped=True)
-    lowest, highest = _range(source)
+    lowest, highest = spread(source)
     return Input(name, terms, min(lowest, -1.0), max(highest, 1.0), clamped=False)
 
 
-def _range(table: RuleTable) -> tuple[float, float]:
-    """What a weighted average of the table can be, and some room if that is one number."""
-    values = [value for row in table for value in row]
-    lowest, highest = min(values), max(values)
-    return (lowest, highest) if lowest < highest else (lowest - 1.0, highest + 1.0)
+def _kept(unit: RuleUnit, name: str, least: tuple[float, float]) -> tuple[float, float] | None:
+    """The range that came with the unit, where it still holds all that it has to."""
+    lowest, highest = unit.ranges.get(name, (math.inf, -math.inf))
+    return (lowest, highest) if lowest <= least[0] and least[1] <= highest else None
 
 
 def _rules(unit: RuleUnit) -> list[Rule]:
     def singleton(i: int, j: int) -> str:
-        return f"u{i}_{j}" if unit.labels is None else unit.labels[i - 1][j - 1]
+        return numbered(i, j) if unit.labels is None else unit.labels[i][j]
 
     return [
-        Rule(singleton(i, j), row.label, column.label, unit.table[i - 1][j - 1])
-        for i, row in enumerate(unit.row_terms, 1)
-        for j, column in enumerate(unit.column_terms, 1)
+        Rule(singleton(i, j), row.label, column.label, unit.table[i][j])
+        for i, row in enumerate(unit.row_terms)
+        for j, column in enumerate(unit.column_terms)
     ]
 
 

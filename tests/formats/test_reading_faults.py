@@ -102,8 +102,15 @@ def test_a_missing_rule_is_named(tmp_path):
 def test_an_unknown_signal_is_asked_for(tmp_path):
     file = tmp_path / "mine.fll"
     file.write_text(TEXTS["fll"])
-    with pytest.raises(UserError, match=r"line 3: input 'change': .* --signal change=error; there"):
+    free = r"line 3: input 'change': .* --signal change=error_change; there is error_change$"
+    with pytest.raises(UserError, match=free):  # the other one is taken
         imported(file, Wish())
+    free = r"line 13: input 'error': .* --signal error=error; there is error$"
+    with pytest.raises(UserError, match=free):
+        imported(file, Wish(signals={"change": "error_change", "error": "torque"}))
+    free = r"line 3: input 'change': .* --signal change=error; there is error, error_change$"
+    with pytest.raises(UserError, match=free):
+        imported(file, Wish(signals={"error": "torque"}))
     with pytest.raises(UserError, match=r"--signal speed: no such input"):
         imported(file, Wish(signals={"speed": "error"}))
     with pytest.raises(UserError, match=r"both inputs are the signal 'error'"):
@@ -206,6 +213,18 @@ def test_files_that_are_none(tmp_path):
         with pytest.raises(UserError) as caught:
             imported(path, Wish(signals=CHANGE))
         assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", " \n\n"])
+@pytest.mark.parametrize("name", ["mine.fll", "mine.fis", "rules.csv", "mine.txt", "mine.hal"])
+def test_an_empty_file_is_called_so(tmp_path, name, text):
+    for table in ("error_terms.csv", "error_change_terms.csv"):
+        (tmp_path / table).write_text("label,left_BLU,centre_BLU,right_BLU\n")
+    (tmp_path / name).write_text(text)
+    like = "jee-koren-2004-aflc" if name.endswith((".txt", ".hal")) else None
+    with pytest.raises(UserError) as caught:
+        imported(tmp_path / name, Wish(like=like))
+    assert str(caught.value).endswith(f"{name}: is empty")
 
 
 @given(st.data())

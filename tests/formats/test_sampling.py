@@ -131,6 +131,7 @@ def test_names_are_kept_and_made_identifiers():
         "error": "Position_error",
         "error_change": "d_dt_error",
         "output": "drive_current",
+        "engine": "pos",
     }
     assert [term.label for term in controller.error_terms] == ["neg", "zero", "pos"]
     assert parse_design(design_json(design), "again") == design
@@ -158,11 +159,16 @@ def test_the_command_tells_the_deviation(tmp_path):
     named = [f"--signal={name}={signal}" for name, signal in SIGNALS[".fis"].items()]
     arguments = ["import", str(MAMDANI_FIS), "--out", str(out), *named]
     done = CliRunner().invoke(main, [*arguments, "--terms", "5x3"])
-    line, path = done.stdout.splitlines()
+    line, assumed, path = done.stdout.splitlines()
     told = json.loads(out.read_text())["provenance"]["sampled"]
     assert line.startswith("sampled to 5 x 3 terms: output off by ")
     assert f"{told['largest_deviation']:.3g} at most (7.3 % of its range), at Position" in line
+    assert "--terms" not in line  # which was given
+    assert assumed.startswith("plant feed-drive, sample time 0.01 s assumed")
     assert path == str(out)
+    line = CliRunner().invoke(main, [*arguments, "--force"]).stdout.splitlines()[0]
+    assert line.startswith("sampled to 3 x 3 terms: output off by 1.42 at most")
+    assert line.endswith("points; more terms, --terms up to 11, make that smaller")
     for wrong in ("1", "12", "5x", "3x12", "many"):
         done = CliRunner().invoke(main, [*arguments, "--force", "--terms", wrong])
         assert done.exit_code == 2

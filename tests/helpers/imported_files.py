@@ -10,6 +10,8 @@ MAMDANI_FIS = SAMPLES / "mamdani.fis"  # names that are no identifiers; by hand
 MAMDANI_SUM = SAMPLES / "mamdani-sum.fis"  # other shapes and norms, not, or, weights; by hand
 PYFUZZYLITE = SAMPLES / "pyfuzzylite-8.0.6.fll"  # its FllExporter, nine decimals
 OCTAVE = SAMPLES / "octave-fuzzy-logic-toolkit-0.4.6.fis"  # its writefis
+SHARED = {suffix: SAMPLES / f"shared.{suffix}" for suffix in ("fll", "fis")}  # by hand
+SHARED_SIGNALS = {"gap": "error", "drift": "error_change"}
 GAUSSIAN = SAMPLES / "pyfuzzylite-8.0.6-gaussian.fll"  # 17 decimals; singletons i - j / 2
 
 # Any seven overlapping triangles in any order, by hand in both languages.

@@ -7,11 +7,13 @@ not free; what its fistree takes is checked by its words alone, in tests/formats
 
 import numpy as np
 import pytest
+from imported_files import SHARED, SHARED_SIGNALS
 from wiring import DESIGNS, design, not_adapting, random_signals, unit_error
 
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.files.design import Limits
 from hfc_design.formats import FORMATS
+from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
@@ -52,6 +54,12 @@ def test_controller_m_keeps_the_rate_of_a_design(name, octave, tmp_path):
     rate = 3.0 / record.controller.sample_time_s
     own = Limits(command=9.0, command_rate=rate)
     compare(record.model_copy(update={"limits": own}), octave, tmp_path)
+
+
+def test_a_range_that_ends_at_the_outermost_centres_changes_no_command(octave, tmp_path):
+    record = imported(SHARED["fis"], Wish(signals=SHARED_SIGNALS))
+    assert record.controller.ranges["error_change"] == (-4.0, 4.0)
+    compare(record, octave, tmp_path)
 
 
 def compare(record, octave, tmp_path):

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fuzzylite_tool import in_tool
-from imported_files import MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM
+from imported_files import MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM, SHARED, SHARED_SIGNALS
 
+from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, any_fis, any_fll, imported
 from hfc_design.runtime import Controller
 
@@ -32,13 +33,37 @@ def random_points(base, count):
     return np.stack([random.uniform(v.low, v.high, count) for v in base.inputs], axis=1)
 
 
-def in_python(file, points):
+def in_python(file, points, names=FLL_SIGNALS):
     if not PYTHON.exists():
         pytest.skip("pyfuzzylite is not installed; make interop installs it")
-    job = {"file": str(file), "inputs": dict(zip(FLL_SIGNALS, points.T.tolist(), strict=True))}
+    job = {"file": str(file), "inputs": dict(zip(names, points.T.tolist(), strict=True))}
     script = [str(PYTHON), str(HERE / "evaluate_fll.py")]
     done = subprocess.run(script, input=json.dumps(job), capture_output=True, text=True, check=True)
     return np.array(json.loads(done.stdout))
+
+
+def described(file):
+    if not PYTHON.exists():
+        pytest.skip("pyfuzzylite is not installed; make interop installs it")
+    script = [str(PYTHON), str(HERE / "describe_fll.py"), str(file)]
+    done = subprocess.run(script, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", ["fll", "fis"])
+def test_pyfuzzylite_reads_the_names_and_ranges_that_were_imported(name, tmp_path):
+    design = imported(SHARED[name], Wish(signals=SHARED_SIGNALS))
+    FORMATS["fll"].write(design, tmp_path / "out")
+    (again,) = (tmp_path / "out").glob("*.fll")
+    found, wanted = described(again), described(SHARED["fll"])
+    if name == "fis":  # which has another one
+        assert found["variables"]["drift"]["range"] == [-4.0, 4.0]
+        wanted["variables"]["drift"]["range"] = [-4.0, 4.0]
+    assert found == wanted
+    points = np.random.default_rng(6).uniform(-6.0, 6.0, (300, 2)) * [4.0, 1.0]
+    read = [in_python(file, points, SHARED_SIGNALS) for file in (again, SHARED["fll"])]
+    assert np.abs(read[0] - read[1]).max() <= 1e-14
+    assert np.abs(outputs(design, points) - read[1]).max() <= 1e-13
 
 
 def outputs(design, points):

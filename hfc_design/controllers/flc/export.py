@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, NamesRecord
+from hfc_design.controllers.flc.names import NamesRecord
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
 from hfc_design.controllers.kind import Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
 from hfc_design.core.numbers import Json, Memory
@@ -19,8 +20,15 @@ HERE = Path(__file__).parent / "templates"
 def units(record: FuzzyRecord) -> list[RuleUnit]:
     """The one table, under the names of the program that it comes from."""
     unit, names, rules = plain_unit(record), record.names, record.rules
-    called = unit._replace(name=names.output, column=names.error_change, row=names.error)
-    return [called._replace(labels=rules.labels) if rules.output_terms is not None else called]
+    called = unit._replace(
+        name=names.output,
+        column=names.error_change,
+        row=names.error,
+        labels=None if rules.output_terms is None else rules.labels,
+        engine=names.engine or "",
+        ranges={getattr(names, key): ends for key, ends in record.ranges.items()},
+    )
+    return [called]
 
 
 def plain_unit(record: FuzzyRecord) -> RuleUnit:
@@ -69,7 +77,7 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
         "output": output,
         "integral_gain": record.integral_gain,
         "low_velocity": low.model_dump(mode="json") if low else None,
-        **({"names": dict(names)} if names != NamesRecord() else {}),
+        **({"names": names.model_dump()} if names != NamesRecord() else {}),
         **({"dead_zone": record.dead_zone} if record.dead_zone else {}),
     }
 

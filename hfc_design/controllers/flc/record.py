@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
+from hfc_design.controllers.flc.names import NamesRecord, Ranges
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord
 from hfc_design.controllers.kind import (
     CHANGES,
@@ -69,21 +70,6 @@ def terms_of(triangles: Triangles, labels: Iterable[str]) -> Terms:
     )
 
 
-class NamesRecord(Record):
-    """What the variables of a rule table are called in the program that it comes from."""
-
-    error: Label = "error"
-    error_change: Label = "error_change"
-    output: Label = "rules"
-
-    @model_validator(mode="after")
-    def _differ(self) -> Self:
-        names = [name.casefold() for name in dict(self).values()]
-        if twice := next((name for name in names if names.count(name) > 1), None):
-            raise ValueError(f"two of error, error_change, output are called {twice}")
-        return self
-
-
 class CompensationRecord(Record):
     """Low-velocity compensation in units of the command (JK04 eq. 28-30), V in mm/s."""
 
@@ -105,6 +91,7 @@ class FuzzyRecord(ControllerRecord):
     low_velocity: CompensationRecord | None = None
     dead_zone: DeadZone = 0.0  # [BLU]
     names: NamesRecord = Field(NamesRecord(), exclude_if=NamesRecord().__eq__)
+    ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 
     @model_validator(mode="after")

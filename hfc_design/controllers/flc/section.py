@@ -10,7 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from hfc_design.controllers.flc.export import labels_of
 from hfc_design.controllers.flc.law import infer, memberships
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, NamesRecord, Terms
+from hfc_design.controllers.flc.names import NamesRecord
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, Terms
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures.figure import (
@@ -80,6 +81,8 @@ def controller(
             ("command at rest, backward", low.breakaway[1], "unit"),
             ("command at rest from an error of", low.smallest_error, "BLU"),
         ]
+    for label, value in (record.rules.output_terms or {}).items():
+        rows.append((f"output term {label}", value, "unit"))
     labels = [term.label for term in record.error_terms]
     usual = {"NL": "negative large (NL)", "PL": "positive large (PL)"}
     first, last = (usual.get(label, label) for label in (labels[0], labels[-1]))

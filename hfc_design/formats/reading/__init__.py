@@ -18,12 +18,12 @@ from hfc_design.core.records import UserError
 from hfc_design.core.texts import about, content, decoded
 from hfc_design.files.design import Design
 from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll, learned
-from hfc_design.formats.reading.design_of import Wish, checked_name, design_of
+from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of
 from hfc_design.formats.reading.inference import RuleBase
 from hfc_design.formats.reading.sampling import deviation_told, sampled
 from hfc_design.formats.reading.system import System
 
-__all__ = ["READERS", "Wish", "deviation_told", "imported"]
+__all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
 READERS: dict[str, Callable[[dict[str, str]], System]] = {
@@ -56,7 +56,7 @@ def imported(path: Path, wish: Wish) -> Design:
         for file in files:
             with about(file):
                 found = content(file)
-                texts[file.name] = decoded(found)
+                texts[file.name] = _text(found)
             digests[file.name] = hashlib.sha256(found).hexdigest()
         told: Json = {}
         if (base := _rule_base(ending, texts, wish)) is not None:
@@ -64,6 +64,14 @@ def imported(path: Path, wish: Wish) -> Design:
         else:
             system = READERS[ending](texts)
         return design_of(system, wish, path, digests, told)
+
+
+def _text(found: bytes) -> str:
+    """The text of a file; ValueError: there is none."""
+    text = decoded(found)
+    if not text.strip():
+        raise ValueError("is empty")
+    return text
 
 
 def _rule_base(ending: str, texts: dict[str, str], wish: Wish) -> RuleBase | None:
@@ -90,7 +98,7 @@ def _learned(path: Path, ending: str, wish: Wish) -> Design:
     with about(path):
         found = content(path)
         told = {"source": path.name, "sha256": hashlib.sha256(found).hexdigest()}
-        design = learned.design_that_learned(decoded(found), ending, design, wish.axis, told)
+        design = learned.design_that_learned(_text(found), ending, design, wish.axis, told)
     return (
         design if wish.name is None else design.model_copy(update={"name": checked_name(wish.name)})
     )

@@ -66,7 +66,9 @@ def rule_base(text: str) -> RuleBase:
     check_count(head, "NumRules", len(rules.entries))
     counts = [len(found.terms) for found in (first, second, told)]
     found = [_rule(rule, counts) for _, rule in rules.entries]
-    return RuleBase((first, second), told, found, methods, conclusions)
+    return RuleBase(
+        unquoted(head.get("Name")).text, (first, second), told, found, methods, conclusions
+    )
 
 
 def _variable(section: Block, shaped: bool = True) -> Variable:

@@ -7,7 +7,7 @@ from math import nan
 import numpy as np
 
 from hfc_design.core.numbers import Floats
-from hfc_design.formats.reading.fll import COMMENT, TERM, engine
+from hfc_design.formats.reading.fll import COMMENT, TERM, ends_of, engine
 from hfc_design.formats.reading.inference import (
     AVERAGES,
     DEFUZZIFIERS,
@@ -49,7 +49,7 @@ def rule_base(text: str) -> RuleBase:
     Raises:
         ValueError: it is no FLL, or more than can be sampled.
     """
-    first, second, output, rules = engine(text, ANY)
+    head, first, second, output, rules = engine(text, ANY)
     inputs = _variable(first), _variable(second)
     told = output.get("defuzzifier")
     name, *more = told.words()
@@ -74,7 +74,7 @@ def rule_base(text: str) -> RuleBase:
     methods = Methods(*by, name.text, places, shares, number)
     variables = (*inputs, result)
     found = [_rule(rule, variables, by) for rule in rules.all("rule")]
-    return RuleBase(inputs, result, found, methods, conclusions)
+    return RuleBase(head.name.text, inputs, result, found, methods, conclusions)
 
 
 def _count(told: Token, words: list[str]) -> int:
@@ -87,16 +87,15 @@ def _count(told: Token, words: list[str]) -> int:
 
 
 def _variable(block: Block, shaped: bool = True) -> Variable:
-    range_ = block.get("range", "-inf inf")
-    ends = [word.edge() for word in range_.words()]
-    if len(ends) != 2 or not ends[0] < ends[1]:
-        raise range_.fault(f"range: {range_.text!r} has to be two numbers that rise")
-    if shaped and not np.isfinite(ends).all():
-        raise range_.fault(f"range of {block.name.text}: has to be finite, to be sampled")
+    low, high = ends_of(block)
+    if not low < high:
+        raise block.name.fault(f"{block.name.text}: its range has to rise")
+    if shaped and not np.isfinite((low, high)).all():
+        told = f"range of {block.name.text}: has to be finite, to be sampled"
+        raise block.get("range").fault(told)
     terms = [_term(term, shaped) for term in block.all("term")]
     if not terms:
         raise block.name.fault(f"{block.name.text} has no terms")
-    low, high = ends
     return Variable(block.name, low, high, terms)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats.reading.system import (
     Input,
+    Output,
     Shape,
     Singleton,
     System,
@@ -48,7 +49,8 @@ def read(texts: dict[str, str]) -> System:
     corner = CORNER.fullmatch(rules[0][0].text)
     names = corner.groups() if corner else SIGNALS
     inputs = _input(names[0], first), _input(names[1], second)
-    system = System(inputs, _output(tables.get("manifest.csv", [])), {}, SIGNALS)
+    output = Output(_output(tables.get("manifest.csv", [])))
+    system = System("", inputs, output, {}, SIGNALS)
     labels = {}
     if "labels.csv" in tables:
         labels = {place: cell.text for place, cell in _cells(tables["labels.csv"], inputs)}

@@ -3,22 +3,22 @@
 import re
 from collections.abc import Callable, Sequence
 from itertools import pairwise, product
-from math import sqrt
+from math import inf, sqrt
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.record import NamesRecord
+from hfc_design.controllers.flc.names import NamesRecord
 from hfc_design.controllers.hierarchical.record import input_names
+from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import NAME, TERMS, UserError, checked
+from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.names import identifiers
-from hfc_design.formats.reading.system import Shape, Singleton, System
+from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System
 
 #: Names of variables that a design does not speak of.
 USUAL = NamesRecord()
-#: A name that only says of which rule a singleton is, or is none.
-NUMBERED = re.compile(r"([A-Za-z]?\d+(_\d+)?)?")
+VARIABLES = ("error", "error_change", "output")
 HIERARCHY = "pd+hierarchical-fuzzy"
 #: Kind -> plant where neither --plant nor --like says one.
 PLANT_OF = {"flc": "feed-drive", "aflc": "feed-drive", HIERARCHY: "c-axis"}
@@ -92,11 +92,23 @@ def design_of(
         "provenance": {
             "source": f"imported from {path.name}",
             "sha256": digests,
-            "terms": {item.name.text: item.labels for item in system.inputs},
+            "terms": _originals(system),
             **({"sampled": sampled} if sampled else {}),
         },
     }
     return checked(Design, data, path, path.parent)
+
+
+def assumed(wish: Wish, design: Design) -> str:
+    """What of a design is neither the file's nor the user's, in a line; "": nothing."""
+    if wish.like is not None:
+        return ""
+    told = {}
+    if wish.plant is None:
+        told["--plant"] = f"plant {design.plant.name}"
+    if wish.sample_time is None:
+        told["--sample-time"] = f"sample time {design.controller.sample_time_s:g} s"
+    return f"{', '.join(told.values())} assumed: {', '.join(told)}" if told else ""
 
 
 def checked_name(name: str) -> str:
@@ -118,14 +130,24 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
     first, second = (wish.signals.get(name, name) for name in names)
     if first == second:
         raise ValueError(f"both inputs are the signal {first!r}")
-    for item, signal in zip(system.inputs, (first, second), strict=True):
+    sides = zip(system.inputs, (first, second), (second, first), strict=True)
+    for item, signal, other in sides:
         if signal not in known:
             name = item.name.text
+            free = [each for each in known if each != other]
             raise item.name.fault(
                 f"input {name!r}: which signal it is has to be said, as in --signal "
-                f"{name or 'NAME'}={known[0]}; there is {', '.join(known)}"
+                f"{name or 'NAME'}={free[0]}; there is {', '.join(free)}"
             )
     return first, second
+
+
+def _originals(system: System) -> Json:
+    """Names of terms as the file has them, by those of their variables."""
+    found = {item.name.text: item.labels for item in system.inputs}
+    if system.output.labels:
+        found[system.output.name] = list(system.output.labels)
+    return found
 
 
 def _table(system: System) -> list[list[Singleton]]:
@@ -145,24 +167,42 @@ def _fuzzy(base: Json, system: System, signals: tuple[str, str]) -> Json:
     table, (error, change) = _table(system), system.inputs
     if signals[0] != "error":
         table, error, change = [list(column) for column in zip(*table, strict=True)], change, error
-    names = [error.name.text, change.name.text, system.output or USUAL.output]
-    called = identifiers(names, "variable")
+    names = [error.name.text, change.name.text, system.output.name or USUAL.output]
+    called = dict(zip(VARIABLES, identifiers(names, "variable"), strict=True))
+    (engine,) = identifiers([system.name or called["output"]], "engine")
+    if engine != called["output"]:  # which it is called without a name of its own
+        called["engine"] = engine
     return {
         "integral_gain": 0.0,
         **base,
         "error_terms": error.triangles,
         "error_change_terms": change.triangles,
         "rules": _rules(table),
-        "names": dict(zip(dict(USUAL), called, strict=True)),
+        "names": called,
+        "ranges": _ranges(error, change, system.output, table),
+    }
+
+
+def _ranges(error: Input, change: Input, output: Output, table: list[list[Singleton]]) -> Json:
+    """Ranges of the variables; not those that an export gives them anyway."""
+    usual = [range_of([term.edges() for term in item.triangles]) for item in (error, change)]
+    usual.append(spread([[one.value for one in row] for row in table]))
+    told = [(item.low, item.high) for item in (error, change, output)]
+    return {
+        name: ends
+        for name, ends, own in zip(VARIABLES, told, usual, strict=True)
+        if -inf < ends[0] < ends[1] < inf and ends != own
     }
 
 
 def _rules(table: list[list[Singleton]]) -> Json:
-    """The rule table, with the names of its singletons if they have any that tell something."""
+    """The rule table, with the names of its singletons where a name is one number."""
     centroids = [[one.value for one in row] for row in table]
     values = {one.label: one.value for row in table for one in row}
-    telling = any(not NUMBERED.fullmatch(label) for label in values)
-    if not telling or any(values[one.label] != one.value for row in table for one in row):
+    nameless = "" in values or all(
+        one.label == numbered(i, j) for i, row in enumerate(table) for j, one in enumerate(row)
+    )
+    if nameless or any(values[one.label] != one.value for row in table for one in row):
         return {"centroids": centroids}
     called = dict(zip(values, identifiers(values, "term"), strict=True))
     labels = [[called[one.label] for one in row] for row in table]
@@ -204,9 +244,7 @@ def _hierarchy(base: Json, system: System, signals: tuple[str, str]) -> Json:
 
 def _flat_gaussians(terms: Sequence[Shape]) -> list[Json]:
     """LL eq. 3 of each, in the shortest numbers that give what the file has bit for bit."""
-    labels = [term.label.text for term in terms]
-    if not all(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]{0,31}", label) for label in labels):
-        labels = [f"f{k}" for k in range(1, TERMS + 1)]
+    labels = identifiers([term.label.text for term in terms], "term")
     records = []
     for label, (_, _, sigma, low, high, _) in zip(labels, terms, strict=True):
         middle = (0.5 * (low + high), 0.5 * (high - low))

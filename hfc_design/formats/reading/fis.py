@@ -11,6 +11,7 @@ from hfc_design.formats.reading.system import (
     Allowed,
     Block,
     Input,
+    Output,
     Shape,
     Singleton,
     System,
@@ -36,11 +37,14 @@ def read(text: str) -> System:
     """The system in ``text``; ValueError: it is no .fis, or more than a design can hold."""
     head, *inputs, output, rules = checked_sections(text, SYSTEM)
     first, second = map(_input, inputs)
-    system = System((first, second), unquoted(output.get("Name")).text, {})
     singletons = []
     for label, kind, value in terms_in(output):
         kind.one_of(f"kind of the output term {label.text}", ("constant",))
         singletons.append(Singleton(label.text, *numbers_of(value, 1)))
+    told = unquoted(output.get("Name")).text
+    low, high = numbers_of(output.get("Range", "[-inf inf]"), 2, finite=False)
+    named = Output(told, low, high, [one.label for one in singletons])
+    system = System(unquoted(head.get("Name")).text, (first, second), named, {})
     check_count(head, "NumRules", len(rules.entries))
     for _, rule in rules.entries:
         _add(system, rule, singletons)
@@ -127,10 +131,10 @@ def check_count(section: Block, key: str, count: int) -> None:
         raise value.fault(f"{key}={value.text[:20]}, but there are {count}")
 
 
-def numbers_of(value: Token, count: int) -> list[float]:
+def numbers_of(value: Token, count: int, finite: bool = True) -> list[float]:
     """So many numbers between brackets; ValueError: they are others."""
     inner = value._replace(text=value.text.strip("[]").replace(",", " "))
-    numbers = [word.number() for word in inner.words()]
+    numbers = [word.number() if finite else word.edge() for word in inner.words()]
     if len(numbers) != count:
         raise value.fault(f"{value.text[:60]} has to be {count} numbers")
     return numbers

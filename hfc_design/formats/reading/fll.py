@@ -12,6 +12,7 @@ from hfc_design.formats.reading.system import (
     Allowed,
     Block,
     Input,
+    Output,
     Shape,
     Singleton,
     System,
@@ -37,23 +38,30 @@ RULE = re.compile(r"if (\S+) is (\S+) and (\S+) is (\S+) then (\S+) is (\S+)(?: 
 
 def read(text: str) -> System:
     """The system in ``text``; ValueError: it is not FLL, or more than a design can hold."""
-    *inputs, output, rules = engine(text, KEYS)
+    head, *inputs, output, rules = engine(text, KEYS)
     first, second = map(_input, inputs)
-    system = System((first, second), output.name.text, {})
-    singletons = {found.label: found for found in map(_singleton, output.all("term"))}
+    singletons: dict[str, Singleton] = {}
+    for term in output.all("term"):
+        found = _singleton(term)
+        if found.label in singletons:
+            raise term.fault(f"term {found.label} stands twice in output {output.name.text}")
+        singletons[found.label] = found
+    named = Output(output.name.text, *ends_of(output), list(singletons))
+    system = System(head.name.text, (first, second), named, {})
     for rule in rules.all("rule"):
         _add(system, rule, output.name.text, singletons)
     return system
 
 
 def engine(text: str, allowed: dict[str, Allowed]) -> list[Block]:
-    """Two inputs, the output and the rules; ValueError: there are others, or more is said."""
+    """Head, two inputs, output, rules; ValueError: there are others, or more is said."""
     blocks = _blocks(text, allowed)
     for kind, count in COUNTS.items():
         if len(blocks[kind]) != count:
             last = blocks[kind][-1].name if blocks[kind] else Token(1, "")
             raise last.fault(f"{len(blocks[kind])} of {kind}; a two-input unit has {count}")
-    return [block for kind in COUNTS for block in blocks[kind]]
+    head = (*blocks["Engine"], Block(Token(1, ""), []))[0]
+    return [head, *(block for kind in COUNTS for block in blocks[kind])]
 
 
 def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
@@ -83,12 +91,17 @@ def _blocks(text: str, allowed: dict[str, Allowed]) -> dict[str, list[Block]]:
     return blocks
 
 
-def _input(block: Block) -> Input:
+def ends_of(block: Block) -> tuple[float, float]:
+    """The range of a variable; ValueError: it is not two numbers."""
     told = block.get("range", "-inf inf")
     ends = [word.edge() for word in told.words()]
     if len(ends) != 2:
         raise told.fault(f"range: {told.text!r} has to be two numbers")
-    return input_of(block.name, ends[0], ends[1], [_shape(term) for term in block.all("term")])
+    return ends[0], ends[1]
+
+
+def _input(block: Block) -> Input:
+    return input_of(block.name, *ends_of(block), [_shape(term) for term in block.all("term")])
 
 
 def _shape(term: Token) -> Shape:

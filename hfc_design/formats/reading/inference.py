@@ -105,6 +105,7 @@ class Methods(NamedTuple):
 class RuleBase(NamedTuple):
     """A rule base of two inputs and one output, as a file has it."""
 
+    name: str  # of the whole; "": none
     inputs: tuple[Variable, Variable]
     output: Variable
     rules: list[Rule]

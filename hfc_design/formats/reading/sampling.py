@@ -13,7 +13,7 @@ from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST
 from hfc_design.core.numbers import Floats, Integers, Json
 from hfc_design.core.records import TERMS
 from hfc_design.formats.reading.inference import RuleBase, Variable
-from hfc_design.formats.reading.system import Input, Singleton, System, input_of, shape_of
+from hfc_design.formats.reading.system import Input, Output, Singleton, System, input_of, shape_of
 
 #: Points a side at which table and original are compared, and of these one in so many at which a
 #: centre can lie, beside the places of the file's terms.
@@ -69,21 +69,28 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
         "points": f"{len(sides[0].values)} x {len(sides[1].values)}",
     }
     inputs = _input(base.inputs[0], x), _input(base.inputs[1], y)
-    system = System(inputs, base.output.name.text, {})
+    labels = [term.label.text for term in base.output.terms]
+    output = Output(base.output.name.text, base.output.low, base.output.high, labels)
+    system = System(base.name, inputs, output, {})
     for i, j in product(range(len(x)), range(len(y))):
         system.add(base.output.name, (i, j), Singleton("", float(table[i, j])))
     return Sampled(system, told)
 
 
-def deviation_told(told: Json) -> str:
-    """The largest deviation of a table in a line: where it is, and of how many points."""
+def deviation_told(told: Json, chosen: bool) -> str:
+    """The largest deviation of a table in a line: where it is, and of how many points.
+
+    Where nobody has ``chosen`` the number of terms, it says that there could be more.
+    """
     low, high = told["output_range"]
     most = told["largest_deviation"]
     share = f" ({100 * most / (high - low):.2g} % of its range)" if high > low else ""
     at = ", ".join(f"{name} = {value:.4g}" for name, value in told["at"].items())
+    more = f"; more terms, --terms up to {MOST}, make that smaller"
+    full = chosen or most == 0.0 or told["terms"] == f"{MOST} x {MOST}"
     return (
         f"sampled to {told['terms']} terms: output off by {most:.3g} at most{share}, at {at}; "
-        f"of {told['points']} points"
+        f"of {told['points']} points{'' if full else more}"
     )
 
 

@@ -182,11 +182,21 @@ class Singleton(NamedTuple):
     value: float
 
 
+class Output(NamedTuple):
+    """The output; what is empty or infinite the file does not say."""
+
+    name: str
+    low: float = -inf
+    high: float = inf
+    labels: Sequence[str] = ()  # of its terms
+
+
 class System(NamedTuple):
     """What a file says; rules by the places of the first and the second input's labels."""
 
+    name: str  # "": none
     inputs: tuple[Input, Input]
-    output: str  # its name; "": none
+    output: Output
     rules: dict[tuple[int, int], tuple[Token, Singleton]]  # -> what says so, what it concludes
     #: Which signal each input is, where the file says so.
     signals: tuple[str, str] | None = None
