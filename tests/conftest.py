@@ -14,7 +14,7 @@ from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
 from hfc_design.core.plugins import GROUPS
 from hfc_design.files.pairing import load_design
-from hfc_design.report import page
+from hfc_design.report import verdict
 
 #: Where the modules lie that no test brings.
 INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))
@@ -55,8 +55,8 @@ def published():
 @pytest.fixture
 def no_baselines(monkeypatch):
     """Commands compare a run with no published design: each would have to be compiled too."""
-    for plant in list(page.BASELINES):  # the same table for whoever has imported it
-        monkeypatch.delitem(page.BASELINES, plant)
+    for plant in list(verdict.BASELINES):  # the same table for whoever has imported it
+        monkeypatch.delitem(verdict.BASELINES, plant)
 
 
 @pytest.fixture

@@ -71,7 +71,8 @@ def design(
     from hfc_design.cli import shown
     from hfc_design.cli.usable_table import settling_told, show_usable
     from hfc_design.core.lock import alone
-    from hfc_design.report.page import BASELINES, write_page
+    from hfc_design.report.page import write_page
+    from hfc_design.report.verdict import BASELINES
     from hfc_design.runs import run
     from hfc_design.runs.polishing import polish_told
 

@@ -30,6 +30,7 @@ WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
 LABEL = 52  # letters; a longer label is cut off, the table has all of it
 LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
+DEEPEST = 1e-6  # share of the largest number to which a logarithmic axis goes down
 # Okabe and Ito's colours, which stay apart for a colour-blind reader.
 OWN, OTHER = "#0072B2", "#B34F00"
 #: File suffix -> metadata that keep the date out of the file.
@@ -123,17 +124,34 @@ def finish(axes: Axes, label: str, x: str = "") -> None:
 
 
 def logarithmic(axes: Axes) -> None:
-    """A logarithmic y axis with plain numbers, unless the data lie close together."""
+    """A logarithmic y axis with plain numbers, unless the data lie close together.
+
+    What is smaller than ``DEEPEST`` of the largest, zeros too, is drawn at the lower edge, which
+    the picture says: an error is at times 0, and rounding is not worth twelve decades.
+    """
     values = np.concatenate([line.get_ydata() for line in axes.lines])
     positive = values[values > 0]
     if (values < 0).any() or len(positive) == 0 or positive.max() < 5 * positive.min():
         return
-    values = positive
-    many = values.max() > 500 * values.min()
-    axes.set_yscale("log", nonpositive="mask")
+    least = max(positive.min(), DEEPEST * positive.max())
+    floor = 10.0 ** np.floor(np.log10(least))
+    many = positive.max() > 500 * least
+    axes.set_yscale("log")
+    if (values < floor).any():
+        for line in axes.lines:
+            line.set_ydata(np.maximum(line.get_ydata(), floor))
+        axes.relim()
+        axes.set_ylim(bottom=floor)
+        axes.text(
+            0.99, 0.02, f"at the edge: {floor:g} and less", **_INSIDE, transform=axes.transAxes
+        )
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+#: How a note stands in the lower right corner of a picture.
+_INSIDE: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 8, "color": "0.3"}
 
 
 def plain(label: str, longest: int = LABEL) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats, Mask
@@ -72,7 +73,7 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     """
     drawn = slice(drawn_samples(evaluation))
     curves = [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
-    figure = framed(1.45 * len(curves) + 1.0, top=0.4)
+    figure = framed(1.3 * len(curves) + 1.0, top=0.4)
     panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for axes, (label, values, reference) in zip(panels, curves, strict=True):
         angular = label.endswith("[rad]")
@@ -111,23 +112,6 @@ def _curves(evaluation: Evaluation, axis: AxisMotion, drawn: slice) -> list[Curv
     return found
 
 
-def motions(evaluation: Evaluation, title: str) -> Figure:
-    """Of each motion of one axis in a row: position, tracking error and command, small."""
-    each = evaluation.motions
-    figure = framed(1.3 * len(each) + 0.9, top=0.5)
-    grid = figure.subplots(len(each), 3, squeeze=False, gridspec_kw=SMALL)
-    for row, (name, one) in zip(grid, each.items(), strict=True):
-        drawn, last = slice(drawn_samples(one)), name == [*each][-1]
-        curves = [c for c in _curves(one, one.axes[0], drawn) if not _skipped(c[0])]
-        for axes, curve in zip(row, curves, strict=True):
-            _draw_small(axes, one.time, curve, last)
-        lost = "\n(diverged)" if one.diverged else ""
-        row[0].set_ylabel(plain(name, 14) + lost, fontsize=9, parse_math=False)
-        row[0].yaxis.set_label_coords(-0.5, 0.5)  # beside the numbers
-    figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
-    return figure
-
-
 def _skipped(label: str) -> bool:
     """Whether there is no room for a curve."""
     return any(word in SKIPPED for word in label.split())
@@ -137,7 +121,7 @@ def program(evaluation: Evaluation, title: str) -> Figure:
     """How far a machine is off the path; then of every axis position, error and command, small."""
     errors, each = _path_errors(evaluation), evaluation.axes
     drawn = slice(drawn_samples(evaluation))
-    figure = framed(1.3 * (len(errors) + len(each)) + 0.9, top=0.5)
+    figure = framed(1.4 * (len(errors) + len(each)) + 1.1, top=0.75)
     grid = figure.add_gridspec(len(errors) + len(each), 3, **SMALL)
     for k, (name, factor, unit, error) in enumerate(errors):
         curve: Curve = (f"{name} error [{unit}]", factor * error[drawn], None)
@@ -147,19 +131,22 @@ def program(evaluation: Evaluation, title: str) -> Figure:
         for column, own in enumerate(curves):
             axes = figure.add_subplot(grid[len(errors) + k, column])
             _draw_small(axes, evaluation.time, own, axis is each[-1])
-    figure.suptitle(title, fontsize=11, y=1.0 - 0.12 / figure.get_figheight())
+    figure.suptitle(title, fontsize=11, y=1.0 - 0.28 / figure.get_figheight())
+    above(figure, figure.axes[len(errors)])  # a position has both curves
     return figure
 
 
 def _draw_small(axes: Axes, time: Floats, curve: Curve, last: bool) -> None:
     """One of many panels; the ``last`` ones have the time below."""
     label, values, reference = curve
-    axes.plot(*thinned(time[: len(values)], values), color=OWN, lw=1)
+    axes.plot(*thinned(time[: len(values)], values), color=OWN, lw=1, label="axis")
     if reference is not None:
-        axes.plot(*thinned(time, reference), color="black", lw=0.8, ls="--")
+        line = thinned(time, reference)
+        axes.plot(*line, color="black", lw=0.8, ls="--", label="reference")
     finish(axes, "", "time [s]" if last else "")
-    axes.set_title(label, fontsize=8, loc="right")
-    axes.tick_params(labelsize=7)
+    axes.set_title(label, fontsize=9, loc="right")
+    axes.tick_params(labelsize=8)
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=4))
     axes.margins(x=0)
 
 
@@ -236,8 +223,9 @@ def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
         what, unit = _draw_errors(panel, each, k)
         gridded(panel, "time [s]" if place + 2 >= len(pairs) else "")
         panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
-        panel.set_title(f"error [{unit}]", fontsize=8, loc="right")
-        panel.tick_params(labelsize=7)
+        panel.set_title(f"error [{unit}]", fontsize=9, loc="right")
+        panel.tick_params(labelsize=8)
+        panel.xaxis.set_major_locator(MaxNLocator(nbins=4))
         logarithmic(panel)
         panel.margins(x=0)
     for panel in panels[len(pairs) :]:

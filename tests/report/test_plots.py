@@ -5,7 +5,7 @@ import pytest
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
-from hfc_design.pictures.figure import WIDTH, finish, framed, image
+from hfc_design.pictures.figure import WIDTH, finish, framed, image, logarithmic
 from hfc_design.report import plots
 from hfc_design.simulation.evaluating import evaluate
 
@@ -109,22 +109,25 @@ def test_errors_beside_rivals_in_every_motion():
     assert image(figure, "png").startswith(b"\x89PNG")
 
 
-def test_the_names_of_motions_touch_nothing():
-    moves = [{"name": "position"}, {"name": "a-long-name-of-a-motion"}, {"name": "m"}]
-    scenario = {"name": "three", "simulation": {"duration_s": 0.1}, "motions": moves}
-    found = evaluate("pd-only", scenario)
-    lost = found.motions["position"]._replace(diverged=True)
-    figure = plots.motions(found._replace(motions=found.motions | {"position": lost}), "a title")
-    figure.draw_without_rendering()
-    first = figure.axes[::3]
-    names = [axes.get_ylabel() for axes in first]
-    assert names == ["position\n(diverged)", "a-long-name...", "m"]
-    for axes in first:
-        name = axes.yaxis.label.get_window_extent()
-        assert name.x0 > 0.0
-        others = [*axes.get_yticklabels(), axes._right_title]
-        others += [other.yaxis.label for other in first if other is not axes]
-        assert not any(name.overlaps(other.get_window_extent()) for other in others)
+def test_a_logarithmic_axis_ends_where_nobody_looks():
+    """Six decades down, or at the least number; what is below, 0 too, lies at the edge."""
+    for values, edge in (([5.0, 3e-4, 1e-15, 0.0], 1e-6), ([5.0, 2e-3, 0.0], 1e-3)):
+        axes = framed(2.0, top=0.2).subplots()
+        axes.plot(values)
+        logarithmic(axes)
+        assert axes.get_yscale() == "log"
+        assert axes.get_ylim()[0] == pytest.approx(edge)
+        seen = axes.lines[0].get_ydata()
+        assert seen == pytest.approx([max(value, edge) for value in values])
+        assert [text.get_text() for text in axes.texts] == [f"at the edge: {edge:g} and less"]
+
+
+def test_a_logarithmic_axis_that_shows_everything_says_nothing():
+    axes = framed(2.0, top=0.2).subplots()
+    axes.plot([5.0, 3e-4])
+    logarithmic(axes)
+    assert axes.get_ylim()[0] == pytest.approx(1.84e-4, rel=0.01)  # margins of 5 % of the decades
+    assert not axes.texts
 
 
 def test_a_program_of_five_axes_has_both_errors_off_its_path_and_every_axis():
@@ -134,6 +137,8 @@ def test_a_program_of_five_axes_has_both_errors_off_its_path_and_every_axis():
     assert titles[:2] == ["contour error [mm]", "orientation error [deg]"]
     names = [f"{axis} {what}" for axis in "xyzac" for what in ("position", "error", "voltage")]
     assert [title.partition(" [")[0] for title in titles[2:]] == names
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["axis", "reference"]
     error = figure.axes[0].lines[0].get_ydata()
     assert max(error) == found.metrics["max_contour_error_mm"]
     labels = [axes.get_ylabel() for axes in plots.errors({"PID": found}).axes]

@@ -18,7 +18,7 @@ from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation
 from hfc_design.pictures.figure import image
 from hfc_design.report import plots
-from hfc_design.report.page import BASELINES, Baseline
+from hfc_design.report.verdict import BASELINES, Baseline
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.evaluation import trajectory_csv
 

@@ -18,7 +18,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.report.page import _sections, _summary, write_page
+from hfc_design.report.page import _sections, write_page
+from hfc_design.report.verdict import summary
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import Archive, History, Search
@@ -66,8 +67,8 @@ def test_page_holds_the_design(report):
     titles = re.findall("<h2>(.*?)</h2>", page)
     adapts = result.design.controller.kind == "aflc"
     assert ("What the adaptation made of it" in titles) == adapts
-    assert titles[:3] == ["Can I use it?", "How good it is", "What it does"]
-    assert titles[3] == "The controller"
+    assert titles[:3] == ["Can I use it?", "What it does", "How good it is"]
+    assert titles[3:5] == ["On other machines", "The controller"]
     assert titles[-3:] == ["Stability", "How it was found", "How to run it again"]
     assert page.count("<img") == (11 if adapts else 7)
     text = re.sub(r'src="[^"]*"', "", page)
@@ -104,13 +105,13 @@ def test_summary_compares_contour_errors(report):
 
     lost = off(None)._replace(diverged=True)
     published = {f"jee-koren-2004-{kind}": off(rms) for kind, rms in (("aflc", 1.0), ("flc", 5.0))}
-    assert _summary(scenario, off(2.0), published | {"jee-koren-2004-pid": lost}) == (
+    assert summary(scenario, off(2.0), published | {"jee-koren-2004-pid": lost}) == (
         "The controller reaches a contour error of 2 BLU rms on feed-drive-circle: that of the "
         "AFLC of Jee & Koren (2004) is 0.5 times as large (1 BLU), that of their FLC is 2.5 times "
         "as large (5 BLU) and their PID diverges there."
     )
-    assert _summary(scenario, off(2.0), {}).endswith("2 BLU rms on feed-drive-circle.")
-    assert "diverges on feed-drive-circle" in _summary(scenario, lost, published)
+    assert summary(scenario, off(2.0), {}).endswith("2 BLU rms on feed-drive-circle.")
+    assert "diverges on feed-drive-circle" in summary(scenario, lost, published)
 
 
 def test_adapted_table_is_that_of_a_plain_transcription(report):

@@ -1,0 +1,49 @@
+"""Whether a design can be used, as its page tells it."""
+
+from collections.abc import Sequence
+
+from hfc_design.core.numbers import Json
+from hfc_design.report.comparison.tables import NONE, short
+from hfc_design.simulation.gain_range import gain_told
+from hfc_design.simulation.in_use import merit_told, several
+
+#: Units that numbers of this size are not read in -> factor to one that they are, and that one.
+SHOWN_IN = {"rad": (1e6, "µrad")}
+
+
+def in_use(found: Json) -> Json:
+    """What the page needs of the numbers of ``usable``.
+
+    Raises:
+        KeyError, TypeError, AttributeError, ValueError: they have been edited.
+    """
+    told = [SHOWN_IN.get(unit, (1.0, unit)) for unit in found["units"].values()]
+    factors = [*(factor for factor, _ in told), 1.0]
+    named = zip(("error once settled", "chatter", "peak command"), told, strict=True)
+    heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
+    each = found["motions"].items()
+    return found | {
+        "heads": [*heads, "share at a limit [1]"],
+        "rows": [_row(name, one, factors) for name, one in each],
+        "others": {name: why for name, one in each if (why := _why_others(one))},
+        "alone": any(one.get("asked_of") == "nominal" for _, one in each),
+        "gain_told": found["gain"] and gain_told(found["gain"]),
+        "chaos_told": merit_told(found),
+    }
+
+
+def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
+    """Name, share, and of each measure the median and the largest, times its factor."""
+    cells = []
+    for one, factor in zip(found["measures"].values(), factors, strict=True):
+        pair = (one["median"], one["largest"])
+        cells.append(" / ".join(NONE if x is None else short(factor * x) for x in pair))
+    mark = " *" if found.get("asked_of") == "nominal" else ""
+    return [name + mark, f"{100 * found['share']:.4g}", *cells]
+
+
+def _why_others(found: Json) -> str:
+    """Why machines do not keep everything in a motion, the most frequent first; "" if all do."""
+    reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
+    told = (f"{count} {reason if count == 1 else several(reason)}" for reason, count in reasons)
+    return ", ".join(told)
