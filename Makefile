@@ -24,7 +24,7 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock uplot clean
+.PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -90,6 +90,10 @@ dist: $(TOOLS)/installed
 audit: $(TOOLS)/installed
 	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
 		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt fmpy.txt pymoo.txt)
+
+# What hfc show, hfc init and the documentation tell of keys, units and defaults, from the code.
+reference: $(VENV)/installed
+	$(BIN)/python -m hfc_design.gather
 
 # Pins what pyproject.toml and requirements/*.in ask for, with the hashes of all files of a release;
 # what is pinned stays. Newer releases of everything: make lock UPGRADE=--upgrade

@@ -24,20 +24,20 @@ class FeedDriveParameters(NamedTuple):
     singletons Fig. 10 needs K = 40 without F_c; eq. 28 alone then pushes an axis near 12 mm/s.
     """
 
-    gain: float = 28.3  # K [(BLU/s)/unit]
-    time_constant: float = 0.055  # tau [s]
-    coulomb: float = 15.0  # F_c [unit]; not printed in JK04
-    positive_start: float = 6.54  # [unit]
-    positive_slope: float = -1.16  # [unit/(mm/s)]
-    positive_curvature: float = 0.05  # [unit/(mm/s)^2]
-    negative_start: float = -6.43  # [unit]
-    negative_slope: float = -1.00  # [unit/(mm/s)]
-    negative_curvature: float = -0.04  # [unit/(mm/s)^2]
+    gain: float = 28.3  # K, speed of the free axis for a unit of the command [(BLU/s)/unit]
+    time_constant: float = 0.055  # tau, of the free axis [s]
+    coulomb: float = 15.0  # F_c, the same at every speed; fitted, no paper prints it [unit]
+    positive_start: float = 6.54  # of the friction of JK04 eq. 28 forwards [unit]
+    positive_slope: float = -1.16  # of the same against the speed [unit/(mm/s)]
+    positive_curvature: float = 0.05  # of the same against the speed squared [unit/(mm/s)^2]
+    negative_start: float = -6.43  # of the friction of JK04 eq. 28 backwards [unit]
+    negative_slope: float = -1.00  # of the same against the speed [unit/(mm/s)]
+    negative_curvature: float = -0.04  # of the same against the speed squared [unit/(mm/s)^2]
     low_velocity: float = 12.0  # speed below which the polynomial acts [mm/s]
     stiction_rise: float = 0.0  # break-away level minus sliding friction at V -> 0 [unit]
-    blu: float = 0.01  # basic length-unit [mm]
-    lowest_command: float = -128.0  # [unit]
-    highest_command: float = 127.0  # [unit]
+    blu: float = 0.01  # basic length-unit, a count of the encoder [mm]
+    lowest_command: float = -128.0  # of the converter [unit]
+    highest_command: float = 127.0  # of the converter [unit]
 
 
 class FeedDriveState(NamedTuple):

@@ -18,20 +18,20 @@ from plants.drive import NOT_NEGATIVE, Drive, Loads, Scalar, only_positive
 from plants.machine import Each, coupled, side_by_side
 from plants.sliding import Slide, slid
 
-#: Parameter -> unit of a linear axis, unit of a rotary one.
+#: Parameter -> unit of a linear axis, unit of a rotary one, what it is.
 UNITS = {
-    "inertia": ("kg", "kg m2"),  # of all that moves, motor and screw or gear included
-    "viscous_friction": ("N s/m", "N m s/rad"),
-    "coulomb_friction": ("N", "N m"),
-    "stiction_rise": ("N", "N m"),  # break-away level less the Coulomb friction
-    "stribeck_velocity": ("mm/s", "deg/s"),
-    "amplifier_gain": ("N s/m", "N m s/rad"),  # force or torque over the error of the velocity
-    "peak_force": ("N", "N m"),  # of the motor: a force, or a torque
-    "unbalance": ("kg", "kg m"),  # off balance: mass, or mass times its arm; felt where coupled
-    "velocity_per_volt": ("(mm/s)/V", "(deg/s)/V"),
-    "highest_voltage": ("V", "V"),  # of either sign
-    "travel_per_turn": ("mm", "deg"),  # of the motor
-    "counts_per_turn": ("1", "1"),  # of its encoder
+    "inertia": ("kg", "kg m2", "of all that moves, motor and screw or gear included"),
+    "viscous_friction": ("N s/m", "N m s/rad", "of guides or bearings"),
+    "coulomb_friction": ("N", "N m", "of guides or bearings"),
+    "stiction_rise": ("N", "N m", "break-away level less the Coulomb friction"),
+    "stribeck_velocity": ("mm/s", "deg/s", "speed at which stiction has fallen to 1/e"),
+    "amplifier_gain": ("N s/m", "N m s/rad", "force or torque over the error of the velocity"),
+    "peak_force": ("N", "N m", "of the motor: a force, or a torque"),
+    "unbalance": ("kg", "kg m", "mass off balance, or mass times its arm; felt where coupled"),
+    "velocity_per_volt": ("(mm/s)/V", "(deg/s)/V", "commanded velocity of a volt"),
+    "highest_voltage": ("V", "V", "of the command, of either sign"),
+    "travel_per_turn": ("mm", "deg", "of the motor"),
+    "counts_per_turn": ("1", "1", "of the encoder of the motor"),
 }
 #: Settings that are as they are told.
 EXACT = frozenset({"velocity_per_volt", "highest_voltage", "travel_per_turn", "counts_per_turn"})
@@ -138,6 +138,8 @@ def servo(name: str, rotary: bool = False, **own: float) -> Drive:
     record: Any = namedtuple  # a class of its own, for its own defaults
     defaults = [values[key] for key in UNITS]
     parameters = record(f"Servo{name.upper()}Parameters", UNITS, defaults=defaults)
+    for key, (*_, meaning) in UNITS.items():
+        getattr(parameters, key).__doc__ = meaning
     per_unit = per_unit_of(rotary)
     unit, load = ("deg", "N m") if rotary else ("mm", "N")
 

@@ -15,6 +15,7 @@ from hfc_design.core.numbers import Plain
 class OuterDesign(ControllerRecord):
     """``inner`` is one controller for every axis, or ``per-axis``, or any of a whole machine."""
 
+    #: what is inside: one controller for every axis, or per-axis, or any of a whole machine
     inner: OwnRecord
 
     @model_validator(mode="before")

@@ -33,14 +33,14 @@ DeadZone = Annotated[NotNegative, Field(exclude_if=(0.0).__eq__)]
 class ControllerRecord(Record):
     """A controller in a design file; each kind adds keys of its own."""
 
-    kind: str
-    sample_time_s: Positive
+    kind: str  # which kind of controller it is
+    sample_time_s: Positive  # time from one command to the next [s]
 
 
 class ControllerSettings(Record):
     """The ``[controller]`` of a scenario: what a search starts from and may vary."""
 
-    kind: str
+    kind: str  # which kind of controller is looked for
 
     def fault(self, target: "Target") -> str | None:
         """What makes a search for ``target`` impossible, in a line that begins with the key."""

@@ -21,9 +21,9 @@ ROOM = LARGEST * MEGABYTE * 2 // 5
 class Carried(Record):
     """A file within another; without ``text`` it lies beside that one, and is known by its hash."""
 
-    name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]
-    sha256: str
-    text: str | None = None
+    name: Annotated[str, Field(pattern=r"^[^/\\\x00-\x1f]{1,255}$")]  # of the file
+    sha256: str  # of its bytes
+    text: str | None = None  # what it holds; left out: it lies beside, with this hash
 
     @model_validator(mode="after")
     def _is_whole(self) -> "Carried":

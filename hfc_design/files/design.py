@@ -35,6 +35,7 @@ BUILTIN = Path(__file__).parent / "designs"
 class PerAxisRecord(Record):
     """Settings of every axis; ``axes`` has what differs in one of them."""
 
+    #: what differs in one axis, by its name, with the same keys
     axes: dict[Label, dict[str, JsonValue]] = Field({}, exclude_if=not_)
 
     @model_validator(mode="after")
@@ -66,9 +67,13 @@ class Limits(PerAxisRecord):
     control computes while the last command acts. A controller itself keeps to the first two alone.
     """
 
+    #: largest command, either way; left out: no limit but the drive's own [command]
     command: Positive | None = None
+    #: fastest change of the command, from 0 before the first sample; left out: any [command/s]
     command_rate: Positive | None = Field(None, exclude_if=not_)
-    resolution: NotNegative = Field(0.0, exclude_if=not_)  # 0 means ideal
+    #: step of the converter; 0: ideal [command]
+    resolution: NotNegative = Field(0.0, exclude_if=not_)
+    #: 1: a command acts in the next sample, as where the control computes meanwhile
     delay_samples: Literal[0, 1] = Field(0, exclude_if=not_)
 
     @model_validator(mode="after")
@@ -100,9 +105,10 @@ class Limits(PerAxisRecord):
 class PlantRecord(Record):
     """The machine that the controller was designed for."""
 
-    name: Name
-    parameters: dict[str, Finite]
-    axes: dict[Label, dict[str, Finite]] = {}  # what differs in each axis, if there are several
+    name: Name  # of the plant that it was designed for
+    parameters: dict[str, Finite]  # its parameters, in full [of the parameter]
+    #: what differs in each axis, if there are several [of the parameter]
+    axes: dict[Label, dict[str, Finite]] = {}
 
 
 #: What a file tells and nothing computes with.
@@ -112,15 +118,16 @@ Told = Annotated[dict[str, JsonValue], writable]
 class Design(Record):
     """A design file as a whole."""
 
-    format: Literal["hfc-design"] = "hfc-design"
-    version: Literal[1] = 1
-    name: Name
-    plant: PlantRecord
+    format: Literal["hfc-design"] = "hfc-design"  # says that this is a design file
+    version: Literal[1] = 1  # of the format
+    name: Name  # of the design
+    plant: PlantRecord  # the machine that it was designed for
+    #: the controller; its keys are those of its kind
     controller: Annotated[SerializeAsAny[ControllerRecord], chosen(KINDS, "record")]
-    #: The controller itself asks for no more than this; a file without any does not speak of it.
+    #: the controller itself asks for no more than this; left out: it knows no limits
     limits: Limits = Field(Limits(), exclude_if=Limits().__eq__)
-    score: Told = {}
-    provenance: Told = {}
+    score: Told = {}  # what it scored where it was made; nothing computes with it
+    provenance: Told = {}  # what it was made with; nothing computes with it
     _axis: str = ""
 
     @property

@@ -57,8 +57,10 @@ class PlantSettings(Record):
     machine has names for its axes already.
     """
 
-    name: str = "c-axis"
+    name: str = "c-axis"  # drive or machine
+    #: what differs from the nominal machine, by the names of its parameters [of the parameter]
     parameters: dict[str, Finite] = {}
+    #: what differs in one axis; several of one drive make a machine of them [of the parameter]
     axes: dict[Label, dict[str, Finite]] = {}
 
     @model_validator(mode="after")
@@ -108,24 +110,26 @@ def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
 class ReadingSettings(Record):
     """How a signal is measured that no encoder forms, in its unit."""
 
-    resolution: NotNegative = 0.0
-    noise: NotNegative = 0.0  # standard deviation
+    resolution: NotNegative = 0.0  # step of the sensor; 0: ideal [signal]
+    noise: NotNegative = 0.0  # standard deviation [signal]
 
 
 class SensorSettings(PerAxisRecord):
     """What the controller sees of the machine, in the units of the plant; ideal without any."""
 
-    encoder_resolution: NotNegative = 0.0
-    noise: NotNegative = 0.0  # standard deviation of every encoder reading
-    seed: int = Field(0, ge=0)
-    #: Where velocities come from: an ideal tachometer, the difference of two encoder readings, or
-    #: the tracking observer that a drive has for every encoder, of bandwidth ``observer_hz``.
+    encoder_resolution: NotNegative = 0.0  # step of every encoder; 0: ideal [error]
+    noise: NotNegative = 0.0  # standard deviation of every encoder reading [error]
+    seed: int = Field(0, ge=0)  # that the noise is drawn with
+    #: where velocities come from: an ideal tachometer, the difference of two encoder readings, or
+    #: the tracking observer that a drive has for every encoder
     velocity: Literal["tachometer", "encoder", "observer"] = "tachometer"
+    #: bandwidth of the observer; needed for velocity = 'observer' [Hz]
     observer_hz: Positive | None = None
-    #: Samples over which ``velocity = "encoder"`` takes the difference of two readings.
+    #: samples over which velocity = 'encoder' takes the difference of two readings
     difference_samples: int = Field(1, ge=1, le=64, exclude_if=(1).__eq__)
-    readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)  # signal -> how it is read
-    #: Encoder whose position the controller follows the reference with; left out: the drive's own.
+    #: how a signal is read that no encoder forms, by its name
+    readings: dict[Label, ReadingSettings] = Field({}, exclude_if=not_)
+    #: encoder whose position the controller follows the reference with; left out: the drive's own
     feedback: Label | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")

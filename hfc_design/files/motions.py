@@ -25,14 +25,15 @@ Start: TypeAlias = dict[str, Finite | dict[str, Finite]]
 class Motion(Record):
     """One of several motions; what it leaves out is what the scenario says for all."""
 
-    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
-    weight: Positive = 1.0  # of its cost among those of the others
-    machines: Literal["all", "nominal"] = "all"  # on which it is judged
-    duration_s: Positive | None = None
-    settled_after_s: NotNegative | None = None
-    reference: AnyReference | None = None
-    load: Load | None = None
-    start: Start | None = None
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]  # of the motion
+    weight: Positive = 1.0  # of its cost among those of the others [1]
+    #: on which it is judged: on all that are drawn, or on the nominal one alone
+    machines: Literal["all", "nominal"] = "all"
+    duration_s: Positive | None = None  # left out: simulation.duration_s [s]
+    settled_after_s: NotNegative | None = None  # left out: fitness.settled_after_s [s]
+    reference: AnyReference | None = None  # left out: [reference] of the scenario
+    load: Load | None = None  # left out: [load] of the scenario
+    start: Start | None = None  # left out: [start] of the scenario [of the state]
 
     def ends_settled(self, duration: float) -> None:
         """Whether it goes on after it is said to have settled; ValueError: it does not."""

@@ -14,14 +14,18 @@ Count = Annotated[int, Field(ge=1, le=100_000)]
 class RobustSettings(Record):
     """Machines within tolerances, drawn once a run from its seed, the same for every candidate."""
 
-    spread: Share = 0.2  # of every parameter, either way, as a share of it
-    tolerances: dict[str, Share] = {}  # of single parameters
+    spread: Share = 0.2  # of every parameter, either way, as a share of it [1]
+    tolerances: dict[str, Share] = {}  # spread of single parameters, by their names [1]
+    #: how machines are drawn within the spread
     sample: Literal["latin-hypercube", "uniform"] = "latin-hypercube"
-    keep: Keep = "mean"
-    quantile: Share = 0.1  # that ``keep = "quantile"`` keeps
-    forgiven: Annotated[float, Field(ge=0, lt=1)] = 0.005  # share that may break a constraint
-    margin: Annotated[float, Field(ge=1, le=2)] = 1.1  # of the search's spread beyond these
-    tighter: Annotated[float, Field(ge=1, le=10)] = 3.0  # factor by which a search allows less
+    keep: Keep = "mean"  # what of all machines a design is ranked by
+    quantile: Share = 0.1  # that keep = 'quantile' keeps [1]
+    #: share of the machines that may break a constraint in the end [1]
+    forgiven: Annotated[float, Field(ge=0, lt=1)] = 0.005
+    #: factor of the search's spread beyond these [1]
+    margin: Annotated[float, Field(ge=1, le=2)] = 1.1
+    #: factor by which a search allows less than the constraints [1]
+    tighter: Annotated[float, Field(ge=1, le=10)] = 3.0
     first: Count = 24  # machines for every candidate, the nominal one among them
     machines: Count = 24  # for those that survive these
     elite: Count = 24  # for the best of them

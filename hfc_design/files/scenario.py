@@ -46,32 +46,43 @@ DEFAULT_KIND = "pd+hierarchical-fuzzy"
 class RunSettings(Record):
     """How to compute; the same seed on the same machine gives the same bits."""
 
+    #: of the search; the same one on the same machine gives the same bits
     seed: int = Field(0, ge=0)
+    #: of the numbers in a search; the choice in the end is made in float64
     precision: Literal["float32", "float64"] = "float32"
-    polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)  # steps after the search
+    #: steps that polish the design when the search has ended; 0: none
+    polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)
 
 
 class Scenario(Record):
     """Everything that a design run needs, with the defaults of LL section 4."""
 
-    name: Name
-    description: str = ""
-    plant: PlantSettings = PlantSettings()
-    simulation: Simulation = Simulation()
-    reference: AnyReference = Ramp()
-    load: Load = Load()
+    name: Name  # of the scenario; left out: that of its file
+    description: str = ""  # a line for people
+    plant: PlantSettings = PlantSettings()  # which machine
+    simulation: Simulation = Simulation()  # how long, and in which steps
+    reference: AnyReference = Ramp()  # what the machine is to follow
+    load: Load = Load()  # what pushes against it
+    #: state before the first sample by its names, of several axes a table each; else at rest at 0
+    #: [of the state]
     start: Start = Field({}, exclude_if=not_)
+    #: several motions that are judged together; what one leaves out is as above
     motions: tuple[Motion, ...] = Field((), exclude_if=not_)
-    limits: Limits = Limits()
+    limits: Limits = Limits()  # what the drives make of commands
+    #: what the controller sees of the machine; ideal without any
     sensors: SensorSettings = SensorSettings()
-    fitness: FitnessSettings = Field({}, validate_default=True)
+    fitness: FitnessSettings = Field({}, validate_default=True)  # what a good motion is
+    #: what is looked for
     controller: Annotated[
         SerializeAsAny[ControllerSettings], chosen(KINDS, "settings", default=DEFAULT_KIND)
     ] = Field(default={}, validate_default=True)
-    search: SearchSettings = Field({}, validate_default=True)
-    run: RunSettings = RunSettings()
-    windows: tuple[Window, ...] = ()
+    search: SearchSettings = Field({}, validate_default=True)  # how it is looked for
+    run: RunSettings = RunSettings()  # how it is computed
+    windows: tuple[Window, ...] = ()  # parts of the motion over which metrics are read once more
+    #: measures by name, each with the most that is allowed: a number, or a text with a unit; band:
+    #: the width that band_time is about [of the measure]
     constraints: Constraints = Field({}, exclude_if=not_)
+    #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
     robust: RobustSettings | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")

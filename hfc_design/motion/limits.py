@@ -22,10 +22,13 @@ class MovedAxis(NamedTuple):
 class AxisLimits(Record):
     """Limits of an axis of a program, in mm or deg."""
 
-    velocity_per_min: Positive | None = None  # left out: what the drive reaches
-    rapid_per_min: Positive | None = None  # of G0; left out: the same
+    #: largest velocity; left out: what the drive reaches [(mm or deg)/min]
+    velocity_per_min: Positive | None = None
+    rapid_per_min: Positive | None = None  # of G0; left out: the same [(mm or deg)/min]
+    #: largest acceleration; this, or acceleration_time_s [(mm or deg)/s2]
     acceleration_per_s2: Positive | None = None
-    acceleration_time_s: Positive | None = None  # to the velocity of G0
+    acceleration_time_s: Positive | None = None  # to the velocity of G0 [s]
+    #: from and to where it may move; left out: anywhere [mm or deg]
     travel: Annotated[tuple[Finite, Finite], ordered] | None = None
 
     @model_validator(mode="after")

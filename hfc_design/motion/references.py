@@ -62,7 +62,8 @@ class Table(Profile):
     """
 
     kind: Literal["csv"] = "csv"
-    file: CsvFile  # time [s], reference
+    file: CsvFile  # CSV of two columns: time [s], reference [error]
+    #: between rows: linear, or a cubic spline, which has an acceleration to feed forward
     interpolation: Literal["linear", "cubic"] = Field("linear", exclude_if="linear".__eq__)
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -83,7 +84,7 @@ class Ramp(Profile):
     """Constant velocity from rest at zero."""
 
     kind: Literal["ramp"] = "ramp"
-    velocity: Finite = 0.02
+    velocity: Finite = 0.02  # from rest at zero [error/s]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         return self.velocity * time, np.full_like(time, self.velocity), np.zeros_like(time)
@@ -93,8 +94,8 @@ class Sine(Profile):
     """``amplitude sin(frequency t)``."""
 
     kind: Literal["sine"] = "sine"
-    amplitude: Finite
-    frequency_rad_s: Positive
+    amplitude: Finite  # largest deflection from zero [error]
+    frequency_rad_s: Positive  # angular frequency [rad/s]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         frequency = self.frequency_rad_s
@@ -107,8 +108,8 @@ class Step(Profile):
     """A jump, then hold."""
 
     kind: Literal["step"] = "step"
-    height: Finite
-    time_s: NotNegative = 0.0
+    height: Finite  # where it jumps to [error]
+    time_s: NotNegative = 0.0  # when it jumps [s]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         still = np.zeros_like(time)
@@ -119,9 +120,9 @@ class Trapezoidal(Profile):
     """A move from rest to rest with limited velocity and acceleration, then hold."""
 
     kind: Literal["trapezoidal"] = "trapezoidal"
-    distance: Finite
-    velocity: Positive
-    acceleration: Positive
+    distance: Finite  # to where it moves [error]
+    velocity: Positive  # largest velocity [error/s]
+    acceleration: Positive  # of rise and fall [error/s2]
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         distance, way = abs(self.distance), np.sign(self.distance)
@@ -149,23 +150,23 @@ class EachAxis(Record):
     """A reference of its own for every axis of a machine."""
 
     kind: Literal["per-axis"] = "per-axis"
-    axes: dict[Label, Reference]
+    axes: dict[Label, Reference]  # reference of each axis by its name
 
 
 class LoadSine(Record):
     """``amplitude sin(frequency t + phase)``."""
 
-    amplitude: Finite
-    frequency_rad_s: Positive
-    phase_rad: Finite = 0.0
+    amplitude: Finite  # largest load of this sine [load]
+    frequency_rad_s: Positive  # angular frequency [rad/s]
+    phase_rad: Finite = 0.0  # at the start [rad]
 
 
 class AxisLoad(Record):
     """Load of an axis: a constant, any number of sines and a table, added up (LL eq. 7)."""
 
-    constant: Finite = 0.0
-    sines: tuple[LoadSine, ...] = ()
-    file: CsvFile | None = None  # time [s], load
+    constant: Finite = 0.0  # that is always there [load]
+    sines: tuple[LoadSine, ...] = ()  # that are added
+    file: CsvFile | None = None  # CSV of two columns that is added: time [s], load [load]
 
     def at(self, time: Floats) -> Floats:
         """Load."""
@@ -180,6 +181,7 @@ class AxisLoad(Record):
 class Load(AxisLoad):
     """Load of every axis; ``axes`` has those that have a load of their own instead."""
 
+    #: load of an axis instead, by its name, with the same keys
     axes: dict[Label, AxisLoad] = Field({}, exclude_if=not_)
 
     def of(self, axis: str) -> AxisLoad:

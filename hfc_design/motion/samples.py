@@ -79,9 +79,9 @@ class Simulation(Record):
     decides as much as a last bit does, up to 2e-3 rad, and only a range of the fitness means much.
     """
 
-    duration_s: Positive = 10.0
-    sample_time_s: Positive = 0.001
-    substeps: int = Field(1, ge=1, le=MAX_SUBSTEPS)
+    duration_s: Positive = 10.0  # how long a motion is simulated [s]
+    sample_time_s: Positive = 0.001  # from one command of the control to the next [s]
+    substeps: int = Field(1, ge=1, le=MAX_SUBSTEPS)  # steps of the integration in a control sample
 
     @property
     def steps(self) -> int:

@@ -38,7 +38,8 @@ class Trajectory(Record):
 
     if TYPE_CHECKING:  # each one's own field, which stands where it always has in a file
         kind: str
-    #: None: full feed at once, corners included, as in the papers' simulations.
+    #: largest along the path; left out: full feed at once, corners included, as in the papers'
+    #: simulations [mm/s2]
     acceleration_mm_s2: Positive | None = None
 
     @abstractmethod
@@ -97,10 +98,10 @@ class Circle(Trajectory):
     """About the origin from (radius, 0), any number of cycles or part of one."""
 
     kind: Literal["circle"] = "circle"
-    radius_mm: Positive
-    feed_mm_min: Positive
-    direction: Literal["ccw", "cw"] = "ccw"
-    cycles: Positive = 1.0
+    radius_mm: Positive  # about the origin, from (radius, 0) on [mm]
+    feed_mm_min: Positive  # along the path [mm/min]
+    direction: Literal["ccw", "cw"] = "ccw"  # ccw: against the clock; cw: with it
+    cycles: Positive = 1.0  # any number of them or part of one [1]
 
     def _segments(self) -> Iterable[Segment]:
         turns = self.cycles if self.direction == "ccw" else -self.cycles
@@ -112,9 +113,9 @@ class Line(Trajectory):
     """From the origin straight on, at an angle to the X axis."""
 
     kind: Literal["line"] = "line"
-    length_mm: Positive
-    angle_deg: Finite
-    feed_mm_min: Positive
+    length_mm: Positive  # from the origin on [mm]
+    angle_deg: Finite  # to the X axis [deg]
+    feed_mm_min: Positive  # along the path [mm/min]
 
     def _segments(self) -> Iterable[Segment]:
         angle = radians(self.angle_deg)
@@ -136,9 +137,10 @@ class Polyline(Trajectory):
     """Straight from point to point, with a stop at each corner."""
 
     kind: Literal["polyline"] = "polyline"
+    #: [X, Y] of each point; it stops at each [mm]
     points_mm: Annotated[tuple[Vertex, ...], Field(min_length=2), AfterValidator(_distinct)]
-    feed_mm_min: Positive
-    acceleration_mm_s2: Positive = 100.0
+    feed_mm_min: Positive  # along the path [mm/min]
+    acceleration_mm_s2: Positive = 100.0  # largest along the path [mm/s2]
 
     def _segments(self) -> Iterable[Segment]:
         return (line(a, b, self.feed_mm_min) for a, b in pairwise(self.points_mm))
@@ -153,11 +155,11 @@ class GCode(Trajectory):
     """The motion of a G-code program (``gcode``): in X-Y, or with ``limits`` in any axes."""
 
     kind: Literal["gcode"] = "gcode"
-    file: Annotated[WRITTEN, PROGRAM]
-    rapid_mm_min: Positive = 1500.0  # of G0
-    acceleration_mm_s2: Positive = 100.0
-    start: dict[Label, Finite] = {}  # of each axis [mm or deg]; else 0
-    limits: Limits = {}
+    file: Annotated[WRITTEN, PROGRAM]  # program in G-code
+    rapid_mm_min: Positive = 1500.0  # speed of G0, of a program in X-Y [mm/min]
+    acceleration_mm_s2: Positive = 100.0  # largest along the path, of a program in X-Y [mm/s2]
+    start: dict[Label, Finite] = {}  # where each axis stands, else 0; needs limits [mm or deg]
+    limits: Limits = {}  # of each axis by its name; with them a program moves any axes
 
     @model_validator(mode="after")
     def _planar_or_not(self) -> Self:

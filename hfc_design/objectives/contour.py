@@ -18,8 +18,8 @@ class ContourSettings(ObjectiveSettings):
     """Weights of ``contour``."""
 
     kind: Literal["contour"] = "contour"
-    worst: NotNegative = 0.3  # of the largest contour error
-    lag: NotNegative = 0.01
+    worst: NotNegative = 0.3  # weight of the largest contour error [1]
+    lag: NotNegative = 0.01  # weight of the rms of the lag along the path [1]
     _unit: str = PrivateAttr("BLU")  # of the machine's positions
 
     def on(self, units: Units) -> Self:

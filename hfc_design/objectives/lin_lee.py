@@ -15,8 +15,8 @@ class LinLeeSettings(ObjectiveSettings):
     """Weights a and b of LL eq. 5."""
 
     kind: Literal["lin-lee"] = "lin-lee"
-    error: NotNegative = 3.0
-    error_rate: NotNegative = 0.1
+    error: NotNegative = 3.0  # weight of the squared error, LL eq. 5 [1]
+    error_rate: NotNegative = 0.1  # weight of its squared rate, LL eq. 5 [1]
 
     @model_validator(mode="after")
     def _weighs_something(self) -> "LinLeeSettings":

@@ -18,9 +18,10 @@ SETTLED = 0.1
 class Window(Record):
     """A part of the motion over which every metric is read once more, a cycle for example."""
 
-    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]  # stands before the metric's
-    from_s: NotNegative = 0.0
-    to_s: Positive | None = None  # left out: to the end
+    #: stands before the names of its metrics
+    name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
+    from_s: NotNegative = 0.0  # where it begins [s]
+    to_s: Positive | None = None  # where it ends; left out: with the motion [s]
 
     def part(self, simulation: Simulation) -> slice:
         """Its samples."""

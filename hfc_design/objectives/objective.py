@@ -48,8 +48,8 @@ class Left(NamedTuple):
 class ObjectiveSettings(Record):
     """The ``[fitness]`` of a scenario; an objective that has weights adds them."""
 
-    kind: str
-    settled_after_s: NotNegative = 1.0
+    kind: str  # which objective
+    settled_after_s: NotNegative = 1.0  # from then on a motion counts as settled [s]
 
     def on(self, units: Any) -> Self:
         """The same in numbers of a machine's ``measures.Units``; ValueError: it cannot be."""

@@ -22,7 +22,7 @@ class StickShareSettings(ObjectiveSettings):
     """Weight of ``stick_share``."""
 
     kind: Literal["stick-share"] = "stick-share"
-    weight: Positive = 1.0
+    weight: Positive = 1.0  # that the share is multiplied by [1]
 
 
 def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:

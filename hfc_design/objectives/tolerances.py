@@ -17,8 +17,8 @@ from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
 class Weighed(Record):
     """A tolerance that does not count as much as the others."""
 
-    tolerance: Quantity
-    weight: Positive = 1.0
+    tolerance: Quantity  # what is tolerated: a number, or a text with a unit [of the measure]
+    weight: Positive = 1.0  # among the others [1]
 
 
 Tolerances = Annotated[dict[str, Quantity | Weighed], Field(min_length=1)]
@@ -28,8 +28,11 @@ class TolerancesSettings(ObjectiveSettings):
     """Measures by name, each with what is tolerated."""
 
     kind: Literal["tolerances"] = "tolerances"
+    #: measures by name, each with what is tolerated: a number, a text with a unit, or a table of
+    #: both [of the measure]
     tolerances: Tolerances = {"settled_rms_error": 1e-3}
-    band: Quantity | None = None  # of the error, for ``band_time``
+    #: of the error, for ``band_time``: a number, or a text with a unit [error]
+    band: Quantity | None = None
 
     @field_validator("tolerances")
     @classmethod

@@ -24,9 +24,9 @@ class StrategySettings(Record):
     of ``controllers.hierarchical.record.Bounds`` bound what is varied of a hierarchy.
     """
 
-    preset: str
-    population: int = Field(100, ge=1, le=10_000_000)
-    generations: int = Field(100, ge=1, le=10_000_000)
+    preset: str  # which search strategy
+    population: int = Field(100, ge=1, le=10_000_000)  # individuals in a generation
+    generations: int = Field(100, ge=1, le=10_000_000)  # how many of them
 
 
 class Task(NamedTuple):

@@ -19,17 +19,17 @@ Point = tuple[NotNegative, NotNegative]
 class OverlapRecord(Record):
     """The least that two neighbouring terms overlap."""
 
-    error: Positive  # [BLU]
-    error_change: Positive  # [BLU]
+    error: Positive  # of the terms of the error [BLU]
+    error_change: Positive  # of the terms of its change [BLU]
 
 
 class RangeRecord(Record):
     """The sectors that the table may not leave."""
 
-    k1_max: Positive  # [units/BLU]
-    k2_max: Positive  # [units/BLU]
-    #: Points (K_1, K_2) of a line that K_2 may not pass, K_1 rising and K_2 falling; none: only
-    #: k2_max counts.
+    k1_max: Positive  # largest gain K_1 of the table on the error [units/BLU]
+    k2_max: Positive  # largest gain K_2 of the table on its change [units/BLU]
+    #: points (K_1, K_2) of a line that K_2 may not pass, K_1 rising and K_2 falling; none: only
+    #: k2_max counts [units/BLU]
     curve: Annotated[tuple[Point, ...], Field(exclude_if=().__eq__)] = ()
 
     @model_validator(mode="after")
@@ -50,19 +50,19 @@ class RangeRecord(Record):
 class RatesRecord(Record):
     """Steps of the adaptation, see ``aflc.Rates``, and its bounds."""
 
-    k_a: NotNegative  # [BLU]
-    k_b: NotNegative  # [BLU]
-    k_c: NotNegative  # units of the command
-    smallest_overlap: OverlapRecord | None = None  # None: one step
-    stable_range: RangeRecord | None = None  # None: the table has no bounds, as in JK95
-    #: Rules of ZR are narrowed when the error leaves it, see ``aflc.Judge``.
+    k_a: NotNegative  # how far a term of the error moves in a sample [BLU]
+    k_b: NotNegative  # how far a term of its change moves in a sample [BLU]
+    k_c: NotNegative  # how far a rule moves in a sample, in units of the command [command]
+    smallest_overlap: OverlapRecord | None = None  # of neighbouring terms; left out: one step
+    stable_range: RangeRecord | None = None  # of the table's gains; left out: no bounds, as in JK95
+    #: rules of ZR are narrowed when the error leaves it, see ``aflc.Judge``
     narrows_zero: Annotated[bool, Field(exclude_if=False.__eq__)] = False
 
 
 class BoundedRatesRecord(RatesRecord):
     """Steps of the adaptation; JK04 has it stay inside a stable range."""
 
-    stable_range: RangeRecord
+    stable_range: RangeRecord  # of the table's gains, JK04 Appendix B
 
 
 #: The adaptation judges by a table of seven terms (JK04 Table 2).
@@ -73,9 +73,9 @@ class AdaptiveDesign(FuzzyRecord):
     """What the two adaptive kinds have in common."""
 
     adapts: ClassVar[bool] = True
-    error_terms: SevenTerms
-    error_change_terms: SevenTerms
-    adaptation: RatesRecord
+    error_terms: SevenTerms  # seven triangles of the error, in order
+    error_change_terms: SevenTerms  # seven triangles of its change in a sample, in order
+    adaptation: RatesRecord  # how fast terms and rules move, and how far
 
     @field_validator("rules")
     @classmethod
@@ -135,7 +135,7 @@ class AflcDesign(AdaptiveDesign):
     """A controller of kind ``aflc``."""
 
     kind: Literal["aflc"] = "aflc"
-    adaptation: BoundedRatesRecord
+    adaptation: BoundedRatesRecord  # how fast terms and rules move, and how far, JK04 section 4
 
     def table_gains(self) -> dict[str, tuple[float, float]]:
         """With those that the adaptation may not pass."""
@@ -148,4 +148,5 @@ class AflcSettings(FuzzySettings):
     """What a search for an ``aflc`` starts from."""
 
     kind: Literal["aflc"]
+    #: design that a search begins with: a built-in name, a file, or a record
     start: AflcDesign = Field("jee-koren-2004-aflc", validate_default=True)

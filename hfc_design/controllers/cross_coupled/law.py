@@ -19,10 +19,10 @@ class CrossGains(NamedTuple):
     """The numbers of one individual, or of a population in the trailing axis."""
 
     inner: Gains  # of the axis controllers
-    k_p: Scalar  # on the contour error [command / unit of the position]
-    k_i: Scalar  # on its integral [command / (unit s)]
-    k_d: Scalar  # on its rate [command s / unit]
-    velocity: Sequence[Scalar] | None = None  # on the velocity of each reference [likewise]
+    k_p: Scalar  # on the contour error [command/error]
+    k_i: Scalar  # on its integral [command/(error s)]
+    k_d: Scalar  # on its rate [command s/error]
+    velocity: Sequence[Scalar] | None = None  # on the velocity of each reference [command s/error]
 
 
 class CrossMemory(NamedTuple):

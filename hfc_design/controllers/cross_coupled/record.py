@@ -16,17 +16,17 @@ from hfc_design.core.records import Finite, Label, Record, UserError
 class ContourRecord(Record):
     """Gains on the contour error; see ``law.CrossGains``."""
 
-    k_p: Finite
-    k_i: Finite = 0.0
-    k_d: Finite = 0.0
+    k_p: Finite  # on the contour error [command/error]
+    k_i: Finite = 0.0  # on its integral [command/(error s)]
+    k_d: Finite = 0.0  # on its rate [command s/error]
 
 
 class CrossCoupledDesign(OuterDesign):
     """A controller of kind ``cross-coupled``."""
 
     kind: Literal["cross-coupled"] = "cross-coupled"
-    contour: ContourRecord
-    #: Gain of each axis on the velocity of its reference [command / (unit of the position/s)].
+    contour: ContourRecord  # gains of the controller of the contour error
+    #: gain of each axis on the velocity of its reference [command s/error]
     feed_forward: dict[Label, Finite] = Field({}, exclude_if=not_)
 
     def reach(self, limit: float | None) -> dict[str, float]:
@@ -62,10 +62,10 @@ class CrossCoupledDesign(OuterDesign):
 class CrossRanges(NamedTuple):
     """What is searched, a range each."""
 
-    k_p: Any
-    k_i: Any
-    k_d: Any
-    velocity: Any  # of each axis
+    k_p: Any  # on the contour error [command/error]
+    k_i: Any  # on its integral [command/(error s)]
+    k_d: Any  # on its rate [command s/error]
+    velocity: Any  # on the velocity of each reference [command s/error]
 
 
 class CrossCoupledSettings(GainsSettings):
@@ -73,7 +73,7 @@ class CrossCoupledSettings(GainsSettings):
 
     own_ranges = CrossRanges((0.1, 20.0), (0.0, 50.0), (0.0, 1.0), (0.0, 0.1))  # on a feed drive
     kind: Literal["cross-coupled"]
-    inner: OwnSettings
+    inner: OwnSettings  # settings of the controllers of the axes
 
     @property
     def staged(self) -> bool:

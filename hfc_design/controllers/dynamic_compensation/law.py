@@ -20,10 +20,10 @@ from hfc_design.core.numbers import Gains, Memory, Scalar, Xp, total
 class CompensationGains(NamedTuple):
     """The numbers of one individual, or of a population in the trailing axis."""
 
-    inner: Gains
-    k_p: Sequence[Scalar]  # of each axis [command / unit of its error]
-    dead_zone: Scalar  # e_max, in the units of the errors: mm and deg count alike
-    speed: Scalar  # v, that the program asks for [unit/s]
+    inner: Gains  # of the controllers beside which it stands
+    k_p: Sequence[Scalar]  # of each axis [command/error]
+    dead_zone: Scalar  # e_max: mm and deg count alike [error]
+    speed: Scalar  # v, that the program asks for [error/s]
 
 
 class DynamicCompensation(NamedTuple):

@@ -20,10 +20,10 @@ class CompensationDesign(OuterDesign):
     """A controller of kind ``dynamic-compensation``; see ``law``."""
 
     kind: Literal["dynamic-compensation"] = "dynamic-compensation"
-    k_p: Gain
-    dead_zone: Positive  # e_max, in the units of the errors
-    programmed_speed: Positive  # v [unit/s]
-    #: Axes whose speeds make that of the path; left out: all.
+    k_p: Gain  # gain on what the errors exceed the dead zone by, LG09 eq. 3 [command/error]
+    dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
+    programmed_speed: Positive  # v: speed of the path that the gain is for [error/s]
+    #: axes whose speeds make that of the path; left out: all
     path_axes: tuple[Label, ...] = Field((), exclude_if=not_)
 
     def reach(self, limit: float | None) -> dict[str, float]:
@@ -66,8 +66,8 @@ def axes_fault(axes: tuple[str, ...], k_p: Gain, along: tuple[str, ...]) -> str 
 class CompensationRanges(NamedTuple):
     """What is searched, in shares of the settings; a range each."""
 
-    k_p: Any  # of every axis
-    dead_zone: Any
+    k_p: Any  # share of the k_p of every axis [1]
+    dead_zone: Any  # share of the dead zone [1]
 
 
 class CompensationSettings(GainsSettings):
@@ -75,11 +75,11 @@ class CompensationSettings(GainsSettings):
 
     own_ranges = CompensationRanges((0.05, 5.0), (0.05, 5.0))
     kind: Literal["dynamic-compensation"]
-    inner: OwnSettings
-    k_p: Gain
-    dead_zone: Positive
-    programmed_speed: Positive
-    path_axes: tuple[Label, ...] = ()
+    inner: OwnSettings  # settings of the controllers beside which it stands
+    k_p: Gain  # gain on what the errors exceed the dead zone by, LG09 eq. 3 [command/error]
+    dead_zone: Positive  # e_max: length of all errors up to which nothing is added [error]
+    programmed_speed: Positive  # v: speed of the path that the gain is for [error/s]
+    path_axes: tuple[Label, ...] = ()  # axes whose speeds make that of the path; none: all
 
     @property
     def staged(self) -> bool:

@@ -12,10 +12,11 @@ Variable = Literal["error", "error_change", "output"]
 class NamesRecord(Record):
     """Names of the variables, and of the system of them."""
 
-    error: Label = "error"
-    error_change: Label = "error_change"
-    output: Label = "rules"
-    engine: Label | None = Field(None, exclude_if=lambda name: name is None)  # None: as the output
+    error: Label = "error"  # name of the error in exported files
+    error_change: Label = "error_change"  # name of its change in exported files
+    output: Label = "rules"  # name of what the rules say in exported files
+    #: name of the whole system in exported files; left out: that of the output
+    engine: Label | None = Field(None, exclude_if=lambda name: name is None)
 
     @model_validator(mode="after")
     def _differ(self) -> Self:

@@ -43,10 +43,10 @@ class TriangleRecord(Record):
     So is one that is left out: TOML has no null.
     """
 
-    label: Label
-    left: Finite | None = None  # [BLU]
-    centre: Finite  # [BLU]
-    right: Finite | None = None  # [BLU]
+    label: Label  # name of the term
+    left: Finite | None = None  # where it begins; left out: it reaches all the way [BLU]
+    centre: Finite  # where it is 1 [BLU]
+    right: Finite | None = None  # where it ends; left out: it reaches all the way [BLU]
 
     def edges(self) -> tuple[float, float, float]:
         """Left, centre, right."""
@@ -73,23 +73,26 @@ def terms_of(triangles: Triangles, labels: Iterable[str]) -> Terms:
 class CompensationRecord(Record):
     """Low-velocity compensation in units of the command (JK04 eq. 28-30), V in mm/s."""
 
-    forward: tuple[Finite, Finite, Finite]  # coefficients of V^2, V, 1 for V >= 0
-    backward: tuple[Finite, Finite, Finite]  # the same for V < 0
-    highest_velocity_mm_s: Positive
-    breakaway: tuple[Finite, Finite]  # command at rest towards + and towards -
-    smallest_error: Positive  # [BLU]
-    blu_mm: Positive = Field(BLU_MM, exclude_if=BLU_MM.__eq__)  # length of a BLU
+    #: coefficients of V^2, V and 1 for V >= 0 in mm/s [command]
+    forward: tuple[Finite, Finite, Finite]
+    backward: tuple[Finite, Finite, Finite]  # the same for V < 0 [command]
+    highest_velocity_mm_s: Positive  # speed up to which it acts [mm/s]
+    breakaway: tuple[Finite, Finite]  # command at rest towards + and towards - [command]
+    smallest_error: Positive  # error from which that is given [BLU]
+    blu_mm: Positive = Field(BLU_MM, exclude_if=BLU_MM.__eq__)  # length of a BLU [mm]
 
 
 class FuzzyRecord(ControllerRecord):
     """What the three fuzzy kinds have in common."""
 
-    error_terms: Terms
-    error_change_terms: Terms
-    rules: RulesRecord  # [error term][term of its change]
-    integral_gain: Finite  # [units/(BLU s)]
+    error_terms: Terms  # triangles of the error, in order
+    error_change_terms: Terms  # triangles of its change in a sample, in order
+    rules: RulesRecord  # a row for each term of the error, a column for each of its change
+    integral_gain: Finite  # of the integral of the error beside the table [units/(BLU s)]
+    #: friction that is compensated at low speed; left out: none
     low_velocity: CompensationRecord | None = None
-    dead_zone: DeadZone = 0.0  # [BLU]
+    dead_zone: DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
+    #: what inputs and output are called in exported files
     names: NamesRecord = Field(NamesRecord(), exclude_if=NamesRecord().__eq__)
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
@@ -171,6 +174,7 @@ class FlcDesign(FuzzyRecord):
     """A controller of kind ``flc``; ``form`` as in JK95 eq. 1."""
 
     kind: Literal["flc"] = "flc"
+    #: P: the error alone; PI: the command adds up what the table says; PD: it is that
     form: Literal["P", "PI", "PD"] = "PD"
 
     @field_validator("rules")
@@ -224,9 +228,10 @@ def _labels_fault(labels: list[str]) -> str | None:
 class FuzzySettings(ControllerSettings):
     """Bounds of a search that begins with a fuzzy controller, or with a design's."""
 
-    start: Any
+    start: Any  # design that a search begins with: a built-in name, a file, or a record
     symmetric: bool = True  # both directions are treated alike
-    largest_integral_gain: NotNegative = 8.0  # [units/(BLU s)]
+    #: up to which the integral gain is searched [units/(BLU s)]
+    largest_integral_gain: NotNegative = 8.0
 
     @field_validator("start", mode="before")
     @classmethod
@@ -272,4 +277,5 @@ class FlcSettings(FuzzySettings):
     """A fuzzy controller of a feed drive."""
 
     kind: Literal["flc"]
+    #: design that a search begins with: a built-in name, a file, or a record
     start: FlcDesign = Field("jee-koren-2004-flc", validate_default=True)

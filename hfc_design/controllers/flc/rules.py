@@ -31,8 +31,9 @@ class RulesRecord(Record):
     or numbers may be left out: they follow from the others.
     """
 
-    labels: LabelTable
-    centroids: HeightTable  # units of the command
+    labels: LabelTable  # name of the output term of each rule
+    centroids: HeightTable  # what each rule says, in units of the command [command]
+    #: output terms by name; left out: each rule has a number of its own [command]
     output_terms: dict[Label, Finite] | None = Field(None, exclude_if=lambda terms: terms is None)
 
     @model_validator(mode="before")

@@ -18,16 +18,17 @@ LABELS = ("LN", "MN", "SN", "ZZ", "SP", "MP", "LP")
 class SurfaceRecord(Record):
     """The sliding surface ``s = de/dt + lambda e`` and the part that pushes towards it."""
 
-    slope: Positive  # lambda [1/s]
+    slope: Positive  # lambda of the sliding surface s = de/dt + lambda e [1/s]
     gain: NotNegative  # k = F + eta of LG09 eq. 11, F a constant [command]
-    boundary_layer: Positive  # phi [error/s]
+    boundary_layer: Positive  # phi, the size of s up to which switching is smooth [error/s]
 
 
 class ErrorDynamicsRecord(Record):
     """``d2e/dt2 + gains[1] de/dt + gains[0] e = 0`` and Q of its Lyapunov equation."""
 
-    gains: tuple[Positive, Positive]  # [1/s2], [1/s]
-    weights: tuple[tuple[Finite, Finite], tuple[Finite, Finite]]  # Q
+    #: k_2 [1/s2] and k_1 [1/s] of the error's own dynamics [1/s2, 1/s]
+    gains: tuple[Positive, Positive]
+    weights: tuple[tuple[Finite, Finite], tuple[Finite, Finite]]  # Q of the Lyapunov equation [1]
 
     @model_validator(mode="after")
     def _is_definite(self) -> Self:
@@ -51,31 +52,33 @@ class ErrorDynamicsRecord(Record):
 class AdaptationRecord(Record):
     """How the consequents learn."""
 
-    rate: NotNegative  # gamma [command/error]
+    rate: NotNegative  # gamma, how fast consequents are learnt, LG09 eq. 14 [command/error]
     largest_move: NotNegative  # of a consequent from where it began, either way [command]
-    #: None: both poles at -lambda, and the Q for which ``E' P_2`` is s.
+    #: left out: both poles at -lambda, and the Q for which ``E' P_2`` is s
     error_dynamics: ErrorDynamicsRecord | None = Field(None, exclude_if=not_)
-    moves: Table | None = Field(None, exclude_if=not_)  # that have been learnt so far [command]
+    #: of the consequents, that have been learnt so far [command]
+    moves: Table | None = Field(None, exclude_if=not_)
 
 
 class PidRecord(Record):
     """Linear gains beside the rules."""
 
-    k_p: Finite = 0.0  # [command/error]
-    k_i: Finite = 0.0  # [command/(error s)]
-    k_d: Finite = 0.0  # [command s/error]
+    k_p: Finite = 0.0  # on the error [command/error]
+    k_i: Finite = 0.0  # on its integral [command/(error s)]
+    k_d: Finite = 0.0  # on its rate [command s/error]
 
 
 class SlidingDesign(ControllerRecord):
     """A controller of kind ``fuzzy-sliding``."""
 
     kind: Literal["fuzzy-sliding"] = "fuzzy-sliding"
-    largest_error: Positive  # centre of LP; that of LN is the same below zero
-    largest_error_rate: Positive  # [error/s]
-    consequents: Table  # [command] rows: error, columns: its rate, both LN to LP
-    sliding: SurfaceRecord
-    adaptation: AdaptationRecord
-    pid: PidRecord | None = Field(None, exclude_if=not_)
+    largest_error: Positive  # centre of LP; that of LN is the same below zero [error]
+    largest_error_rate: Positive  # the same of its rate [error/s]
+    #: what each rule says; rows: error, columns: its rate, both LN to LP [command]
+    consequents: Table
+    sliding: SurfaceRecord  # the switching part
+    adaptation: AdaptationRecord  # how the consequents are learnt
+    pid: PidRecord | None = Field(None, exclude_if=not_)  # PID beside it; left out: none
 
     @model_validator(mode="after")
     def _moved_within(self) -> Self:

@@ -48,12 +48,12 @@ class SlidingSettings(ControllerSettings):
     """A fuzzy sliding controller to begin with, and what may vary about it."""
 
     kind: Literal["fuzzy-sliding"]
-    #: A design or a record; None: LG09 Table 2 with the scales of the machine.
+    #: a design or a record; left out: LG09 Table 2 with the scales of the machine
     start: SlidingDesign | None = Field(None, exclude_if=lambda start: start is None)
-    #: Of numbers in ``SEARCHED``, other than about the start.
+    #: [low, high] of numbers that are searched, other than about the start [of the number]
     ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}
-    consequents: bool = False  # every one of them is searched too
-    symmetric: bool = True  # then both directions are treated alike
+    consequents: bool = False  # whether every consequent is searched too
+    symmetric: bool = True  # both directions are treated alike
 
     _controller_of = field_validator("start", mode="before")(controller_named)
 

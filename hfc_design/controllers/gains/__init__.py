@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 
-from pydantic import create_model, model_validator
+from pydantic import Field, create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, later
@@ -44,7 +44,8 @@ class GainsSettings(ControllerSettings):
     """A controller whose gains are a few numbers, and the ranges in which a search looks."""
 
     own_ranges: ClassVar[Ranges]  # of the kind
-    ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}  # other than its own
+    #: [low, high] of gains that are searched, other than the kind's own [of the gain]
+    ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}
 
     @model_validator(mode="after")
     def _fit(self) -> "GainsSettings":
@@ -91,7 +92,8 @@ def kind_of_gains(
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
-    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), ...)}
+    told = Field(description="its gains, by name")
+    gains: Any = {key: (create_model("Gains", __base__=Record, **numbers), told)}
     return Kind(
         name=name,
         record=create_model("Design", __base__=base, **gains),

@@ -36,17 +36,17 @@ from hfc_design.core.records import TERMS, Finite, Label, NotNegative, Positive,
 class PdRecord(Record):
     """Gains of the PD part (LL eq. 6)."""
 
-    kp: Finite  # [V/rad]
-    kd: Finite  # [V s/rad]
+    kp: Finite  # on the error [command/error]
+    kd: Finite  # on its rate [command s/error]
 
 
 class LinearRecord(Record):
     """What a linear part has beside kp and kd: integral, state feedback, resonators and so on."""
 
-    ki: Finite = 0.0  # [command per unit of the error and s]
-    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
-    feed_forward: FeedForwardRecord = FeedForwardRecord()
-    resonators: Resonators = Field((), exclude_if=not_)
+    ki: Finite = 0.0  # on the integral of the error [command/(error s)]
+    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell [command/signal]
+    feed_forward: FeedForwardRecord = FeedForwardRecord()  # gains on what is known ahead
+    resonators: Resonators = Field((), exclude_if=not_)  # one for each frequency of a periodic load
 
     _signals_fit = model_validator(mode="after")(with_own_signals)
 
@@ -54,8 +54,8 @@ class LinearRecord(Record):
 class ScheduledRecord(LinearRecord):
     """A linear law that the root's output scales, instead of one number."""
 
-    kp: Finite = 0.0
-    kd: Finite = 0.0
+    kp: Finite = 0.0  # on the error [command/error]
+    kd: Finite = 0.0  # on its rate [command s/error]
 
 
 class LinearPart(LqiSettings):
@@ -67,8 +67,8 @@ class LinearPart(LqiSettings):
 class InputRecord(Record):
     """One input of the hierarchy and its scale to the normalised universe."""
 
-    name: Label
-    scale: Positive
+    name: Label  # signal that is read
+    scale: Positive  # what it is multiplied by; the result counts up to 1 [1/signal]
 
 
 Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_INPUTS)]
@@ -77,10 +77,10 @@ Inputs = Annotated[tuple[InputRecord, ...], Field(min_length=2, max_length=MAX_I
 class TermRecord(Record):
     """One linguistic term: a Gaussian with a flat top (LL eq. 3)."""
 
-    label: Label
-    centre: Finite
-    half_width: NotNegative
-    rate: Positive
+    label: Label  # name of the term
+    centre: Finite  # where its plateau is, of a scaled input [1]
+    half_width: NotNegative  # of its plateau [1]
+    rate: Positive  # c of exp(-c d^2), d the distance from its plateau [1]
 
 
 Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TERMS)]
@@ -89,10 +89,13 @@ Terms = Annotated[tuple[TermRecord, ...], Field(min_length=TERMS, max_length=TER
 class UnitRecord(Record):
     """One unit: its place in the heap, its two inputs and its 7 x 7 singletons [row][column]."""
 
+    #: its place in the heap; units stand in the order of evaluation, the root last
     id: int = Field(ge=0, le=1000)
+    #: input of its columns: a signal, or unit-N for the output of another
     column_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
+    #: input of its rows: a signal, or unit-N for the output of another
     row_input: Label | Annotated[str, Field(pattern=r"^unit-\d{1,4}$")]
-    consequents: Table
+    consequents: Table  # what each rule says; rows and columns in the order of the terms [1]
 
 
 def _with_error_scale(described: Any) -> Any:
@@ -110,14 +113,17 @@ class HierarchicalDesign(ControllerRecord):
     """A controller of kind ``pd+hierarchical-fuzzy``; units in evaluation order, the root last."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
-    pd: PdRecord
-    linear: LinearRecord | None = Field(None, exclude_if=not_)  # beside kp and kd
-    scheduled: ScheduledRecord | None = Field(None, exclude_if=not_)  # times the root's output
-    inputs: Inputs
-    output_scale: Positive
-    terms: Terms
+    pd: PdRecord  # gains of the PD beside the hierarchy, LL eq. 6
+    #: further linear gains beside kp and kd; left out: a PD alone
+    linear: LinearRecord | None = Field(None, exclude_if=not_)
+    #: linear law that the root's output scales; left out: output_scale alone
+    scheduled: ScheduledRecord | None = Field(None, exclude_if=not_)
+    inputs: Inputs  # signals that the hierarchy reads, with their scales
+    output_scale: Positive  # command of a root's output of 1 [command]
+    terms: Terms  # seven linguistic terms of every input, in order
+    #: two-input fuzzy units, at most five
     units: Annotated[tuple[UnitRecord, ...], Field(min_length=1, max_length=5)]
-    #: Of the root; None: its table stays.
+    #: of the root's table in the loop; left out: it stays
     adaptation: Adaptation | None = Field(None, exclude_if=not_)
 
     @model_validator(mode="after")
@@ -241,12 +247,16 @@ class HierarchicalSettings(ControllerSettings):
     """Inputs, scales and terms of the hierarchical fuzzy controller."""
 
     kind: Literal["pd+hierarchical-fuzzy"] = "pd+hierarchical-fuzzy"
+    #: signals that a hierarchy may read, with their scales
     inputs: Inputs = tuple(InputRecord(name=k, scale=x) for k, x in LIN_LEE_INPUTS.items())
-    output_scale: Positive = 10.0
+    output_scale: Positive = 10.0  # command of a root's output of 1 [command]
+    #: seven linguistic terms of every input, in order
     terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
-    adaptation: Adaptation | None = None  # of the root; None: its table stays
-    linear: LinearPart | None = Field(None, exclude_if=not_)  # None: a PD alone
-    schedules: bool = Field(False, exclude_if=not_)  # whether the root scales a linear law
+    adaptation: Adaptation | None = None  # of the root's table in the loop; left out: it stays
+    #: a linear law beside the hierarchy; left out: a PD alone
+    linear: LinearPart | None = Field(None, exclude_if=not_)
+    #: whether the root scales a second linear law; needs controller.linear
+    schedules: bool = Field(False, exclude_if=not_)
 
     _can_adapt = model_validator(mode="after")(_with_error_scale)
 

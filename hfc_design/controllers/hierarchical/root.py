@@ -24,11 +24,12 @@ FIRED = 1.0 / 49.0
 class Adaptation(Record):
     """How the consequents of the root move."""
 
-    k_c: NotNegative = 3e-4  # step of a sample for an index of 1 or -1, in units of a consequent
-    largest_move: Positive  # of a consequent from where it started
-    #: [1/unit of error]; None: that of the input ``error``.
+    #: step in a sample for an index of 1 or -1, in units of a consequent [1]
+    k_c: NotNegative = 3e-4
+    largest_move: Positive  # of a consequent from where it started [1]
+    #: of the error that judges; left out: that of the input ``error`` [1/error]
     error_scale: Positive | None = Field(None, exclude_if=not_)
-    #: What the consequents of a design have moved by before; None: nothing.
+    #: what the consequents of a design have moved by before; left out: nothing [1]
     moves: Table | None = Field(None, exclude_if=not_)
 
 

@@ -47,9 +47,9 @@ class ResonatorRecord(Record):
     Both gains in units of the command per unit of the error and s.
     """
 
-    frequency_rad_s: Positive
-    in_phase: Finite  # with the error
-    quadrature: Finite  # a quarter turn ahead of it
+    frequency_rad_s: Positive  # where its gain has no bound [rad/s]
+    in_phase: Finite  # gain in phase with the error [command/(error s)]
+    quadrature: Finite  # gain a quarter turn ahead of it [command/(error s)]
 
 
 def rising_resonators(resonators: tuple[ResonatorRecord, ...]) -> tuple[ResonatorRecord, ...]:
@@ -76,12 +76,14 @@ Resonators = Annotated[
 class FeedForwardRecord(Record):
     """Commands that need no error: for the motion that is asked for, and for a load."""
 
-    velocity: Finite = 0.0  # [command per unit/s]
-    acceleration: Finite = 0.0  # [command per unit/s2]
-    coulomb: Finite = 0.0  # command in the direction of the reference
-    coulomb_width: Positive | None = None  # speed at which it is whole [unit/s]
-    load: Finite = 0.0  # [command per unit of the load]
-    expected_load: Finite = 0.0  # [unit of the load]
+    velocity: Finite = 0.0  # on the velocity of the reference [command s/error]
+    acceleration: Finite = 0.0  # on its acceleration [command s2/error]
+    #: command in the direction of the reference, against Coulomb friction [command]
+    coulomb: Finite = 0.0
+    #: speed of the reference at which that is whole; left out: none [error/s]
+    coulomb_width: Positive | None = None
+    load: Finite = 0.0  # on the load that is expected [command/load]
+    expected_load: Finite = 0.0  # the load that is expected [load]
 
     @model_validator(mode="after")
     def _has_a_width(self) -> "FeedForwardRecord":
@@ -106,13 +108,14 @@ def resonator_name(k: int) -> str:
 class LinearDesign(ControllerRecord):
     """What the linear kinds have in common; every gain in units of the command."""
 
-    kp: Finite
-    ki: Finite = 0.0
-    kd: Finite = 0.0
-    derivative_hz: NotNegative | None = None  # cut-off of the filter before kd; 0: none
-    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell
-    feed_forward: FeedForwardRecord = FeedForwardRecord()
-    resonators: Resonators = Field((), exclude_if=not_)
+    kp: Finite  # on the error [command/error]
+    ki: Finite = 0.0  # on its integral [command/(error s)]
+    kd: Finite = 0.0  # on its rate [command s/error]
+    #: cut-off of the filter before kd; 0 or left out: none [Hz]
+    derivative_hz: NotNegative | None = None
+    signals: dict[Label, Finite] = {}  # gains on what the drive's sensors tell [command/signal]
+    feed_forward: FeedForwardRecord = FeedForwardRecord()  # gains on what is known ahead
+    resonators: Resonators = Field((), exclude_if=not_)  # one for each frequency of a periodic load
 
     _signals_fit = model_validator(mode="after")(with_own_signals)
 
@@ -180,7 +183,8 @@ class PidDesign(LinearDesign):
 class WeightedDesign(LinearDesign):
     """Gains that minimise a sum of squares of weighted signals and of the command."""
 
-    #: Command that costs as much as a unit of the signal; for the record, the gains follow.
+    #: command that costs as much as a unit of the signal; for the record, the gains follow
+    #: [command/signal]
     weights: dict[Label, NotNegative] = {}
 
 
@@ -199,13 +203,17 @@ class LqiDesign(WeightedDesign):
 class LinearSettings(ControllerSettings):
     """What a search for a linear controller starts from and may vary."""
 
-    #: Signals of the drive that are fed back beside error and error_rate.
+    #: signals of the drive that are fed back beside error and error_rate; left out: all
     signals: tuple[Label, ...] | None = None
-    ranges: dict[Label, Pair] = {}  # other than those from the nominal drive
-    speed: Positive | None = None  # at which it is linearised [unit/s]; None: where it slides
-    coulomb_width: Positive | None = None  # [unit/s]; None: it is searched too
-    expected_load: Finite = 0.0  # [unit of the load]
-    #: Of a periodic load, or whatever else the error comes back with: a resonator each [rad/s].
+    #: [low, high] of numbers that are searched, other than those from the nominal drive [of the
+    #: number]
+    ranges: dict[Label, Pair] = {}
+    #: at which the drive is linearised; left out: where it slides [error/s]
+    speed: Positive | None = None
+    #: speed at which the Coulomb feed-forward is whole; left out: it is searched too [error/s]
+    coulomb_width: Positive | None = None
+    expected_load: Finite = 0.0  # load that is fed forward [load]
+    #: of a periodic load, or whatever else the error comes back with: a resonator each [rad/s]
     load_frequencies_rad_s: Frequencies = Field((), exclude_if=not_)
 
     @property
@@ -245,6 +253,7 @@ class PidSettings(LinearSettings):
     """PID with feed-forward; its signals are none unless they are named."""
 
     kind: Literal["pid+ff"]
+    #: signals of the drive that are fed back beside error and error_rate
     signals: tuple[Label, ...] = ()
 
     def names(self, told: list[str]) -> list[str]:
@@ -256,7 +265,8 @@ class PidSettings(LinearSettings):
 class WeightedSettings(LinearSettings):
     """An optimal regulator; without ``signals`` it has all that the drive tells."""
 
-    #: What of each is as bad as the largest command (Bryson's rule), where a search starts.
+    #: what of each signal is as bad as the largest command (Bryson's rule), where a search starts
+    #: [signal]
     tolerances: dict[Label, Positive] = {}
 
     def names(self, told: list[str]) -> list[str]:

@@ -28,13 +28,13 @@ from hfc_design.core.numbers import Scalar, Xp, each
 class NeuralGains(NamedTuple):
     """What is searched: one individual, or a population in the trailing axis."""
 
-    error_unit: Scalar  # error of an input of 1 [unit of the error]
-    change_unit: Scalar  # change in a sample of an input of 1 [unit of the error]
-    command_unit: Scalar  # command of an output of 1 [unit of the command]
-    rate: Scalar  # of learning on line, eta
-    momentum: Scalar  # alpha
-    slope: Scalar  # of the hidden units, lambda
-    xi: Scalar  # weight of the change in the error of the output
+    error_unit: Scalar  # error of an input of 1 [error]
+    change_unit: Scalar  # change in a sample of an input of 1 [error]
+    command_unit: Scalar  # command of an output of 1 [command]
+    rate: Scalar  # of learning on line, eta [1]
+    momentum: Scalar  # alpha, share of the step before [1]
+    slope: Scalar  # of the hidden units, lambda [1]
+    xi: Scalar  # weight of the change in the error of the output [1]
 
 
 class NeuralMemory(NamedTuple):

@@ -22,8 +22,9 @@ Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=I
 class WeightsRecord(Record):
     """Weights of both layers, the threshold of a unit behind those of what it reads."""
 
+    #: of each hidden unit: on error, on its change, threshold [1]
     hidden: Annotated[tuple[Hidden, ...], Field(min_length=1, max_length=MOST)]
-    output: tuple[Finite, ...]
+    output: tuple[Finite, ...]  # on each hidden unit, threshold [1]
 
     @model_validator(mode="after")
     def _fit(self) -> "WeightsRecord":
@@ -38,13 +39,14 @@ class NeuralDesign(ControllerRecord):
     """A controller of kind ``neural``; see ``NeuralGains``."""
 
     kind: Literal["neural"] = "neural"
-    weights: WeightsRecord
-    error_unit: Positive
-    change_unit: Positive
-    command_unit: Positive
-    rate: NotNegative = 1e-4  # 0: it does not learn on line
-    momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005
-    slope: Positive = 1e-3
+    weights: WeightsRecord  # what the network begins with
+    error_unit: Positive  # error that the network reads as 1 [error]
+    change_unit: Positive  # change of the error in a sample that it reads as 1 [error]
+    command_unit: Positive  # command of an output of 1 [command]
+    rate: NotNegative = 1e-4  # of learning on line, eta; 0: it does not learn [1]
+    momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005  # alpha, share of the step before [1]
+    slope: Positive = 1e-3  # lambda of the hidden units, tanh(lambda net) [1]
+    #: weight of the change in the error of the output [1]
     xi: Annotated[float, Field(ge=0, le=1)] = 0.5
 
     def gains(self) -> NeuralGains:
@@ -98,10 +100,11 @@ class NeuralSettings(GainsSettings):
 
     own_ranges = RANGES
     kind: Literal["neural"]
-    #: A design whose weights it begins with; None: ``hidden`` units that know nothing.
+    #: a design whose weights it begins with; left out: ``hidden`` units that know nothing
     start: NeuralDesign | None = Field(None, exclude_if=not_)
+    #: units of the hidden layer of a network that begins with nothing
     hidden: int = Field(25, ge=1, le=MOST)
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0)  # that its first weights are drawn with
 
     _controller_of = field_validator("start", mode="before")(controller_named)
 

@@ -15,8 +15,8 @@ from hfc_design.core.numbers import Scalar, Xp
 class PdGains(NamedTuple):
     """Gains of LL eq. 6."""
 
-    kp: Scalar  # [V/rad]
-    kd: Scalar  # [V s/rad]
+    kp: Scalar  # on the error [command/error]
+    kd: Scalar  # on its rate [command s/error]
 
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> tuple[()]:

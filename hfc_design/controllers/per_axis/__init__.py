@@ -37,6 +37,7 @@ class PerAxisDesign(ControllerRecord):
     """Controllers of any kinds, by the names of the machine's axes and in their order."""
 
     kind: Literal["per-axis"] = "per-axis"
+    #: controller of each axis by its name
     axes: Annotated[dict[Label, OwnRecord], Field(min_length=1)]
 
     @model_validator(mode="before")
@@ -81,6 +82,7 @@ class PerAxisSettings(ControllerSettings):
     """What a search varies on every axis."""
 
     kind: Literal["per-axis"]
+    #: what is searched on each axis by its name
     axes: Annotated[dict[Label, OwnSettings], Field(min_length=1)]
 
     @property

@@ -24,15 +24,15 @@ from hfc_design.core.numbers import Json, Own, Scalar, Xp
 class PidRecord(ControllerRecord):
     """What a design may say beside its gains."""
 
-    dead_zone: DeadZone = 0.0  # [BLU]
+    dead_zone: DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
 
 
 class PidGains(NamedTuple):
     """Gains on an error in BLU: one individual, or a population in the trailing axis."""
 
-    k_p: Scalar  # [units/BLU]
-    k_i: Scalar  # [units/(BLU s)]
-    k_d: Scalar  # [units s/BLU]
+    k_p: Scalar  # on the error [units/BLU]
+    k_i: Scalar  # on its integral [units/(BLU s)]
+    k_d: Scalar  # on its rate [units s/BLU]
 
 
 class PidMemory(NamedTuple):

@@ -30,11 +30,11 @@ Rules: TypeAlias = Sequence[Sequence[Scalar]]
 class SocGains(NamedTuple):
     """What is searched, on errors and commands in the units of the drive."""
 
-    ge: Scalar  # sets per unit of the error
-    gc: Scalar  # sets per unit of its change in a sample
-    gu: Scalar  # units of the command for a rule of 1
-    gamma: Scalar  # share of the error that a correction is to remove
-    xi: Scalar  # weight of the change in it, that of the error is 1 - xi
+    ge: Scalar  # sets per unit of the error [1/error]
+    gc: Scalar  # sets per unit of its change in a sample [1/error]
+    gu: Scalar  # command for a rule of 1 [command]
+    gamma: Scalar  # share of the error that a correction is to remove [1]
+    xi: Scalar  # weight of the change in it, that of the error is 1 - xi [1]
 
 
 class SocMemory(NamedTuple):

@@ -18,7 +18,8 @@ EMPTY: Table = ((0.0,) * SETS,) * SETS
 class AdaptationRecord(Record):
     """How the rules are corrected, see ``SocGains``."""
 
-    gamma: NotNegative
+    gamma: NotNegative  # share of the error that a correction is to remove [1]
+    #: weight of the change in it, that of the error is 1 - xi [1]
     xi: Annotated[float, Field(ge=0, le=1)]
 
 
@@ -30,13 +31,14 @@ class SocDesign(ControllerRecord):
     """
 
     kind: Literal["soc"] = "soc"
-    ge: Positive  # sets per ``error_unit`` of the error
-    gc: Positive  # sets per ``error_unit`` of its change in a sample
-    gu: Positive  # ``command_unit`` for a rule of 1
-    adaptation: AdaptationRecord
-    error_unit: Positive = 1.0  # in the drive's unit of the error
-    command_unit: Positive = 1.0  # in the drive's unit of the command
-    table: Table = EMPTY  # [error][change of error], both from -5 to 5: what it begins with
+    ge: Positive  # sets per ``error_unit`` of the error [1]
+    gc: Positive  # sets per ``error_unit`` of its change in a sample [1]
+    gu: Positive  # ``command_unit`` for a rule of 1 [1]
+    adaptation: AdaptationRecord  # how the table is learnt
+    error_unit: Positive = 1.0  # in the drive's unit of the error [error]
+    command_unit: Positive = 1.0  # in the drive's unit of the command [command]
+    #: what it begins with; rows: error, columns: its change, both from -5 to 5 [1]
+    table: Table = EMPTY
 
     def gains(self) -> SocGains:
         """On errors and commands in the drive's units."""

@@ -20,18 +20,19 @@ class LinLeeSettings(StrategySettings):
     """The two-phase genetic algorithm of Lin & Lee 1999, section 3.2, with their numbers."""
 
     preset: Literal["lin-lee-1999"] = "lin-lee-1999"
-    population: int = Field(30, ge=3, le=10_000_000)  # n; the three thirds are rounded
+    #: n, individuals in a generation; the three thirds are rounded
+    population: int = Field(30, ge=3, le=10_000_000)
     generations: int = Field(200, ge=1, le=10_000_000)
-    structure_crossover: Probability = 0.3  # p_c1
-    structure_mutation: Probability = 0.5  # alpha, per bit
-    parameter_crossover: Probability = 0.7  # p_c2
-    parameter_mutation: Probability = 0.8  # beta, per number
-    gain_step: Positive = 10.0  # A_max of the PD gains
-    centre_step: Positive = 0.1  # A_max of the consequent centres
-    kp_range: Range = (10.0, 1_500.0)  # of fresh individuals [V/rad]
-    kd_range: Range = (10.0, 1_500.0)  # [V s/rad]
-    stick_penalty: NotNegative = 0.0  # the paper has none
-    level_limit: Positive = 2.0  # |common level| of the consequents of a fresh individual
+    structure_crossover: Probability = 0.3  # p_c1, probability of it [1]
+    structure_mutation: Probability = 0.5  # alpha, probability of it per bit [1]
+    parameter_crossover: Probability = 0.7  # p_c2, probability of it [1]
+    parameter_mutation: Probability = 0.8  # beta, probability of it per number [1]
+    gain_step: Positive = 10.0  # A_max of the PD gains [command/error, command s/error]
+    centre_step: Positive = 0.1  # A_max of the consequent centres [1]
+    kp_range: Range = (10.0, 1_500.0)  # of fresh individuals [command/error]
+    kd_range: Range = (10.0, 1_500.0)  # of fresh individuals [command s/error]
+    stick_penalty: NotNegative = 0.0  # of the share of time that it sticks; the paper has none [1]
+    level_limit: Positive = 2.0  # |common level| of the consequents of a fresh individual [1]
 
 
 class LinLeeState(NamedTuple):

@@ -51,19 +51,21 @@ class Nsga2Settings(StrategySettings):
     preset: Literal["nsga-ii"] = "nsga-ii"
     population: int = Field(32, ge=4, le=5000)
     generations: int = Field(450, ge=1, le=10_000_000)
+    #: two or three measures that are traded off
     objectives: Annotated[tuple[str, ...], AfterValidator(_two_or_three)] = ("tracking", "effort")
     front: int = Field(48, ge=4, le=1000)  # points that are kept, at most
     lead: int = Field(0, ge=0)  # of the generations, in which one design is looked for (cma)
-    tournament: int = Field(2, ge=1)
-    blend: Probability = 0.25  # share of children that mix two parents
-    step: Positive = 0.2  # first mutation step, relative
-    newcomers: Probability = 0.05  # share of children without parents, where structures matter
-    stick_penalty: NotNegative = 0.0
-    kp_range: Range = BOUNDS.kp_range
-    kd_range: Range = BOUNDS.kd_range
+    tournament: int = Field(2, ge=1)  # individuals that a parent is the best of
+    blend: Probability = 0.25  # share of children that mix two parents [1]
+    step: Positive = 0.2  # first mutation step, relative [1]
+    newcomers: Probability = 0.05  # share of children without parents, where structures matter [1]
+    stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
+    kp_range: Range = BOUNDS.kp_range  # of first individuals that are drawn [command/error]
+    kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
+    #: factor around the scales of the layout; 1: they stay [1]
     scale_range: float = Field(BOUNDS.scale_range, ge=1)
-    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
-    root_limit: Positive = BOUNDS.root_limit
+    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)  # |consequent| of an inner unit [1]
+    root_limit: Positive = BOUNDS.root_limit  # |consequent| of the root [1]
 
     @model_validator(mode="after")
     def _room_for_a_front(self) -> Self:

@@ -35,16 +35,18 @@ class RaceSettings(StrategySettings):
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
     generations: int = Field(100, ge=1, le=10_000_000)
-    kp_range: Range = BOUNDS.kp_range
-    kd_range: Range = BOUNDS.kd_range
+    kp_range: Range = BOUNDS.kp_range  # of first individuals that are drawn [command/error]
+    kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
+    #: factor around the scales of the layout; 1: they stay [1]
     scale_range: Annotated[float, Field(ge=1)] = BOUNDS.scale_range
+    #: |consequent| of an inner unit [1]
     inner_limit: Annotated[float, Field(gt=0, le=4)] = BOUNDS.inner_limit
-    root_limit: Positive = BOUNDS.root_limit
-    informed: Probability = 0.5  # share of the first individuals that know the machine
-    tournament: int = Field(3, ge=1)
-    blend: Probability = 0.5  # share of children that mix two parents
-    step: Positive = 0.2  # first mutation step, relative
-    stick_penalty: NotNegative = 300.0
+    root_limit: Positive = BOUNDS.root_limit  # |consequent| of the root [1]
+    informed: Probability = 0.5  # share of the first individuals that know the machine [1]
+    tournament: int = Field(3, ge=1)  # individuals that a parent is the best of
+    blend: Probability = 0.5  # share of children that mix two parents [1]
+    step: Positive = 0.2  # first mutation step, relative [1]
+    stick_penalty: NotNegative = 300.0  # ranked by fitness / (1 + this times the stick share) [1]
     newton_islands: int = Field(8, ge=0)  # Gauss-Newton steps begin with this many islands left
     newton_steps: int = Field(4, ge=0)  # of them in one generation
     newton_numbers: int = Field(96, ge=1)  # that one step moves, drawn anew for each

@@ -1,0 +1,8 @@
+"""``make reference``: writes the data file of the reference anew."""
+
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.gather.gather import gather
+from hfc_design.reference.entries import FILE, written
+
+if __name__ == "__main__":
+    write_whole(FILE, written(gather()).encode())

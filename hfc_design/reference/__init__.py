@@ -1,0 +1,1 @@
+"""The reference: what there is, as it was gathered from the code. Never imports JAX."""
