@@ -17,9 +17,9 @@ from hfc_design.identify.search import Found, held, opened
 
 #: Of parameters that are known nearly as badly as the worst one, the last is held.
 NEARLY = 0.8
-#: Of each combination that may change by the first, relative, one parameter is held. Where all that
-#: is left untold then cannot be where it began, one of each that may change by the second.
-LIMITS = TOGETHER, TOLD
+#: What is tried until it fits: of each combination that may change by so much, relative, one
+#: parameter is held; and whether what is left untold then is put where it began.
+TRIED = ((TOGETHER, True), (TOLD, True), (TOGETHER, False))
 #: What is not told stays where it began, unless the fit grows worse than chance makes it but once
 #: in so many times.
 CHANCE = 1e-3
@@ -45,10 +45,10 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     if all(known.told):
         return Kept(found, known, ("yes",) * len(known.told), "")
     nowhere = unseen(found.fit) & ~bound
-    for limit in LIMITS:
+    for limit, back in TRIED:
         free = _one_of_each(found, ~bound & ~nowhere, limit)
-        again, sure = _again(found, free, bound, delayed)
-        untold = int((free & ~np.array(sure.told)).sum())
+        again, sure = _again(found, free, bound, delayed, back)
+        untold = int((free & ~np.array(sure.told)).sum()) if back else 0
         if fits := _same(found, again, known, untold):
             break
     else:
@@ -65,11 +65,16 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     told = tuple(state in ("yes", "given") for state in states)
     value = np.where(zero, 0.0, again.fit.free.values(again.fit.numbers))
     whole = known._replace(value=value, told=told, **ends)
-    return Kept(again, whole, states, _note(found, states, fits))
+    return Kept(again, whole, states, _note(found, states, fits and back))
 
 
-def _again(found: Found, free: Mask, bound: Mask, delayed: bool) -> tuple[Found, Certainty]:
-    """Fitted with everything but what is told where it began or at its bound."""
+def _again(
+    found: Found, free: Mask, bound: Mask, delayed: bool, back: bool
+) -> tuple[Found, Certainty]:
+    """Fitted with what is not ``free`` where it began or at its bound.
+
+    ``back``: with what is not told where it began too.
+    """
 
     def only(keep: Mask) -> tuple[Found, Certainty]:
         here = np.append(keep | bound, True)
@@ -78,7 +83,7 @@ def _again(found: Found, free: Mask, bound: Mask, delayed: bool) -> tuple[Found,
         return again, certainty(opened(again, delayed), free)
 
     again, sure = only(free)  # intervals if those that are held are right
-    while not np.array(sure.told)[free].all():
+    while back and not np.array(sure.told)[free].all():
         again, there = only(free & np.array(sure.told))
         sure, before = both(sure, there), sure
         if sure.told == before.told:
@@ -117,7 +122,7 @@ def _one_of_each(found: Found, free: Mask, limit: float) -> Mask:
     return free
 
 
-def _note(found: Found, states: tuple[str, ...], fits: bool) -> str:
+def _note(found: Found, states: tuple[str, ...], back: bool) -> str:
     names = found.fit.free.names
     one, other, last = (
         ", ".join(name for name, x in zip(names, states, strict=True) if x == state)
@@ -127,7 +132,7 @@ def _note(found: Found, states: tuple[str, ...], fits: bool) -> str:
     if one:
         parts.append(f"held where it began: {one}; the log tells others only beside it")
     if other:
-        where = "left where it began" if fits else "as it was found, for where it began fits worse"
+        where = "left where it began" if back else "as it was found, for where it began fits worse"
         parts.append(f"the log does not tell {other}: {where}")
     if last:
         parts.append(f"{last}: at the least or most that a machine can have, no interval is told")

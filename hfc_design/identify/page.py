@@ -38,7 +38,7 @@ def interval_line(found: Identified) -> str:
     line = f"from and to are the ends of the {100 * CONFIDENCE:g} % interval, if the model is right"
     each = zip(found.free.names, found.states, strict=True)
     held = ", ".join(name for name, state in each if state == HELD)
-    return f"{line}; where 'given', if {held} is right as it is held" if held else line
+    return f"{line}; where 'given', if what is held ({held}) is right" if held else line
 
 
 def check_rows(found: Identified) -> Rows:

@@ -144,3 +144,16 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
             rtol=0.01,
         )
     assert result.note == "held where it began: pull; the log tells others only beside it"
+
+
+def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_began():
+    """Friction of 3, known to two thirds, that began at 40; gain and pull are held."""
+    names = ["mass", "viscous_friction", "force_gain", "pull"]
+    start = {"viscous_friction": 40.0}
+    found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2, steps=400)
+    result = kept(found, certainty(found.fit), True)
+    assert result.state == ("given", "no", "held", "held")
+    assert result.known.low[0] < 2.4 / 1.2 < result.known.high[0]
+    assert result.known.value[1] < 10.0
+    assert result.known.value[2:].tolist() == [1.0, 0.5]
+    assert "does not tell viscous_friction: as it was found, for where it" in result.note

@@ -106,7 +106,7 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     assert rows["mass"][3:] == ["37", "37", "37", "given"]
     assert [row[-1] for row in rows.values()].count("held") == 2
     assert rows["offset"][-3:] == ["-", "-", "held"]
-    line = "where 'given', if coulomb_friction, offset is right as it is held"
+    line = "where 'given', if what is held (coulomb_friction, offset) is right"
     assert line in told
     page = html.unescape(Path("stage", "report.html").read_text())
     assert line in page
