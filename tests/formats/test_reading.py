@@ -36,7 +36,8 @@ def test_what_the_real_programs_wrote_of_the_published_controller(file):
     terms = dict(zip(LABELS, (-32.0, -16.0, -8.0, 0.0, 8.0, 16.0, 32.0), strict=True))
     assert controller.rules == own.rules.model_copy(update={"output_terms": terms})
     assert controller.names.output == "command"
-    changes = {"rules": own.rules, "names": own.names}
+    assert controller.ranges == {"error": (-30.0, 30.0), "error_change": (-6.0, 6.0)}
+    changes = {"rules": own.rules, "names": own.names, "ranges": {}}
     assert controller.model_copy(update=changes) == own
     assert (found.name, found.plant.name) == ("mine", "feed-drive")
     assert found.provenance["source"] == f"imported from {file.name}"

@@ -86,7 +86,7 @@ def deviation_told(told: Json, chosen: bool) -> str:
     most = told["largest_deviation"]
     share = f" ({100 * most / (high - low):.2g} % of its range)" if high > low else ""
     at = ", ".join(f"{name} = {value:.4g}" for name, value in told["at"].items())
-    more = f"; more terms, --terms up to {MOST}, make that smaller"
+    more = f"; more terms, --terms up to {MOST}, usually make that smaller"
     full = chosen or most == 0.0 or told["terms"] == f"{MOST} x {MOST}"
     return (
         f"sampled to {told['terms']} terms: output off by {most:.3g} at most{share}, at {at}; "
