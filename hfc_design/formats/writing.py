@@ -45,6 +45,8 @@ MEANINGS = {
 #: What a spreadsheet takes for the start of a formula, unless a number follows.
 FORMULA = tuple("=+-@\t\r\n")
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+#: What means something within a line of Markdown: an underscore in a word does not.
+MARKUP = re.compile(r"[\\`*<\[|~]|&(?=#?\w+;)|(?<!\w)_|_(?!\w)")
 #: A file, or a folder's by their names.
 Content: TypeAlias = "str | bytes | Mapping[str, Content]"
 
@@ -197,8 +199,8 @@ def comment(lines: Iterable[str]) -> list[str]:
 
 
 def plain(text: str) -> str:
-    """A text on one line of Markdown, with no markup in it."""
-    return re.sub(r"([\\`*_<>\[\]|#])", r"\\\1", harmless(text)).strip()
+    """A text within a line of Markdown, with no markup in it; escaped only what would be some."""
+    return MARKUP.sub(r"\\\g<0>", harmless(text)).strip()
 
 
 def head(design: Design, notes: Iterable[str] = ()) -> list[str]:

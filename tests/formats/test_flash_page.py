@@ -1,16 +1,19 @@
 """The page on a design names what to connect, how it was measured, and what it does."""
 
 import re
+from html import unescape
 
 import made_up
 import numpy as np
 import pytest
-from flash_folders import ALL, FEW, page, written
+from flash_folders import ALL, FEW, page, vectors, written
+from markdown_it import MarkdownIt
 
 from hfc_design.files.design import named_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.formats import code, machine_code
 from hfc_design.formats.flash.folder import with_check
+from hfc_design.formats.writing import plain
 
 
 @pytest.fixture(scope="module")
@@ -23,16 +26,19 @@ def test_the_page_names_every_input_with_its_unit(name, folder):
     text = (folder(name) / "README.md").read_text()
     for signal, unit in code.signals(ALL[name]).items():
         assert unit
-        assert re.search(rf"\| `{signal}` \| in \| {re.escape(unit)} \| \w", text), signal
-    assert re.search(r"\| `command` \| out \| \w+ \| \w", text)
+        assert re.search(rf"\| `{signal}` \| in \| {re.escape(unit)} \| \S+ \| \w", text), signal
+    assert re.search(r"\| `command` \| out \| \w+ \| \S+ \| \w", text)
 
 
 @pytest.mark.slow
 def test_axes_that_differ_have_units_of_their_own():
     record = ALL["lin-gai-2009-fuzzy-sliding-compensated"]
     text = with_check(record, machine_code.sources(record))["README.md"]
-    assert "| x, y, z | `error` | in | mm | reference less position |" in text
+    assert re.search(
+        r"\| x, y, z \| `error` \| in \| mm \| \S+ \| reference less position \|", text
+    )
     assert "| a, c | `error_rate` | in | deg/s |" in text
+    assert text.count("ideal tachometer:") == 1
 
 
 def sensed(name, **sensors):
@@ -74,6 +80,51 @@ def test_the_page_says_what_is_filtered_and_limited():
     assert "The command is not limited" in page(named_design("pd-only"))
 
 
+def test_the_page_ends_with_what_counts_of_the_score():
+    score = {"scenario": "two moves", "fitness": 3.0, "judged_by": "x", "chaotic": True}
+    score |= {f"{move}_rms_error_mm": x for move, x in {"there": 1.5e-3, "back": -2.5e-3}.items()}
+    score |= {"there_peak_voltage_V": 6.0, "back_settling_time_s": 1.0, "there_stick_events": 4.0}
+    score |= {"usable": {"share": 0.984, "spread": 0.03, "machines": 1000}}
+    text = page(named_design("pd-only").model_copy(update={"score": score}))
+    assert text.index("## Connect") < text.index("## Check") < text.index("## Where it comes from")
+    assert text.index("## Where it comes from") < text.index("- made by hfc-design")
+    rows = re.findall(r"\n\| `(\w+)` \| (\S+) \| `(\w+)` \|(?=\n)", text)
+    assert rows == [("rms_error_mm", "-0.0025", "back"), ("peak_voltage_V", "6", "there")]
+    assert "usable on 98.4 % of 1000 machines whose parameters are off by up to 3 %" in text
+    assert "- chaotic where it was scored" in text
+    for left_out in ("fitness", "settling", "stick", "judged"):
+        assert left_out not in text
+    assert "measure" not in page(named_design("pd-only"))
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_the_page_says_how_large_signals_were(name, folder):
+    names, numbers, _ = vectors(folder(name))
+    text = (folder(name) / "README.md").read_text()
+    largest = dict(zip(names, np.abs(numbers).max(axis=0), strict=True))
+    rows = re.findall(r"\| `(\w+)` \| (?:in|out) \| \S+ \| (\S+) \|", text)
+    assert {signal for signal, _ in rows} == {*code.signals(ALL[name]), "command"}
+    for signal, told in rows:
+        ends = [x for key, x in largest.items() if key.rpartition(".")[2] == signal]
+        assert float(told) == pytest.approx(max(ends), rel=6e-3)
+
+
+TEXTS = ("<b>*/ #include [x](y) `", "a_b and _c_ __d__ \\ ~~e~~ &lt; | f", "2*3*4 ![p](q) <!-- r")
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_text_is_read_as_it_was_written(text):
+    read = MarkdownIt("commonmark").enable(["table", "strikethrough"]).render
+    assert unescape(read(f"of {plain(text)}")) == f"<p>of {text}</p>\n"
+    (cell,) = re.findall("<td>(.*)</td>", read(f"| x |\n|---|\n| {plain(text)} |"))
+    assert unescape(cell) == text
+
+
+def test_only_what_would_be_markup_is_escaped():
+    for text in ("gear_ratio > 1", "k_p 33.3 1/s, Jee & Koren (2004)", "no. #3 [of", "C-axis"):
+        assert plain(text).replace("\\[", "[") == text
+
+
 def test_nothing_that_a_user_wrote_is_markup_or_code():
     evil = "<b>*/ #include [x](y) `"
     design = named_design("pd-only")
@@ -83,8 +134,10 @@ def test_nothing_that_a_user_wrote_is_markup_or_code():
         ),
         machine_code.sources(design.model_copy(update={"name": evil})),
     )
-    assert "<b>" not in found["README.md"].replace("\\<b\\>", "")
-    assert "[x](y)" not in found["README.md"]
+    read = MarkdownIt("commonmark").enable("table").render(found["README.md"])
+    tags = {"h1", "h2", "p", "ul", "li", "code", "pre", "table", "thead", "tbody", "tr", "th", "td"}
+    assert set(re.findall(r"<(\w+)", read)) <= tags
+    assert "&lt;b&gt;*/ #include [x](y) `" in read
     for text in (found["Makefile"], found["check"]["check.c"], found["check"]["vectors.csv"]):
         assert "<b>" not in text
         assert "#include [" not in text

@@ -38,7 +38,7 @@ def of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
 
 def page_of_axes(design: Design, axes: Sequence[str]) -> dict[str, Content]:
     """The page that names the folders of axes."""
-    own = {"axes": axes, "score": readme.told(design.score), "source": readme.source(design)}
+    own = {"axes": axes, **readme.origin(design)}
     return {"README.md": rendered("flash/axes.md.j2", design, name=code.c_name(design), **own)}
 
 

@@ -1,5 +1,6 @@
 """The page on a design: what to connect, how it was made, what happens, how it is checked."""
 
+import re
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import units_of
@@ -22,44 +23,91 @@ class Signal(NamedTuple):
     axes: str  # that it is of, "" where it is of all
     unit: str
     meaning: str
+    tested: str  # how large it gets in the vectors
+
+
+class Measure(NamedTuple):
+    """A row of the score, of the motion or axis where it is largest."""
+
+    name: str
+    value: str
+    where: str
+
+
+#: Of a score, what counts at the machine: how far off it was, and what it asked of the drive.
+MEASURES = re.compile(r"(?:(?P<where>\w+?)_)?(?P<name>(?:rms|max)_(?:\w+_)?error\w*|peak_\w+)")
+#: Of the usability that a score may have.
+KEPT = ("share", "machines", "spread")
 
 
 def values(design: Design, found: Vectors) -> Json:
     """What the templates of the page read."""
+    axes = found.axes if found.axes != ("",) else ()
+    return known(design, axes) | {
+        "axes": found.axes,
+        "signals": _signals(design, list(found.signals), axes, found),
+        "commands": _signals(design, ["command"], axes, found),
+        "path": found.path,
+        "vectors": found,
+    }
+
+
+def known(design: Design, axes: tuple[str, ...]) -> Json:
+    """What is to be said of a design on any page; ``axes`` that it commands, () of one axis."""
     record = design.controller
     read = design.kind.reads(record) if design.kind.reads else []
-    axes = found.axes if found.axes != ("",) else ()
     return {
         "design": design,
         "kind": design.kind.name,
-        "axes": found.axes,
-        "signals": _signals(design, list(read), axes),
-        "commands": _signals(design, ["command"], axes),
-        "path": found.path,
         "scene": scene(design, read),
         "connecting": _connecting(design, axes),
         "limits": {axis: design.limits.of(axis).command for axis in axes or (design.axis,)},
         "changes": design.changes(axes or (design.axis,)),
-        "score": told(design.score),
-        "source": source(design),
-        "vectors": found,
         "learns": saving.learns(design),
+        **origin(design),
     }
 
 
-def _signals(design: Design, names: list[str], axes: tuple[str, ...]) -> list[Signal]:
+def origin(design: Design) -> Json:
+    """Where a design comes from, and what it scored."""
+    score = design.score
+    return {
+        "source": plain(str(design.provenance.get("source", ""))),
+        "scored_on": plain(str(score.get("scenario", ""))),
+        "score": measures(score),
+        "chaotic": score.get("chaotic") is True,
+        "usable": _usable(score.get("usable")),
+    }
+
+
+def _signals(
+    design: Design, names: list[str], axes: tuple[str, ...], found: Vectors
+) -> list[Signal]:
     """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
     units, meanings = signal_units(design), signal_meanings(design)
     if units or not axes:
-        each = [(identifier(x), units.get(x, "")) for x in names]
-        return [Signal(x, "", unit, plain(meanings.get(x, ""))) for x, unit in each]
+        return [
+            Signal(
+                identifier(x),
+                "",
+                plain(units.get(x, "")),
+                plain(meanings.get(x, "")),
+                f"{max(found.largest(axis, x) for axis in found.axes):.3g}",
+            )
+            for x in names
+        ]
     rows: dict[tuple[str, str, str], list[str]] = {}
+    largest: dict[tuple[str, str, str], float] = {}
     for axis in PlantSettings(**design.plant.model_dump()).each():
         own, told = units_of(axis.drive.units), MEANINGS | meanings_of(axis.drive)
         for name in names:
-            row = identifier(name), own.get(name, ""), plain(told.get(name, ""))
+            row = identifier(name), plain(own.get(name, "")), plain(told.get(name, ""))
             rows.setdefault(row, []).append(axis.name)
-    return [Signal(row[0], ", ".join(of), *row[1:]) for row, of in sorted(rows.items())]
+            largest[row] = max(largest.get(row, 0.0), found.largest(axis.name, name))
+    return [
+        Signal(row[0], ", ".join(of), *row[1:], f"{largest[row]:.3g}")
+        for row, of in sorted(rows.items())
+    ]
 
 
 def _connecting(design: Design, axes: tuple[str, ...]) -> list[str]:
@@ -72,15 +120,25 @@ def _connecting(design: Design, axes: tuple[str, ...]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def source(design: Design) -> str:
-    """Where a design says that it comes from."""
-    return plain(str(design.provenance.get("source", "")))
+def measures(score: Json) -> list[Measure]:
+    """What of a score counts at the machine: of each measure the largest one."""
+    found: dict[str, tuple[float, str]] = {}
+    for key, value in score.items():
+        named = MEASURES.fullmatch(key)
+        if named and isinstance(value, int | float) and not isinstance(value, bool):
+            before = found.get(named["name"], (0.0, ""))[0]
+            if named["name"] not in found or abs(value) > abs(before):
+                found[named["name"]] = float(value), named["where"] or ""
+    return [Measure(name, f"{value:.3g}", of) for name, (value, of) in found.items()]
 
 
-def told(score: Json) -> dict[str, str]:
-    """What the score of a design says in numbers and words."""
-    return {
-        plain(key): f"{value:.6g}" if isinstance(value, float) else plain(str(value))
-        for key, value in score.items()
-        if isinstance(value, str | int | float)
-    }
+def _usable(told: object) -> str:
+    """On how many machines a design was usable, in words; "": nobody tried."""
+    if not isinstance(told, dict):
+        return ""
+    numbers = [x for key in KEPT if isinstance(x := told.get(key), int | float)]
+    if len(numbers) < len(KEPT):
+        return ""
+    share, machines, spread = map(float, numbers)
+    off = f"whose parameters are off by up to {100.0 * spread:.3g} %"
+    return f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"

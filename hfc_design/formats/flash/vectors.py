@@ -42,6 +42,14 @@ class Vectors(NamedTuple):
         commands = [f"{head}command" for head in heads]
         return ["reset", "float", *told, *(f"path.{x}" for x in self.path), *commands]
 
+    def largest(self, axis: str, name: str) -> float:
+        """How large a signal of an axis gets, or its "command"."""
+        k = self.axes.index(axis)
+        if name == "command":
+            return max(abs(row[k]) for row in self.commands)
+        place = k * len(self.signals) + self.signals.index(name)
+        return max(abs(row[place]) for row in self.inputs)
+
     @property
     def rows(self) -> list[list[float]]:
         """What stands in these columns."""

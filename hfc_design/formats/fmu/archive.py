@@ -13,6 +13,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.formats import compiling
 from hfc_design.formats.fmu.description import Description, Model, Variable
+from hfc_design.formats.fmu.page import page
 from hfc_design.formats.writing import rendered
 
 #: Files around the model; that of the version beside them.
@@ -44,12 +45,16 @@ def fmus(model: Model, design: Design) -> dict[str, bytes]:
 
 def _fmu(model: Model, design: Design, version: Version) -> bytes:
     """The archive; its token is a hash of the rest of it but for the binary."""
+    documentation = page(model, design)
     sources = _sources(model, design, version, "")
     described = Description(model, sorted(name for name in sources if name.endswith(".c")))
     describe = getattr(described, version.name)
-    token = _token([describe(""), *(f"{name} {text}" for name, text in sorted(sources.items()))])
+    token = _token(
+        [describe(""), documentation, *(f"{name} {text}" for name, text in sorted(sources.items()))]
+    )
     sources = _sources(model, design, version, token)
     files: dict[str, str | bytes] = {"modelDescription.xml": describe(token)}
+    files["documentation/index.html"] = documentation
     files |= {f"sources/{name}": text for name, text in sorted(sources.items())}
     if version.build:
         files["sources/buildDescription.xml"] = described.build()

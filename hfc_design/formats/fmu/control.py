@@ -56,7 +56,7 @@ def controller(design: Design) -> Model:
     }
     what = f"{design.controller.kind} controller {design.name} for the plant {design.plant.name}"
     every = design.controller.sample_time_s
-    return Model(name, what, every, variables, sources, "fmu/controller.c.j2", values)
+    return Model("controller", name, what, every, variables, sources, "fmu/controller.c.j2", values)
 
 
 def path_variables(design: Design) -> list[Variable]:

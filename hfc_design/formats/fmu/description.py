@@ -42,6 +42,7 @@ LOG_CATEGORIES = ("logStatusWarning", "logStatusError")
 class Model(NamedTuple):
     """What an FMU computes."""
 
+    part: str  # "controller", "plant" or "loop" of both
     name: str  # an identifier
     what: str
     every: float  # sample time [s]

@@ -123,6 +123,7 @@ def _model(
     for own in values["axes"]:
         state += own.pop("state")
     model = Model(
+        "loop" if controllers else "plant",
         name,
         what,
         design.controller.sample_time_s,
