@@ -128,6 +128,7 @@ def _draw_off(
     factor, unit = readable(found.position_unit, float(np.abs(residual).max()))
     time = found.told.sample_time * np.arange(len(residual), dtype=float)
     axes.plot(*thinned(time[part], factor * counted(residual)[part]), color=OTHER, lw=0.8)
+    axes.set_xlim(time[part][0], time[part][-1])  # also where the replay begins to count later
     finish(axes, f"off by [{unit}]", x)
     return factor
 

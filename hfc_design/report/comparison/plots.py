@@ -121,8 +121,8 @@ def machines(comparison: Comparison) -> Figure:
     low, high = (factor * x for x in (min(known, default=1.0), max(known, default=1.0)))
     edge = high * (high / low) ** 0.1
     top = 0.15 + _top(len(names), 2)
-    height = 0.85 + top + 0.13 * rows * len(bouts)
-    figure = framed(height, top=top, left=1.0, right=0.5, bottom=0.55)
+    height = 0.85 + top + 0.15 * rows * len(bouts)
+    figure = framed(height, top=top, left=1.0, right=0.6, bottom=0.55)
     axes = figure.subplots()
     for k, (bout, row) in enumerate(zip(bouts, spans, strict=True)):
         for j, (span, side) in enumerate(zip(row, bout.sides.values(), strict=True)):
@@ -132,9 +132,10 @@ def machines(comparison: Comparison) -> Figure:
                 axes.plot(ends[1], where, "o", ms=4.5, mew=0, color=colour(j))
             if span[2] is None:
                 axes.plot(edge, where, ">", ms=4.5, mew=0, color=colour(j), clip_on=False)
-            told: dict[str, Any] = {"fontsize": 6, "va": "center", "color": colour(j)}
-            share = f"  {100 * side.stable.mean():.3g} %"
-            axes.annotate(share, (1.0, where), xycoords=("axes fraction", "data"), **told)
+            told: dict[str, Any] = {"fontsize": 7.5, "va": "center", "color": colour(j)}
+            told |= {"xytext": (6, 0), "textcoords": "offset points"}  # a triangle stands there
+            share, place = f"{100 * side.stable.mean():.3g} %", ("axes fraction", "data")
+            axes.annotate(share, (1.0, where), xycoords=place, **told)
     middle = np.arange(len(bouts)) * rows + 0.5 * (len(names) - 1)
     heads = {bout.name.rpartition(".")[0] for bout in bouts}
     alone = [bout.name.rpartition(".")[2] if len(heads) == 1 else bout.name for bout in bouts]
