@@ -45,7 +45,8 @@ def fields_of(
             continue
         # what stands in a table of its own has its defaults there
         kind = type_of(schema).replace("file or table", "file")
-        own = field.is_required() or (inside and kind.startswith("table"))
+        named = isinstance(field.default, str)  # a design to begin with
+        own = field.is_required() or (inside and kind.startswith("table") and not named)
         default = None if own else plain(field.get_default(call_default_factory=True))
         told, key = said.get(name, Comment(field.description or "")), prefix + name
         yield head._replace(

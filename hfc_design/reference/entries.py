@@ -4,7 +4,8 @@
 """
 
 import json
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -64,9 +65,36 @@ def parts(kind: str, name: str, known: Iterable[Entry] | None = None) -> list[En
     return [one for one in every if (one.kind, one.name) == (kind, name) and one.part]
 
 
-def unknown(what: str, name: str, known: Iterable[str]) -> UserError:
-    """The line for a name that there is not: what is near it, and what there is."""
-    names = list(known)
-    near = get_close_matches(name, names, n=2)
-    meant = f"did you mean {' or '.join(near)}? " if near else ""
-    return UserError(f"{short(name)}: no such {what}; {meant}there is {', '.join(names)}")
+def near(name: str, known: Iterable[str]) -> str:
+    """The names that may be meant by a mistyped one, in words; "" where none is like it."""
+    return " or ".join(get_close_matches(name, [*known], n=2))
+
+
+def unknown(
+    what: str, name: str, known: Iterable[str], listed: Iterable[str] | None = None
+) -> UserError:
+    """The line for a name that there is not: what is near it, and what there is or is listed."""
+    names = [*known]
+    meant = near(name, names)
+    asked = f"did you mean {meant}? " if meant else ""
+    return UserError(f"{short(name)}: no such {what}; {asked}there is {', '.join(listed or names)}")
+
+
+def in_units(unit: str, units: Mapping[str, str]) -> str:
+    """A unit of the reference with those of a plant: command/error of a C-axis is V/rad."""
+
+    def own(found: re.Match[str]) -> str:
+        told = units.get(found[0], found[0])
+        alone = found[0] == unit or not re.search(r"[ /]", told)
+        return told if alone else f"({told})"
+
+    return re.sub(r"\b(error|command|load)\b", own, unit)
+
+
+def units_of(plant: str, known: Iterable[Entry] | None = None) -> dict[str, str]:
+    """Unit of each signal of a plant; of one with several axes those of its first one."""
+    found: dict[str, str] = {}
+    for one in parts(PLANT, plant, known):
+        if one.part == "signal":
+            found.setdefault(one.key.rpartition(".")[2], one.unit)
+    return found

@@ -1,0 +1,152 @@
+"""The tables of ``hfc show``, which fit 60 columns and more."""
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from rich.table import Table
+
+from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.numbers import Json, Plain
+from hfc_design.reference.entries import Entry
+from hfc_design.reference.told import FILE, Value
+
+#: Part of a thing -> what stands above its table.
+TITLES = {
+    "parameter": "parameters",
+    "setting": "keys in a scenario",
+    "design": "keys in a design file",
+    "signal": "signals that a controller can read, command and load",
+    "metric": "metrics of a motion",
+    "fact": "",
+}
+WORDS = "error, command, load and signal in a unit: those of the plant, see hfc show plant NAME"
+#: Letters of a value in a table.
+LONGEST = 24
+
+
+def show_list(kind: str, found: Sequence[Entry]) -> None:
+    """All of a kind, a line each; of keys a table."""
+    if kind == "key":
+        _table("", found, "")
+        return
+    table = Table(box=None, show_header=False, padding=(0, 1, 0, 0))
+    table.add_column(no_wrap=True)
+    table.add_column()
+    for one in found:
+        unit = f" [{one.unit}]" if one.unit else ""
+        table.add_row(one.name, one.meaning + unit)
+    terminal().print(table)
+
+
+def show_thing(every: Sequence[Entry]) -> None:
+    """A thing and its parts."""
+    head, *rest = every
+    out = terminal()
+    unit = f" [{head.unit}]" if head.unit else ""
+    out.print(f"{head.kind} {head.name}: {head.meaning}{unit}", highlight=False)
+    if head.source:
+        out.print(f"source: {head.source}", highlight=False)
+    for part, own in groupby(sorted(rest, key=_order), key=lambda one: one.part):
+        if part == "fact":
+            for one in own:
+                out.print(f"{one.key}: {one.meaning}", highlight=False)
+            continue
+        for table, rows in groupby(own, key=_table_of):
+            out.print()
+            title = f"{TITLES[part]}, [{table}]" if table else TITLES[part]
+            _table(title, list(rows), f"{table}." if table else "")
+
+
+def _order(one: Entry) -> int:
+    return ["fact", *(name for name in TITLES if name != "fact")].index(one.part)
+
+
+def _table_of(one: Entry) -> str:
+    """The table of a file in which a key stands: the whole of a thing's settings in one."""
+    if one.part not in ("parameter", "setting", "design"):
+        return ""
+    return one.key.rpartition(".")[0] if one.part == "parameter" else one.key.partition(".")[0]
+
+
+def _table(title: str, found: Sequence[Entry], prefix: str) -> None:
+    table = columns(title, "key", "default", "meaning")
+    for one in found:
+        default = told(one.default, one.unit) if one.default is not None else _without(one)
+        allowed = f"; {one.allowed}" if one.allowed and one.allowed not in one.meaning else ""
+        of = f" ({one.name})" if one.kind not in ("key", "design-key") and not title else ""
+        table.add_row(one.key.removeprefix(prefix), default, one.meaning + allowed + of)
+    terminal().print(table)
+    if any(word in one.unit for one in found for word in ("error", "command", "load", "signal")):
+        terminal().print(WORDS, highlight=False)
+
+
+def columns(title: str, *names: str) -> Table:
+    """A table whose last column takes what is left."""
+    table = plain_table(title=title or None)
+    for name in names:
+        last = name == names[-1]
+        table.add_column(name, overflow="fold", ratio=2 if last else None)
+    for column in table.columns[:-1]:
+        column.max_width = 34
+    table.padding = (0, 1, 0, 0)
+    return table
+
+
+def _without(one: Entry) -> str:
+    """What stands for a default where there is none."""
+    unit = f"[{one.unit}]" if one.unit and one.unit != "1" else ""
+    if one.part in ("signal", "metric"):
+        return unit
+    return " ".join(filter(None, ("required" if one.required else "", unit)))
+
+
+def told(value: Plain, unit: str = "") -> str:
+    """A value with its unit, not long."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple | dict) and len(str(value)) > LONGEST:
+        return f"{len(value)} entries"
+    if isinstance(value, str) or unit.startswith("of the "):
+        unit = ""
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, dict | list) and not value:
+        text = "none"
+        unit = ""
+    return f"{text} {unit}" if unit and unit != "1" else text
+
+
+def show_scenario(
+    name: str, data: Json, found: Sequence[Value], motions: Sequence[tuple[str, list[Value]]]
+) -> None:
+    """What a scenario says, what it leaves, and what holds in each of its motions."""
+    out = terminal()
+    out.print(f"scenario {name}: {data.get('description', '')}".rstrip(": "), highlight=False)
+    out.print()
+    here = columns("set in the file", "key", "value", "default")
+    for one in found:
+        if one.where == FILE and not one.key.startswith("motions") and one.key != "description":
+            default = "" if one.default is None else told(one.default, one.unit)
+            here.add_row(one.key, told(one.value, one.unit), default)
+    out.print(here)
+    if motions:
+        out.print()
+        table = columns("motions", "motion", "key", "value", "from")
+        for motion, rows in motions:
+            for k, one in enumerate(rows):
+                table.add_row("" if k else motion, one.key, _brief(one.value), one.where)
+        out.print(table)
+    out.print()
+    rest = columns("left at its default", "key", "value", "meaning")
+    for one in found:
+        if one.where != FILE:
+            rest.add_row(one.key, told(one.value, one.unit), one.meaning)
+    out.print(rest)
+
+
+def _brief(value: Plain) -> str:
+    """A table of a motion by its kind and its numbers."""
+    if not isinstance(value, dict):
+        return told(value)
+    kind = value.get("kind", "")
+    rest = ", ".join(f"{key} {told(x)}" for key, x in value.items() if key != "kind")
+    return f"{kind} {rest}".strip()

@@ -1,0 +1,121 @@
+"""The keys of a scenario file: which there are, for what it names, and what stands where.
+
+A key of the reference may have a place for names: ``plant.axes.AXIS``, ``motions.N.weight``.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from hfc_design.core.numbers import Json, Plain
+from hfc_design.core.records import UserError
+from hfc_design.reference.entries import (
+    CONTROLLER,
+    KEY,
+    OBJECTIVE,
+    PLANT,
+    REFERENCE,
+    STRATEGY,
+    Entry,
+    near,
+    parts,
+    things,
+)
+
+#: Of a scenario: what names a thing, and its kind.
+NAMED = {
+    "plant.name": PLANT,
+    "reference.kind": REFERENCE,
+    "fitness.kind": OBJECTIVE,
+    "controller.kind": CONTROLLER,
+    "search.preset": STRATEGY,
+}
+#: Tables whose axes have the keys of the table, and those of a motion, which a scenario has too.
+ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
+IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
+#: A place for names in a key of the reference.
+PLACES = {"AXIS": r"[^.]+", "NAME": r"[^.]+", "N": r"\d+"}
+#: What has keys of its own for each name that it says, which are not looked at here.
+OWN = re.compile(r"^(motions\.\d+\.)?(reference\.axes|controller\.(axes|inner|start))\.")
+
+
+def chosen(data: Json) -> dict[str, str]:
+    """Kind -> name of the thing of that kind that a scenario names, or has by default."""
+    found = {}
+    defaults = {one.key: one.default for one in things(KEY)}
+    for key, kind in NAMED.items():
+        table, _, last = key.partition(".")
+        own = data.get(table)
+        name = own.get(last) if isinstance(own, Mapping) else None
+        found[kind] = str(name if name is not None else defaults[key])
+    return found
+
+
+def keys_of(named: Mapping[str, str], known: Iterable[Entry] = ()) -> list[Entry]:
+    """The keys that a scenario may have which names these things, kind -> name.
+
+    ``known`` are entries of own parts. Each table follows on the one before it in the file.
+    """
+    found, own = things(KEY), [*known]
+    order = {one.key.partition(".")[0]: k for k, one in enumerate(found)}
+    for kind, name in named.items():
+        wanted = "parameter" if kind == PLANT else "setting"
+        every = parts(kind, name) or parts(kind, name, own)
+        found += [one for one in every if one.part == wanted]
+    return sorted(found, key=lambda one: order.get(one.key.partition(".")[0], 0))
+
+
+def scenario_keys(data: Json, known: Iterable[Entry] = ()) -> list[Entry]:
+    """The keys that the scenario of a file may have, those of its motions' references last."""
+    found = keys_of(chosen(data), known)
+    motions = data.get("motions")
+    for motion in motions if isinstance(motions, list) else ():
+        own = motion.get("reference") if isinstance(motion, Mapping) else None
+        if isinstance(own, Mapping):
+            found += parts(REFERENCE, str(own.get("kind")))
+    return found
+
+
+def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
+    """The entry of a key of a file: its own, or that of the table of names that it stands in."""
+    key = ALIKE.sub(r"\1.", IN_MOTION.sub("", key))
+    table = key
+    while table:
+        own = next((one for one in known if _fits(one.key, table)), None)
+        if own is not None:
+            return own if table == key or own.type.startswith(("table of", "list")) else None
+        table = table.rpartition(".")[0]
+    return None
+
+
+def _fits(pattern: str, key: str) -> bool:
+    """Whether a key is one of a pattern with places for names."""
+    if not PLACES.keys() & set(pattern.split(".")):
+        return pattern == key
+    told = r"\.".join(PLACES.get(part, re.escape(part)) for part in pattern.split("."))
+    return re.fullmatch(told, key) is not None
+
+
+def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
+    """What a file says by dotted keys, motions and windows by number; an empty table too."""
+    listed = prefix in ("motions", "windows")
+    if isinstance(data, Mapping) and (data or not prefix):
+        for key, value in data.items():
+            yield from leaves(value, f"{prefix}.{key}" if prefix else str(key))
+    elif listed and isinstance(data, list) and all(isinstance(one, Mapping) for one in data):
+        for k, one in enumerate(data):
+            yield from leaves(one, f"{prefix}.{k}")
+    else:
+        yield prefix, data
+
+
+def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
+    """UserError: a file has keys that there are not; each with what may be meant."""
+    wrong = []
+    for key, _ in leaves(data):
+        if OWN.match(key) or entry_of(key, known) is not None:
+            continue
+        meant = near(key, [one.key for one in known])
+        wrong.append(f"{key}: there is no such key{f', did you mean {meant}?' if meant else ''}")
+    if wrong:
+        raise UserError(f"{source}: {'; '.join(wrong)}")

@@ -1,0 +1,133 @@
+"""``hfc show``: what it tells, how it fits, that it starts no JAX."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from run_folders import hfc
+
+from hfc_design.cli.showing import KINDS
+from hfc_design.reference.entries import in_units, things
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_listed(kind):
+    done = hfc("show", kind)
+    assert done.exit_code == 0, done.output
+    names = [line.split()[0] for line in done.stdout.splitlines() if line.strip()]
+    assert {one.name for one in things(kind) if len(one.name) < 30} <= {*names} or kind == "key"
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ("plant", "c-axis"),
+        ("plant", "five-axis"),
+        ("controller", "pd+hierarchical-fuzzy"),
+        ("strategy", "race"),
+        ("objective", "tolerances"),
+        ("scenario", "c-axis-practical"),
+        ("design", "lin-lee-1999-table-1"),
+        ("key", "search"),
+    ],
+)
+def test_it_fits(asked, width, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(width))
+    done = hfc("show", *asked)
+    assert done.exit_code == 0, done.output
+    assert max(map(len, done.stdout.splitlines())) <= width
+
+
+def test_a_plant_with_units_and_source(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "120")
+    lines = [" ".join(line.split()) for line in hfc("show", "plant", "c-axis").stdout.splitlines()]
+    assert "source: Lin & Lee 1999, eq. 1-2" in lines
+    found = [line for line in lines if line.startswith("spindle_inertia")]
+    assert found == ["spindle_inertia 5.102 kg m2 of spindle and workpiece, J_c; more than zero"]
+
+
+def test_a_scenario_says_what_it_sets_and_what_a_motion_has_from_it(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        '[simulation]\nduration_s = 3.5\n[limits]\naxes.x.command = 4.0\n[[motions]]\nname = "a"\n'
+    )
+    found = json.loads(hfc("show", "scenario", str(file), "--json").stdout)
+    keys = {one["key"]: one for one in found["keys"]}
+    assert keys["simulation.duration_s"]["value"] == 3.5
+    assert keys["simulation.duration_s"]["default"] == 10.0
+    assert keys["simulation.duration_s"]["where"] == "the file"
+    assert keys["simulation.sample_time_s"]["where"] == "default"
+    assert keys["limits.axes.x.command"]["unit"] == "V"
+    assert not any(key.startswith("robust.") for key in keys)  # nothing of it holds
+    assert [(one["key"], one["value"], one["where"]) for one in found["motions"]["a"]] == [
+        ("duration_s", 3.5, "the scenario")
+    ]
+
+
+@pytest.mark.parametrize("name", [one.name for one in things("scenario")])
+def test_every_built_in_scenario_has_keys_that_the_reference_knows(name):
+    assert hfc("show", "scenario", name, "--json").exit_code == 0
+
+
+def test_mistyped_keys_are_all_told_at_once(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("[simulaton]\nduration_s = 1\n[run]\nsed = 1\n")
+    done = hfc("show", "scenario", str(file))
+    assert done.exit_code == 2
+    assert "simulaton.duration_s: there is no such key, did you mean simulation." in done.stderr
+    assert "run.sed: there is no such key, did you mean run.seed" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        (("plant", "c-axsi"), "did you mean c-axis?"),
+        (("scenario", "c-axis-rampp"), "did you mean c-axis-ramp"),
+        (("design", "pd-onyl"), "did you mean pd-only?"),
+        (("key", "simulation.duration"), "did you mean simulation.duration_s "),
+    ],
+)
+def test_unknown_names(asked, meant):
+    done = hfc("show", *asked)
+    assert done.exit_code == 2
+    assert meant in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_design_with_the_units_of_its_plant():
+    found = json.loads(hfc("show", "design", "lin-lee-1999-table-1", "--json").stdout)
+    keys = {one["key"]: one for one in found["keys"]}
+    assert keys["pd.kp"]["value"] == 758.405  # Table I
+    assert keys["pd.kp"]["unit"] == "V/rad"
+    assert {"name": "deflection", "unit": "rad"}.items() <= found["signals"][2].items()
+    assert [unit["id"] for unit in found["units"]] == [7, 3, 1, 0]
+
+
+def test_an_own_plant():
+    done = hfc("show", "plant", "examples.02_own_plant:TABLE", "--json")
+    assert done.exit_code == 0, done.output
+    every = json.loads(done.stdout)
+    assert every[0]["name"] != ""
+    assert [one for one in every if one["part"] == "parameter"]
+
+
+def test_units_of_a_plant_in_those_of_the_reference():
+    units = {"error": "rad", "command": "V", "load": "N m"}
+    assert in_units("command/(error s)", units) == "V/(rad s)"
+    assert in_units("command/load", units) == "V/(N m)"
+    assert in_units("load", units) == "N m"
+
+
+@pytest.mark.parametrize(
+    "asked", [["plant", "c-axis"], ["scenario", "c-axis-practical"], ["design", "pd-only"]]
+)
+def test_it_starts_no_jax(asked):
+    code = f"""
+import sys
+from hfc_design.cli import main
+main({["show", *asked]!r}, standalone_mode=False)
+assert "jax" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
