@@ -14,12 +14,13 @@ from hfc_design.cli.identifying import identify
 from hfc_design.cli.insight import explain, list_, stability
 from hfc_design.cli.showing import show
 from hfc_design.cli.simulating import batch, report, score, simulate
+from hfc_design.cli.starting import init
 from hfc_design.cli.trading import pick
 from hfc_design.cli.training import train
 
 #: In the order in which a user meets them.
 COMMANDS = (
-    *(list_, show, design, pick, score, compare, simulate, train, identify, export, import_),
+    *(list_, show, init, design, pick, score, compare, simulate, train, identify, export, import_),
     *(explain, stability, attainable, report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}

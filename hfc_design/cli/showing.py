@@ -113,7 +113,7 @@ def _scenario(name: str, as_json: bool) -> None:
         raise unknown("scenario", name, built_in)
     place = Path(__file__).parents[1] / "files" / "scenarios"
     data = read_toml(place / f"{name}.toml" if name in built_in else name)
-    own = [one for kind, thing in chosen(data).items() for one in _unlisted(kind, thing)]
+    own = [one for kind, thing in chosen(data).items() for one in unlisted(kind, thing)]
     known = scenario_keys(data, own)
     check_keys(data, known, name)
     found, each = values(data, known), list(motions(data))
@@ -128,7 +128,7 @@ def _scenario(name: str, as_json: bool) -> None:
     show_scenario(name, data, found, each)
 
 
-def _unlisted(kind: str, name: str) -> list["Entry"]:
+def unlisted(kind: str, name: str) -> list["Entry"]:
     """The entries of what a scenario names and the reference has not: an own part."""
     from hfc_design.reference.entries import things
 

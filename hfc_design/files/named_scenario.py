@@ -1,5 +1,6 @@
 """Scenarios by name: built in, in a TOML file, as a mapping; and as TOML again."""
 
+import tomllib
 from collections.abc import Callable, Mapping
 from os.path import exists
 from pathlib import Path
@@ -14,6 +15,9 @@ from hfc_design.core.texts import read_toml
 from hfc_design.files.design import Design, named_design
 from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
+from hfc_design.reference.commented import rest
+from hfc_design.reference.entries import units_of
+from hfc_design.reference.keys import scenario_keys
 
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
@@ -107,3 +111,10 @@ def with_files(part: Any, key: str, name: Callable[[str, AnyFile], AnyFile]) -> 
 def scenario_toml(scenario: Scenario) -> str:
     """The scenario in full as TOML, every default spelled out."""
     return tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
+
+
+def config_toml(scenario: Scenario) -> str:
+    """The same, and behind it every key that is not set, commented out, with what it means."""
+    text = scenario_toml(scenario)
+    data = tomllib.loads(text)
+    return text + rest(data, scenario_keys(data), units_of(scenario.plant.name))

@@ -41,12 +41,13 @@ def fields_of(
     for name, field in record.model_fields.items():
         inside = records_in(field.annotation)
         schema = _schema(field)
-        if "const" in schema and name in ("kind", "preset"):
+        named = "const" in schema or (head.part and prefix.count(".") == 1)
+        if named and name in ("kind", "preset"):
             continue
         # what stands in a table of its own has its defaults there
         kind = type_of(schema).replace("file or table", "file")
-        named = isinstance(field.default, str)  # a design to begin with
-        own = field.is_required() or (inside and kind.startswith("table") and not named)
+        begins = isinstance(field.default, str)  # with a design of that name
+        own = field.is_required() or (inside and kind.startswith("table") and not begins)
         default = None if own else plain(field.get_default(call_default_factory=True))
         told, key = said.get(name, Comment(field.description or "")), prefix + name
         yield head._replace(

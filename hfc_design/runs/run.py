@@ -12,7 +12,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.files.design import Design, design_json, read_design
-from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
+from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs import stored
@@ -73,7 +73,7 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
         own = renamed(scenario, copied)  # it stands alone
     if given is not None:
         _write_design(folder / GIVEN, given)
-    checkpoint.write_whole(folder / CONFIG, scenario_toml(own).encode())
+    checkpoint.write_whole(folder / CONFIG, config_toml(own).encode())
     return opened_run(folder)
 
 

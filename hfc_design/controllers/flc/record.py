@@ -94,7 +94,7 @@ class FuzzyRecord(ControllerRecord):
     dead_zone: DeadZone = 0.0  # an error no larger than this counts as 0 [BLU]
     #: what inputs and output are called in exported files
     names: NamesRecord = Field(NamesRecord(), exclude_if=NamesRecord().__eq__)
-    #: where each input begins and ends in exported files, by its name here [BLU]
+    #: where a variable begins and ends in exported files; changes no command [BLU, command]
     ranges: Ranges = Field({}, exclude_if=lambda ranges: not ranges)
     adapts: ClassVar[bool] = False
 

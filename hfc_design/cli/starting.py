@@ -1,0 +1,37 @@
+"""``hfc init``: a scenario to begin with. Starts no JAX but for a user's own parts."""
+
+from pathlib import Path
+
+import click
+
+from hfc_design.cli.options import force, free, output, with_plugins
+from hfc_design.cli.showing import unlisted
+
+PLANT_HELP = "Plant: a name, or an own one as module:OBJECT [default: c-axis]."
+KIND_HELP = "Kind of controller: a name, or an own one [default: pd+hierarchical-fuzzy]."
+
+
+@click.command()
+@click.option("--plant", default="c-axis", help=PLANT_HELP)
+@click.option("--controller", default="pd+hierarchical-fuzzy", help=KIND_HELP)
+@output("--out", help="TOML file to write [default: PLANT.toml].")
+@force
+@with_plugins({})
+def init(plant: str, controller: str, out: Path | None) -> None:
+    """Write a scenario to begin with: a move of a plant, every other key commented out.
+
+    Each key stands there with its default, unit and meaning and what is allowed. The file can be
+    searched as it is, by hfc design FILE, with an own part by hfc design FILE --use module:OBJECT.
+    """
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.reference.beginning import beginning
+
+    own = {"plant": unlisted("plant", plant), "controller": unlisted("controller", controller)}
+    names = [
+        found[0].name if (found := own[kind]) else name
+        for kind, name in (("plant", plant), ("controller", controller))
+    ]
+    text = beginning(names[0], names[1], [*own["plant"], *own["controller"]])
+    path = out or free(Path(f"{names[0]}.toml"))
+    write_whole(path, text.encode())
+    click.echo(path)

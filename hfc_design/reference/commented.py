@@ -1,0 +1,129 @@
+"""Keys of a scenario as lines of TOML: those that hold, others commented out, with their meanings.
+
+``# text`` is for people, ``#key = value`` becomes a key without its first letter.
+"""
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+
+import tomli_w
+
+from hfc_design.core.numbers import Json, Plain
+from hfc_design.reference.entries import Entry, in_units
+from hfc_design.reference.keys import leaves
+
+WIDTH = 98
+#: Tables of which nothing is left where they are empty: their heads may stand without a key.
+HARMLESS = (
+    *("plant", "plant.parameters", "simulation", "reference", "load", "limits", "sensors"),
+    *("fitness", "controller", "search", "run"),
+)
+#: Lists whose entries are tables of their own in a file.
+LISTED = "motions", "windows"
+NOT_SET = (
+    "# Keys that are not set, with their defaults. One that is to hold belongs into its table."
+)
+#: What stands for a value that has no default.
+STANDS_FOR = {"number": "NUMBER", "whole number": "NUMBER", "text": '"TEXT"', "file": '"FILE"'}
+
+
+def commented(live: Mapping[str, Plain], known: Sequence[Entry], units: Mapping[str, str]) -> str:
+    """A scenario with the ``live`` values of dotted keys, every other key commented out."""
+    return _text(live, known, [one for one in known if _is_line(one, known, live)], units, HARMLESS)
+
+
+def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
+    """The keys that a scenario does not say, all commented out, to be written behind it."""
+    said = [key for key, _ in leaves(data)]
+    listed = tuple(f"{key}.N." for key in ("motions", "windows") if data.get(key))
+    left = [
+        one
+        for one in known
+        if _is_line(one, known, {})
+        and not one.key.startswith(listed)
+        and not any(f"{key}.".startswith(f"{one.key}.") for key in said)
+    ]
+    return f"\n{NOT_SET}\n\n" + _text({}, known, left, units, ())
+
+
+def _text(
+    live: Mapping[str, Plain],
+    known: Sequence[Entry],
+    rows: Sequence[Entry],
+    units: Mapping[str, str],
+    heads: Sequence[str],
+) -> str:
+    """Lines of these rows, each table under its head, which is a comment where nothing is alive."""
+    tables = {one.key: one for one in known}
+    text = ""
+    for table, own in groupby(sorted(rows, key=lambda one: _order(one, rows)), key=_table):
+        entries = list(own)
+        alive = table in (*heads, *live) or any(one.key in live for one in entries)
+        if table:
+            one = tables.get(table.replace(".N", ""))
+            text += f"\n{_told(one, units) if one else ''}{_head(table, alive)}\n"
+        for one in entries:
+            text += _line(one, one.key == table, live, units)
+    return text.lstrip("\n")
+
+
+def _is_line(one: Entry, known: Iterable[Entry], live: Mapping[str, Plain]) -> bool:
+    """Whether an entry is a key with a value, and no table of keys that have lines themselves."""
+    parts = one.key.split(".")
+    if {"AXIS", "NAME"} & {*parts} or ("N" in parts and parts[0] not in LISTED):
+        return False
+    if one.type.startswith("list of tables"):
+        return one.key not in LISTED
+    inside = any(other.key.startswith(f"{one.key}.") for other in known)
+    return not (one.type.startswith("table") and inside) or (
+        one.key in live and live[one.key] != {}
+    )
+
+
+def _table(one: Entry) -> str:
+    return one.key if one.type.startswith("table of") else one.key.rpartition(".")[0]
+
+
+def _order(one: Entry, rows: Sequence[Entry]) -> tuple[int, int]:
+    """Keys without a table come first, then each table whole, where its first key stands."""
+    table = _table(one)
+    tables = list(dict.fromkeys(_table(row) for row in rows))
+    return (-1 if not table else tables.index(table), rows.index(one))
+
+
+def _head(table: str, alive: bool) -> str:
+    name, listed = table.replace(".N", ""), ".N" in table
+    head = f"[[{name}]]" if listed else f"[{name}]"
+    return head if alive else f"#{head}"
+
+
+def _line(one: Entry, head: bool, live: Mapping[str, Plain], units: Mapping[str, str]) -> str:
+    """A key with what it means; of a table of names, whose ``head`` says that, what it holds."""
+    if head:
+        inside = live.get(one.key) or {}
+        return "".join(f"{key} = {written(x)}\n" for key, x in inside.items())
+    name = one.key.rpartition(".")[2]
+    if one.key in live:
+        return f"{_told(one, units)}{name} = {written(live[one.key])}\n"
+    value = STANDS_FOR.get(one.type, "...") if one.default is None else written(one.default)
+    return f"{_told(one, units)}#{name} = {value if len(value) < WIDTH else '...'}\n"
+
+
+def _told(one: Entry, units: Mapping[str, str]) -> str:
+    unit = in_units(one.unit, units)
+    text = one.meaning + (f" [{unit}]" if unit not in ("", "1") else "")
+    if one.allowed and one.allowed not in text:
+        text += f"; {one.allowed}"
+    lines = textwrap.wrap(text, WIDTH, break_on_hyphens=False, break_long_words=False)
+    return "".join(f"# {line}\n" for line in lines)
+
+
+def written(value: Plain) -> str:
+    """A value as TOML has it, in a line."""
+    if isinstance(value, Mapping):
+        inside = ", ".join(f"{key} = {written(one)}" for key, one in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(written, value))}]"
+    return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
