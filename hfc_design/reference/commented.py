@@ -21,9 +21,7 @@ HARMLESS = (
 )
 #: Lists whose entries are tables of their own in a file.
 LISTED = "motions", "windows"
-NOT_SET = (
-    "# Keys that are not set, with their defaults. One that is to hold belongs into its table."
-)
+NOT_SET = "# Keys that are not set, with their defaults; one that is to hold belongs in its table."
 #: What stands for a value that has no default.
 STANDS_FOR = {"number": "NUMBER", "whole number": "NUMBER", "text": '"TEXT"', "file": '"FILE"'}
 
@@ -75,7 +73,8 @@ def _is_line(one: Entry, known: Iterable[Entry], live: Mapping[str, Plain]) -> b
         return False
     if one.type.startswith("list of tables"):
         return one.key not in LISTED
-    inside = any(other.key.startswith(f"{one.key}.") for other in known)
+    below = (x.key.removeprefix(f"{one.key}.") for x in known if x.key.startswith(f"{one.key}."))
+    inside = any(not {"AXIS", "NAME"} & {*key.split(".")} for key in below)
     return not (one.type.startswith("table") and inside) or (
         one.key in live and live[one.key] != {}
     )
