@@ -19,6 +19,8 @@ TITLES = {
     "metric": "metrics of a motion",
     "fact": "",
 }
+#: Parts that a user reads and never sets.
+READ = "signal", "metric"
 WORDS = "error, command, load and signal in a unit: those of the plant, see hfc show plant NAME"
 #: Letters of a value in a table.
 LONGEST = 24
@@ -69,7 +71,8 @@ def _table_of(one: Entry) -> str:
 
 
 def _table(title: str, found: Sequence[Entry], prefix: str) -> None:
-    table = columns(title, "key", "default", "meaning")
+    read = all(one.part in READ for one in found)
+    table = columns(title, "name" if read else "key", "unit" if read else "default", "meaning")
     for one in found:
         default = told(one.default, one.unit) if one.default is not None else _without(one)
         allowed = f"; {one.allowed}" if one.allowed and one.allowed not in one.meaning else ""
@@ -94,9 +97,9 @@ def columns(title: str, *names: str) -> Table:
 
 def _without(one: Entry) -> str:
     """What stands for a default where there is none."""
+    if one.part in READ:
+        return one.unit
     unit = f"[{one.unit}]" if one.unit and one.unit != "1" else ""
-    if one.part in ("signal", "metric"):
-        return unit
     return " ".join(filter(None, ("required" if one.required else "", unit)))
 
 

@@ -33,6 +33,7 @@ NAMED = {
 #: Tables whose axes have the keys of the table, and those of a motion, which a scenario has too.
 ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
 IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
+OF_AXIS = re.compile(r"^plant\.axes\.[^.]+\.(?=.)")
 #: A place for names in a key of the reference.
 PLACES = {"AXIS": r"[^.]+", "NAME": r"[^.]+", "N": r"\d+"}
 #: What has keys of its own for each name that it says, which are not looked at here.
@@ -79,11 +80,14 @@ def scenario_keys(data: Json, known: Iterable[Entry] = ()) -> list[Entry]:
 def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
     """The entry of a key of a file: its own, or that of the table of names that it stands in."""
     key = ALIKE.sub(r"\1.", IN_MOTION.sub("", key))
+    if any(one.key.startswith("plant.parameters.") for one in known):  # axes of one drive
+        key = OF_AXIS.sub("plant.parameters.", key)
     table = key
     while table:
         own = next((one for one in known if _fits(one.key, table)), None)
         if own is not None:
-            return own if table == key or own.type.startswith(("table of", "list")) else None
+            named = own.type.startswith(("table of", "list")) and own.key != "plant.parameters"
+            return own if table == key or named else None
         table = table.rpartition(".")[0]
     return None
 

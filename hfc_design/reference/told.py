@@ -54,7 +54,7 @@ def _said(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, st
     entry = entry_of(key, known)
     if entry is None:
         return Value(key, value, None, FILE)
-    same = entry.key.count(".") == key.count(".")
+    same = entry.key.rpartition(".")[2] == key.rpartition(".")[2]
     default = entry.default if same else None
     unit = next((one.unit for one in things(METRIC) if one.name in key.split(".")), entry.unit)
     own = unit if entry.unit == "of the measure" else entry.unit

@@ -1,13 +1,17 @@
 """``hfc show``: what it tells, how it fits, that it starts no JAX."""
 
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 from run_folders import hfc
 
 from hfc_design.cli.showing import KINDS
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.reference.entries import in_units, things
 
 
@@ -131,3 +135,37 @@ main({["show", *asked]!r}, standalone_mode=False)
 assert "jax" not in sys.modules
 """
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_page_shows_what_the_commands_say(tmp_path, monkeypatch):
+    blocks = re.findall(r"```text\n\$ hfc (.*?)\n(.*?)\n```", (DOCS / "show.md").read_text(), re.S)
+    assert len(blocks) == 4
+    (tmp_path / "mine.toml").write_text("simulaton.duration_s = 1\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    for command, shown in blocks:
+        lines = [line.rstrip() for line in hfc(*command.split()).output.splitlines()]
+        assert "\n".join(lines).startswith(shown), command
+
+
+def test_parameters_of_an_axis_of_two_of_one_drive(tmp_path):
+    found = json.loads(hfc("show", "scenario", "feed-drive-circle", "--json").stdout)
+    (own,) = [one for one in found["keys"] if one["key"] == "plant.axes.y.positive_start"]
+    assert (own["value"], own["default"], own["unit"]) == (7.23, 6.54, "unit")  # JK04 eq. 28
+    file = tmp_path / "mine.toml"
+    file.write_text("[plant.axes.x]\nspindle_inertai = 3.0\n")
+    told = hfc("show", "scenario", str(file)).stderr
+    assert "plant.axes.x.spindle_inertai: there is no such key, did you mean plant.par" in told
+
+
+def test_the_example_of_tables_can_be_run(tmp_path):
+    file = DOCS.parent / "examples" / "from_tables.toml"
+    scenario = load_scenario(str(file), {"search.generations": 2})
+    time = scenario.simulation.time
+    samples = scenario.samples().axes[0]
+    assert samples.target[-1] == pytest.approx(40.0)  # where move.csv ends
+    assert samples.target[np.searchsorted(time, 1.2)] == pytest.approx(20.0, abs=0.1)  # half way
+    assert samples.loads[0][np.searchsorted(time, 1.2)] == pytest.approx(60.0)
