@@ -24,7 +24,7 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test test-all test-lowest test-python lint interop attack bench dist audit lock uplot reference clean
+.PHONY: design test test-all test-lowest test-python lint interop docs attack bench dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -41,6 +41,13 @@ test-all: $(VENV)/installed
 interop: $(VENV)/installed
 	tests/interop/install.sh
 	$(BIN)/pytest -m "$(PROGRAMS)"
+
+# The documentation as a site, build/site/index.html; any warning fails. What the variable silences is
+# no warning of the pages but news of the theme: see docs/development.md.
+docs: $(VENV)/installed .venv-docs/installed
+	$(BIN)/python docs/site/stage.py build/docs
+	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs -q build --strict -f docs/site/mkdocs.yml
+	@echo build/site/index.html
 
 # What make test tries a few times, tried as often as docs/reliability.md says: hours.
 attack: $(VENV)/installed
@@ -89,7 +96,7 @@ dist: $(TOOLS)/installed
 # answered is failed.
 audit: $(TOOLS)/installed
 	$(TOOLS)/bin/pip-audit --strict --require-hashes --disable-pip -s pypi \
-		$(addprefix -r requirements/,locked.txt peers.txt tools.txt fuzzylite.txt st.txt fmpy.txt pymoo.txt)
+		$(addprefix -r requirements/,locked.txt peers.txt tools.txt docs.txt fuzzylite.txt st.txt fmpy.txt pymoo.txt)
 
 # What hfc show, hfc init and the documentation tell of keys, units and defaults, from the code.
 reference: $(VENV)/installed
@@ -104,7 +111,7 @@ lock: $(TOOLS)/installed
 		-o requirements/peers.txt
 	$(LOCK) --upgrade --resolution lowest-direct $(EXTRAS) --group build pyproject.toml \
 		-o requirements/lowest.txt
-	for name in tools fuzzylite st fmpy pymoo; do \
+	for name in tools docs fuzzylite st fmpy pymoo; do \
 		$(LOCK) $(UPGRADE) requirements/$$name.in -o requirements/$$name.txt || exit; done
 	$(LOCK) $(UPGRADE) --no-deps requirements/sources.in -o requirements/sources.txt
 
@@ -132,6 +139,11 @@ $(TOOLS)/installed: requirements/tools.txt
 	$(UV) venv -q --clear --python 3.11 $(@D)
 	$(INSTALL) $(@D) -r requirements/lowest.txt
 	$(UV) pip install -q --python $(@D) --no-deps --no-build-isolation -e .
+	touch $@
+
+.venv-docs/installed: requirements/docs.txt
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/pip install -q --require-hashes -r $<
 	touch $@
 
 $(OTHER)/installed: pyproject.toml requirements/locked.txt $(TOOLS)/installed
