@@ -1,4 +1,4 @@
-"""The package for scripts, in one import: ``import hfcapi as hfc``.
+"""The package for scripts, in one import: ``import hfc_design.api as hfc``.
 
 Load a scenario, design, evaluate, export; add an own plant, fitness, strategy or control law.
 ``docs/python.md`` shows all of it at work.

@@ -1,5 +1,6 @@
 """The page of the command line, from its commands and from what the other pages show of them."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -23,7 +24,7 @@ def examples(pages: list[Path]) -> dict[str, list[str]]:
         for block in re.findall(r"^```sh\n(.*?)^```", page.read_text("utf-8"), re.M | re.S):
             for line in re.findall(r"^hfc .*(?:\\\n.*)*", block, re.M):
                 if "\n" not in line:
-                    found[line.split()[1]].append(line)
+                    found.setdefault(line.split()[1], []).append(re.sub("  +#", "  #", line))
     return found
 
 
@@ -39,9 +40,9 @@ def section(name: str, command: click.Command, lines: list[str]) -> str:
     rows = [
         f"| `{record[0]}` | {cell(record[1])} |"
         for one in command.get_params(context)
-        if (record := one.get_help_record(context))
+        if (record := one.get_help_record(context)) and record[1]
     ]
-    text = cell(command.get_short_help_str(10_000) if not command.help else command.help)
+    text = cell(inspect.cleandoc(command.help or ""))
     shown = "".join(f"{line}\n" for line in lines[:SHOWN])
     return (
         f"\n## hfc {name}\n\n```text\n{usage}\n```\n\n{text}\n\n"

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import command_line
+import tables
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "docs" / "site"
@@ -73,6 +74,8 @@ def stage(folder: Path) -> None:
     reference = folder / "docs" / "reference"
     shutil.copytree(SITE / "reference", reference)
     (reference / "command-line.md").write_text(command_line.page(pages), encoding="utf-8")
+    for name, text in tables.pages().items():
+        (reference / f"{name}.md").write_text(text, encoding="utf-8")
     shutil.copytree(SITE / "iframe-worker", folder / "site" / "iframe-worker")
     shutil.copyfile(SITE / "style.css", folder / "site" / "style.css")
 
