@@ -10,7 +10,7 @@ from hfc_design.cli import main
 
 HEAD = """# Command line
 
-What `hfc COMMAND --help` prints, made from the commands themselves, with lines from the other pages.
+What `hfc COMMAND --help` prints, from the commands themselves, with lines from the other pages.
 `hfc --help` lists the commands, `hfc --version` says which version it is.
 """
 #: Examples of a command that are shown at most.
@@ -18,7 +18,7 @@ SHOWN = 4
 
 
 def examples(pages: list[Path]) -> dict[str, list[str]]:
-    """Lines of the shell blocks of pages by the command that they give, with what they say of it."""
+    """Lines of the shell blocks of pages, by the command that they give."""
     found: dict[str, list[str]] = {name: [] for name in main.commands}
     for page in pages:
         for block in re.findall(r"^```sh\n(.*?)^```", page.read_text("utf-8"), re.M | re.S):

@@ -1,7 +1,7 @@
 """Draws the pictures of docs/concepts.md with the tool's own drawings: ``pictures.py RUN FOLDER``.
 
-RUN is a finished ``hfc design c-axis-ramp --seed 1``. The picture of a report, docs/pictures/report.png,
-is a browser's, of the run of ``make design``: see docs/development.md.
+RUN is a finished ``hfc design c-axis-ramp --seed 1``. The picture of a report,
+docs/pictures/report.png, is a browser's, of the run of ``make design``: see docs/development.md.
 """
 
 import sys

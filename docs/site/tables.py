@@ -89,12 +89,12 @@ def thing(one: Entry, level: str, wanted: Sequence[str]) -> str:
 def _scenario() -> str:
     """Keys by the table of the file that they stand in; the first lines stand in none."""
     keys = things("key")
-    groups = dict.fromkeys(one.name.partition(".")[0] for one in keys)
-    text = ""
-    for group in groups:
-        own = [one for one in keys if one.name == group or one.name.startswith(f"{group}.")]
-        text += f"## {group}\n\n{table(own)}"
-    return text
+    groups: dict[str, list[Entry]] = {}
+    for one in keys:
+        group = one.name.partition(".")[0]
+        alone = "table" not in one.type and group == one.name
+        groups.setdefault("The first lines" if alone else group, []).append(one)
+    return "".join(f"## {group}\n\n{table(own)}" for group, own in groups.items())
 
 
 def pages() -> dict[str, str]:

@@ -1,0 +1,78 @@
+"""Links, commands and blocks of the pages lead somewhere, and no page is a wall of text."""
+
+import ast
+import json
+import re
+import shlex
+import tomllib
+
+import click
+import doc_pages
+import pytest
+from doc_pages import PAGES, ROOT
+
+from hfc_design.cli import main
+
+EVERY = pytest.mark.parametrize("page", PAGES, ids=doc_pages.name)
+#: Lines of text in three screens of a site, of the 105 letters that the pages have.
+THREE_SCREENS = 120
+#: A list of changes is no page to read.
+LISTS = ("CHANGELOG.md",)
+
+
+@EVERY
+def test_links_lead_somewhere(page):
+    for file, anchor in doc_pages.links(page):
+        assert file.exists(), f"{file} of {page}"
+        if anchor:
+            assert anchor in doc_pages.anchors(file), f"{file}#{anchor} of {page}"
+
+
+@EVERY
+def test_blocks_are_of_their_language(page):
+    for text in doc_pages.blocks(page, "toml"):
+        tomllib.loads(text)
+    for text in doc_pages.blocks(page, "json"):
+        json.loads(text)
+    for text in doc_pages.blocks(page, "python"):
+        ast.parse(text)
+
+
+@EVERY
+def test_commands_have_the_options_that_they_are_given(page):
+    for line in doc_pages.commands(page):
+        words = shlex.split(line, comments=True)[1:]
+        words = words[: words.index(">")] if ">" in words else words
+        if words[0].startswith("-"):
+            continue
+        command = main.commands[words[0]]
+        with click.Context(main, info_name="hfc") as parent:
+            context = command.make_context(words[0], words[1:], parent, resilient_parsing=True)
+        left = [word for word in context.args if word.startswith("-")]
+        assert not left, line
+
+
+@EVERY
+def test_three_screens_have_a_picture_or_an_example(page):
+    if doc_pages.name(page) in LISTS:
+        return
+    text = page.read_text("utf-8")
+    marked = doc_pages.BLOCK.sub("![]()\n", text)
+    parts = re.split(r"^!\[.*$", marked, flags=re.MULTILINE)
+    longest = max(sum(-(-len(line) // 105) or 1 for line in part.splitlines()) for part in parts)
+    assert longest <= THREE_SCREENS
+
+
+def test_every_page_has_its_place_in_the_site():
+    nav = (ROOT / "docs" / "site" / "mkdocs.yml").read_text("utf-8").partition("\nnav:")[2]
+    placed = re.findall(r"(\S+\.md)$", nav, re.MULTILINE)
+    assert len(placed) == len(set(placed))
+    written = {one for one in placed if not one.startswith("docs/reference/")}
+    assert written == {doc_pages.name(page) for page in PAGES}
+
+
+def test_pictures_are_small():
+    pictures = [*(ROOT / "docs" / "pictures").iterdir()]
+    assert len(pictures) >= 7
+    for picture in pictures:
+        assert picture.stat().st_size < 150_000, picture

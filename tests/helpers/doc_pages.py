@@ -1,0 +1,44 @@
+"""The pages of the documentation, as a code host shows them."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PATTERNS = ("*.md", "docs/*.md", "experiments/**/*.md", "benchmarks/*.md")
+PAGES = sorted(page for pattern in PATTERNS for page in ROOT.glob(pattern))
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def name(page):
+    """Where a page lies."""
+    return page.relative_to(ROOT).as_posix()
+
+
+def blocks(page, language):
+    """The fenced blocks of a page in a language."""
+    return [text for kind, text in BLOCK.findall(page.read_text("utf-8")) if kind == language]
+
+
+def links(page):
+    """(file, anchor) of every link and picture of a page that leads into this tree."""
+    text = BLOCK.sub("", page.read_text("utf-8"))
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "//" not in target:
+            file, _, anchor = target.partition("#")
+            yield (page.parent / file if file else page), anchor
+
+
+def anchors(page):
+    """What a code host calls the headings of a page."""
+    text = BLOCK.sub("", page.read_text("utf-8"))
+    heads = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    heads = [re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", head) for head in heads]
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def commands(page):
+    """Words of every ``hfc`` line of the shell blocks of a page, without what follows a #."""
+    for text in blocks(page, "sh"):
+        for line in text.replace("\\\n", " ").splitlines():
+            if line.startswith("hfc "):
+                yield line
