@@ -63,12 +63,12 @@ from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
 
-#: The name that a drive had before machines had several of them.
 Plant = Drive
-#: What objectives are called where a scenario names one.
+"""The name that a drive had before machines had several of them."""
 Fitness = Objective
-#: Name -> search strategy, of those that are built in or registered.
+"""What objectives are called where a scenario names one."""
 strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
+"""Name -> search strategy, of those that are built in or registered."""
 Registered = TypeVar("Registered")
 
 

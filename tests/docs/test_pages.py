@@ -14,8 +14,8 @@ from doc_pages import PAGES, ROOT
 from hfc_design.cli import main
 
 EVERY = pytest.mark.parametrize("page", PAGES, ids=doc_pages.name)
-#: Lines of text in three screens of a site, of the 105 letters that the pages have.
-THREE_SCREENS = 120
+#: Lines of text in three screens of a site, of 105 letters as the pages have; tables come beside.
+THREE_SCREENS = 105
 #: A list of changes is no page to read.
 LISTS = ("CHANGELOG.md",)
 
@@ -33,7 +33,7 @@ def test_blocks_are_of_their_language(page):
     for text in doc_pages.blocks(page, "toml"):
         tomllib.loads(text)
     for text in doc_pages.blocks(page, "json"):
-        json.loads(text)
+        json.loads(text if text.startswith("{") else f"{{{text}}}")  # or keys out of a file
     for text in doc_pages.blocks(page, "python"):
         ast.parse(text)
 
@@ -59,7 +59,8 @@ def test_three_screens_have_a_picture_or_an_example(page):
     text = page.read_text("utf-8")
     marked = doc_pages.BLOCK.sub("![]()\n", text)
     parts = re.split(r"^!\[.*$", marked, flags=re.MULTILINE)
-    longest = max(sum(-(-len(line) // 105) or 1 for line in part.splitlines()) for part in parts)
+    texts = [[x for x in part.splitlines() if not x.startswith("|")] for part in parts]
+    longest = max(sum(-(-len(line) // 105) or 1 for line in text) for text in texts)
     assert longest <= THREE_SCREENS
 
 

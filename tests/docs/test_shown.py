@@ -16,7 +16,7 @@ from hfc_design.cli import main
 
 DOCS = ROOT / "docs"
 #: Those of tests/interop need other programs.
-ELSEWHERE = ("linuxcnc.md",)
+ELSEWHERE = ("fmu.md", "linuxcnc.md")
 PAGES = [
     page
     for page in sorted(DOCS.glob("*.md"))

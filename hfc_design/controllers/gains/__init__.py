@@ -36,8 +36,8 @@ class Law(NamedTuple):
     step: Callable[[float, Gains, Memory, Signals], tuple[Scalar, Memory]]
 
 
-#: The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``.
 genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
+"""The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``."""
 
 
 class GainsSettings(ControllerSettings):
