@@ -1,6 +1,7 @@
 """Links, commands and blocks of the pages lead somewhere, and no page is a wall of text."""
 
 import ast
+import hashlib
 import json
 import re
 import shlex
@@ -16,6 +17,8 @@ from hfc_design.cli import main
 EVERY = pytest.mark.parametrize("page", PAGES, ids=doc_pages.name)
 #: Lines of text in three screens of a site, of 105 letters as the pages have; tables come beside.
 THREE_SCREENS = 105
+#: SHA-256 of shim/index.js in the npm release 1.0.4 of iframe-worker.
+SHIM = "e8e412dbcfea9b7e31b5ffa288d7b6035915e714c542f4176a0cdbe262fc9609"
 #: A list of changes is no page to read.
 LISTS = ("CHANGELOG.md",)
 
@@ -77,3 +80,10 @@ def test_pictures_are_small():
     assert len(pictures) >= 7
     for picture in pictures:
         assert picture.stat().st_size < 150_000, picture
+
+
+def test_what_searches_from_the_disk_is_that_of_the_release():
+    folder = ROOT / "docs" / "site" / "iframe-worker"
+    shim = (folder / "shim.js").read_bytes()
+    assert hashlib.sha256(shim).hexdigest() == SHIM
+    assert "Permission is hereby granted" in (folder / "LICENSE").read_text("utf-8")

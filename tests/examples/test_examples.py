@@ -52,16 +52,17 @@ def test_command_that_an_example_names(name, tmp_path, monkeypatch, own_plugins,
 
 
 @pytest.mark.slow
-def test_page_on_python(tmp_path, monkeypatch, own_plugins):
+@pytest.mark.parametrize(("name", "count"), [("python", 15), ("researcher", 1)])
+def test_page_with_python(name, count, tmp_path, monkeypatch, own_plugins):
     """Every block runs after the others, on a small budget."""
     monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs" / "python.md").read_text()
+    page = (ROOT / "docs" / f"{name}.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    assert len(blocks) > 5
+    assert len(blocks) >= count
     space = {"__name__": "page"}
     small = {"generations": "2", "population": "16", "duration_s": "0.1"}
     for block in blocks:
         text = re.sub(
             rf'({"|".join(small)})": [\d.]+', lambda hit: f'{hit[1]}": {small[hit[1]]}', block
         )
-        exec(compile(text, "docs/python.md", "exec"), space)
+        exec(compile(text, f"docs/{name}.md", "exec"), space)
