@@ -232,7 +232,7 @@ def test_published_figures_that_cannot_be(entry, told, tmp_path):
 def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
     root = Path(__file__).parents[2]
     texts = []
-    for page in ("README.md", "docs/batch.md"):
+    for page in ("docs/researcher.md", "docs/batch.md"):
         text = (root / page).read_text(encoding="utf-8")
         texts += re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     plans = [text for text in texts if "[grid]" in text or "published" in text]
