@@ -109,7 +109,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
         try:
             scenario, design = _asked(own, path.parent)
         except UserError as error:
-            raise UserError(f"{path}: cell with {_listed(own)}: {error}") from None
+            raise error.within(f"{path}: cell with {_listed(own)}") from None
         name = _name(scenario, design)
         found.setdefault(name, Cell(name, own, scenario, design))
     for k, item in enumerate(file.published):
@@ -118,7 +118,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
                 if own:
                     _check_figure(own, metric, found.values())
         except UserError as error:
-            raise UserError(f"{path}: published.{k}: {error}") from None
+            raise error.within(f"{path}: published.{k}") from None
     return Plan(file.name or path.stem, list(found.values()), file)
 
 

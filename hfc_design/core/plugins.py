@@ -28,8 +28,10 @@ from pydantic import (
     create_model,
 )
 
+from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json
-from hfc_design.core.records import NAME, UserError, checked, short
+from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.wording import one_of
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
@@ -91,10 +93,9 @@ class Group(Generic[Thing]):
             return self.known[name]
         found = tuple(metadata.entry_points(group=self.entry_points, name=name))
         if not found:
-            known = ", ".join(self.names())
             raise UserError(
-                f"{short(name)} is no {self.what} known here; there is {known}; own ones by "
-                f"--{self.what} module:OBJECT, api.register, runtime.use"
+                f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
+                f"ones by --{self.what} module:OBJECT, api.register, runtime.use"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -141,7 +142,7 @@ class Group(Generic[Thing]):
         try:
             return self.add(_found_at(reference))
         except UserError as error:
-            raise UserError(f"{source}: {error}") from error
+            raise error.within(source) from error
 
 
 def use(text: str) -> None:
@@ -149,7 +150,7 @@ def use(text: str) -> None:
     try:
         group = group_of(_found_at(text))
     except UserError as error:
-        raise UserError(f"--use {text}: {error}") from error
+        raise error.within(f"--use {text}") from error
     group.resolve(text)
 
 

@@ -38,8 +38,8 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
 
     try:
         return float(_quantity(quantity, millimetres).to(unit).magnitude)
-    except (pint.PintError, AssertionError) as error:
-        raise ValueError(f"{quantity!r}: has to be a quantity in {unit}: {error}") from None
+    except (pint.PintError, AssertionError):
+        raise ValueError(f"{quantity!r}: has to be a quantity in {unit}") from None
 
 
 def _quantity(text: str, millimetres: float | None) -> Any:
@@ -50,8 +50,8 @@ def _quantity(text: str, millimetres: float | None) -> Any:
         raise ValueError(f"{text[:40]!r} is no number with a unit, as in '20 urad'")
     try:
         return _units(millimetres).Quantity(float(found[1]), found[2])
-    except (pint.PintError, AttributeError, TypeError, ValueError) as error:
-        raise ValueError(f"{text[:40]!r} is no quantity: {error}") from None
+    except (pint.PintError, AttributeError, TypeError, ValueError):
+        raise ValueError(f"{text[:40]!r}: there is no unit {found[2]}") from None
 
 
 @cache

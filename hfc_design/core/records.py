@@ -1,12 +1,21 @@
-"""Checked records of what a user wrote, and the one-line messages about what is wrong with it."""
+"""Checked records of what a user wrote, and the lines about what is wrong with it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
 
+from hfc_design.core.faults import explained, with_keys
 from hfc_design.core.numbers import Plain
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -36,9 +45,17 @@ class Record(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
+    @model_validator(mode="wrap")
+    @classmethod
+    def _tells_its_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        try:
+            return handler(data)
+        except ValidationError as error:
+            raise with_keys(error, cls) from None
+
 
 #: Characters of a message: nobody reads more.
-LONGEST = 360
+LONGEST = 520
 
 
 def in_a_line(message: str) -> str:
@@ -55,12 +72,21 @@ def harmless(text: str) -> str:
 
 
 class UserError(Exception):
-    """Something that the user wrote cannot be used: exit code 2."""
+    """Something that the user wrote cannot be used, a line a fault: exit code 2."""
 
     exit_code = 2
 
+    @property
+    def lines(self) -> list[str]:
+        """Every fault in a line, whatever was quoted in it."""
+        return [in_a_line(str(line)) for line in self.args]
+
     def __str__(self) -> str:
-        return in_a_line(str(self.args[0]))  # whoever says where it was has room before
+        return "\n".join(self.lines)  # whoever says where it was has room before
+
+    def within(self, source: object) -> Self:
+        """The same faults, said to be of ``source``."""
+        return type(self)(*(f"{source}: {line}" for line in self.args))
 
 
 class RunError(UserError):
@@ -89,70 +115,16 @@ def checked(
     ``context`` is for the validators.
 
     Raises:
-        UserError: data is not what the model allows; one line with file, key, value and rule.
+        UserError: data is not what the model allows; a line a fault with file, key, value and rule.
     """
-    try:
+
+    def check(data: Plain) -> Checked:
         return model.model_validate(data, context={"folder": folder, **context})
+
+    try:
+        return check(data)
     except ValidationError as error:
-        raise UserError(f"{source}: {_explained(error, data)}") from None
-    except ArithmeticError as error:  # of what is computed to check it
+        raise UserError(*explained(error, data, check)).within(source) from None
+    except ArithmeticError:  # of what is computed to check it
         told = "a number in it is too large or too small to compute with"
-        raise UserError(f"{source}: {told} ({error})") from None
-
-
-#: Kind of a mistake -> what TOML and JSON call what is wanted.
-PLAIN = {
-    **dict.fromkeys(("tuple_type", "list_type"), "has to be a list"),
-    **dict.fromkeys(("dict_type", "model_type"), "has to be a table of keys and values"),
-    "callable_type": "has to be a function",
-    "extra_forbidden": "there is no such key",
-}
-#: The same of lists and tables of another length -> what bounds it, and how that is said.
-LENGTHS = {"too_short": ("min_length", "at least"), "too_long": ("max_length", "at most")}
-
-
-def _explained(error: ValidationError, data: Plain) -> str:
-    first, *others = error.errors()
-    missing = first["type"] == "missing"
-    keys, value = _place(first["loc"], data, missing)
-    message = PLAIN.get(first["type"], first["msg"].removeprefix("Value error, "))
-    if first["type"] in LENGTHS:
-        bound, words = LENGTHS[first["type"]]
-        counts = first["ctx"]
-        message = f"has to have {words} {counts[bound]} entries, not {counts['actual_length']}"
-    if missing:
-        # whoever begins a file wants to know all of them at once
-        lack = [other for other in (first, *others) if other["type"] == "missing"]
-        others = [other for other in others if other["type"] != "missing"]
-        names = [_place(other["loc"], data, missing)[0] for other in lack]
-        message = f"{', '.join(names)}: {'are' if len(names) > 1 else 'is'} missing"
-    elif first["type"] == "value_error" and isinstance(value, dict):
-        message = f"{keys}.{message}" if keys else message  # the record names its own key
-    elif keys:
-        message = f"{keys} = {short(value)}: {message}"
-    return f"{message} (and {len(others)} more)" if others else message
-
-
-def _place(location: tuple[int | str, ...], data: Plain, missing: bool) -> tuple[str, Plain]:
-    """The dotted key of a location, the last one perhaps missing, and what stands there.
-
-    pydantic puts the branch of a union into the location too; no such key is in the file.
-    """
-    keys = []
-    for k, part in enumerate(location):
-        last = k + 1 == len(location)
-        branch = part not in data if isinstance(data, dict) else not isinstance(data, list | tuple)
-        if branch and not (last and missing):
-            continue
-        keys.append(str(part))
-        try:
-            data = data[part]
-        except (KeyError, IndexError, TypeError):
-            data = None
-    return ".".join(keys), data
-
-
-def short(value: Plain, limit: int = 60) -> str:
-    """A value in a message."""
-    text = repr(value)
-    return text if len(text) <= limit else text[:limit] + "..."
+        raise UserError(f"{source}: {told}") from None

@@ -15,6 +15,8 @@ from hfc_design.controllers.controller import Controller, rate_limited
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.faults import inside
+from hfc_design.core.numbers import finite
 from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import (
     Finite,
@@ -27,6 +29,7 @@ from hfc_design.core.records import (
     checked,
 )
 from hfc_design.core.texts import about, json_of, read_text, writable
+from hfc_design.core.wording import one_of
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -40,13 +43,11 @@ class PerAxisRecord(Record):
 
     @model_validator(mode="after")
     def _axes_fit(self) -> Self:
-        for axis, own in self.axes.items():
+        for axis in self.axes:
             try:
                 self.of(axis)
             except ValidationError as error:
-                first = error.errors()[0]
-                key = ".".join(map(str, first["loc"]))
-                raise ValueError(f"axes.{axis}.{key} = {own.get(key)!r}: {first['msg']}") from None
+                raise inside(error, "axes", axis) from None
         return self
 
     def of(self, axis: str) -> Self:
@@ -199,8 +200,8 @@ def named_design(source: AnyDesign) -> Design:
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
     if not exists(path):
-        known = ", ".join(builtin_designs())
-        raise UserError(f"{name}: no such design; built in are {known}, or give a design file")
+        known = one_of(name, builtin_designs(), "built in are")
+        raise UserError(f"{name}: no such design; {known}, or give a design file")
     if path.is_dir() and not exists(path := path / "design.json"):
         raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
     return read_design(path)
@@ -236,7 +237,10 @@ def naming(provenance: Any) -> Iterator[None]:
     except UserError as error:
         named = provenance.get("plugins") if isinstance(provenance, dict) else None
         needed = uses(named, known=False)
-        raise UserError(f"{error}{needed and f'; its provenance names{needed}'}") from None
+        if not needed:
+            raise
+        first, *others = error.args
+        raise UserError(f"{first}; its provenance names{needed}", *others) from None
 
 
 def changed_design(design: Design, changes: Changes, source: str) -> Design:
@@ -246,7 +250,9 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
         UserError: a change is not of that form, or what comes out cannot run.
     """
     data = changed(design.model_dump(mode="json"), changes, "--change")
-    told = dict(changes) if isinstance(changes, Mapping) else list(changes)
+    told: Any = list(changes)
+    if isinstance(changes, Mapping):  # what is no number is told of where it stands
+        told = {key: x if finite(x) else repr(x) for key, x in changes.items()}
     data["score"] = {}
     if isinstance(data["provenance"], dict):  # else it is refused
         data["provenance"]["changes"] = told

@@ -2,16 +2,19 @@
 
 import tomllib
 from collections.abc import Callable, Mapping
-from os.path import exists
+from os.path import exists, isdir
 from pathlib import Path
 from typing import Any, TypeVar
 
 import tomli_w
 
 from hfc_design.core.carried import AnyFile
+from hfc_design.core.checkpoint import CONFIG
 from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.plugins import resuming
 from hfc_design.core.records import UserError, checked
 from hfc_design.core.texts import read_toml
+from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design, named_design
 from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
@@ -52,14 +55,24 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     name = str(source)
     built_in = name in builtin_names()
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)
-    if not exists(path) or path.is_dir():  # it may be the end of a pipe
-        known = ", ".join(builtin_names())
-        raise UserError(f"{name}: no such scenario; built in are {known}, or give a TOML file")
+    if isdir(path):
+        raise UserError(f"{name}: {_folder_told(path)}")
+    if not exists(path):  # it may be the end of a pipe
+        known = one_of(name, builtin_names(), "built in are")
+        raise UserError(f"{name}: no such scenario; {known}, or give a TOML file")
     data = read_toml(path)
     own = data.get("reference", {})
     if built_in and "file" in own:  # a file in a change lies where the user is
         own["file"] = str(BUILTIN / own["file"])
     return scenario_of(changed({"name": Path(name).stem} | data, changes), name, Path(name).parent)
+
+
+def _folder_told(path: Path) -> str:
+    """What can be done with a folder where a scenario is wanted."""
+    file = path / CONFIG
+    if exists(file):
+        return f"is a run folder; {resuming(path)}, or begin anew from {file}"
+    return "is a folder; give a TOML file, or the name of a built-in scenario"
 
 
 def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:

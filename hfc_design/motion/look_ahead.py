@@ -43,6 +43,9 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
         path: its feeds are not exceeded.
         bounds: neither are these, see above.
         cycle: T [s].
+
+    Raises:
+        ValueError: a block is so slow or short that its speed is rounded to 0.
     """
     most, rate, bent = _alone(path, bounds)
     between, share = _corners(path, bounds, cycle, most, rate)
@@ -51,6 +54,8 @@ def look_ahead(path: AxisPath, bounds: Bounds, cycle: float) -> Motion:
     speed = reachable(fastest, 2.0 * rate * length)
     entry, leave = speed[:-1], speed[1:]
     peak = np.minimum(most[block], np.sqrt(rate * length + 0.5 * (entry**2 + leave**2)))
+    if not peak.all():  # rounded away, of what no machine is
+        raise ValueError("a block of its program never gets going; see its limits")
     speeds = Speeds(entry, leave, peak, (peak - entry) / rate, (peak - leave) / rate)
     found = phased(np.append(0.0, np.cumsum(length)), length, speeds, rate)
     first = np.flatnonzero(np.diff(block, prepend=-1))

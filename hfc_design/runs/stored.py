@@ -8,8 +8,9 @@ from hfc_design import __version__
 from hfc_design.controllers.genome import Population
 from hfc_design.core import checkpoint
 from hfc_design.core.carried import AnyFile
+from hfc_design.core.faults import short
 from hfc_design.core.plugins import origins
-from hfc_design.core.records import RunError, short
+from hfc_design.core.records import RunError
 from hfc_design.files.named_scenario import renamed
 from hfc_design.files.scenario import Scenario
 from hfc_design.runs.individuals import genome_of, parts_of

@@ -23,7 +23,7 @@ def refused(read, *arguments):
     with pytest.raises(UserError) as caught:
         read(*arguments)
     line = str(caught.value)
-    assert len(line) <= LONGEST == 360
+    assert len(line) <= LONGEST == 520
     assert line.isprintable()
     return line
 

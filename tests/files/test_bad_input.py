@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from plain_words import plain_lines
 
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
@@ -38,11 +39,11 @@ def refused(*arguments, code=2):
         ("simulation.duration_s=nan", ["simulation.duration_s = nan", "finite"]),
         ("simulation.duration_s=1e9", ["samples", "10000000"]),
         ("load.constant=inf", ["load.constant = inf", "finite"]),
-        ("search.population=0", ["search.population = 0", "greater than or equal to 1"]),
+        ("search.population=0", ["search.population = 0", "has to be 1 or more"]),
         ("search.generations=-3", ["search.generations = -3"]),
         ("search.preset=magic", ["'magic'", "race", "lin-lee-1999"]),
         ("search.kp_range=[5,1]", ["kp_range", "[low, high]"]),
-        ("reference.kind=wiggle", ["'wiggle'", "'ramp'"]),
+        ("reference.kind=wiggle", ["reference.kind = 'wiggle': is no kind", "ramp"]),
         ("reference.speed=3", ["reference.speed", "no such key"]),
         ("controller.inputs=[{name='error',scale=1.0},{name='mood',scale=1.0}]", ["'mood'"]),
         ("controller.inputs=[{name='error',scale=1.0}]", ["controller.inputs", "at least 2"]),
@@ -197,8 +198,7 @@ def test_fuzzed_design_file_is_refused_or_is_a_design(data):
     try:
         found = parse_design(text, "fuzz.json")
     except UserError as error:
-        assert str(error).startswith("fuzz.json: ")
-        assert "\n" not in str(error)
+        plain_lines(error, "fuzz.json: ")
     else:
         assert isinstance(found, Design)
         assert parse_design(design_json(found), "again.json") == found
@@ -211,7 +211,7 @@ def test_fuzzed_text_in_a_design_file_is_refused_or_is_a_design(rubbish, place):
     try:
         assert isinstance(parse_design(text, "fuzz.json"), Design)
     except UserError as error:
-        assert "\n" not in str(error)
+        plain_lines(error, "fuzz.json: ")
 
 
 toml_values = st.recursive(
@@ -239,7 +239,7 @@ def test_fuzzed_scenario_is_refused_or_is_a_scenario(data, tmp_path_factory):
     try:
         found = load_scenario(str(file))
     except UserError as error:
-        assert "\n" not in str(error)
+        plain_lines(error, f"{file}: ")
     else:
         assert isinstance(found, Scenario)
         file.write_text(scenario_toml(found))
@@ -252,4 +252,4 @@ def test_fuzzed_change_is_refused_or_taken(change):
     try:
         assert isinstance(load_scenario("c-axis-ramp", [change]), Scenario)
     except UserError as error:
-        assert "\n" not in str(error)
+        plain_lines(error)

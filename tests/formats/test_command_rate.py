@@ -239,10 +239,10 @@ def test_a_design_without_one_says_nothing_of_it():
 @pytest.mark.parametrize(
     ("rate", "told"),
     [
-        (-1, "limits.command_rate = -1: Input should be greater than 0"),
-        (0, "limits.command_rate = 0: Input should be greater than 0"),
-        ("fast", "limits.command_rate = 'fast': Input should be a valid number"),
-        (float("inf"), "limits.command_rate = inf: Input should be a finite number"),
+        (-1, "limits.command_rate = -1: has to be greater than 0"),
+        (0, "limits.command_rate = 0: has to be greater than 0"),
+        ("fast", "limits.command_rate = 'fast': has to be a number"),
+        (float("inf"), "limits.command_rate = inf: has to be a finite number"),
     ],
 )
 def test_a_rate_that_cannot_be_is_refused_in_a_line(rate, told):

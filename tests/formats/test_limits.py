@@ -155,7 +155,7 @@ def test_a_limit_of_an_axis_that_is_not_there_is_refused(axes):
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"limits.command": -1}, "limits.command = -1: Input should be greater than 0"),
+        ({"limits.command": -1}, "limits.command = -1: has to be greater than 0"),
         ({"limits.axes": {"z": {"command": 1}}}, "limits.axes.z: the machine has no such axis"),
         ({"limits.axes": {"x": {"command": 0}}}, "axes.x.command = 0"),
     ],

@@ -277,7 +277,7 @@ def test_margins_see_how_a_loop_crosses_one_beside_a_resonance(degrees, own):
     [
         ([50.0, 1.0], r"load_frequencies_rad_s = .*: have to rise, each by 0.1 % at least"),
         ([50.0, 50.01], r"have to rise"),
-        ([0.0], r"load_frequencies_rad_s.0 = 0.0: Input should be greater than 0"),
+        ([0.0], r"load_frequencies_rad_s.0 = 0.0: has to be greater than 0"),
         ([3142.0], r"load_frequencies_rad_s: 3142 rad/s has to be below 3141.59, half the samp"),
         ([float(x) for x in range(1, 10)], r"at most 8 entries"),
     ],

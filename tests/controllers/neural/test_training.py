@@ -126,7 +126,7 @@ def test_one_that_diverges_is_counted_and_stops_safely():
         (("--training-rate", "0"), "--training-rate 0: has to be a number more than 0"),
         (("--hidden", "101"), "--hidden 101: has to be 1 to 100"),
         (("--passes", "0"), "--passes 0: has to be 1 or more"),
-        (("--network", "slope=-1"), "--network: slope = -1: Input should be greater than 0"),
+        (("--network", "slope=-1"), "--network: slope = -1: has to be greater than 0"),
         (("--network", "speed=1"), "--network: speed = 1: there is no such key"),
         (("--start", "pd-only"), "--start: is of kind pd; has to be of kind neural"),
         (("--set", "sensors.noise=0.1"), "sensors: what they have told is not recorded"),

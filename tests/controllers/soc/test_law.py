@@ -114,7 +114,7 @@ def test_what_was_learnt_is_a_design_that_goes_on():
             "controller.table.0 = .*at most 11 entries, not 12",
         ),
         ({"controller.table": [[0.0] * 10 + [float("inf")]] * 11}, "finite number"),
-        ({"controller.ge": 0.0}, "controller.ge = 0.0: Input should be greater than 0"),
+        ({"controller.ge": 0.0}, "controller.ge = 0.0: has to be greater than 0"),
         ({"controller.adaptation.xi": 1.2}, "controller.adaptation.xi = 1.2"),
     ],
 )

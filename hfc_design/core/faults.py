@@ -1,0 +1,198 @@
+"""What is wrong with the file of a user: every fault a line with its key. Never imports JAX."""
+
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
+from typing import Annotated, Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core.core_schema import ErrorType
+
+from hfc_design.core.numbers import Plain
+from hfc_design.core.wording import one_of, rule
+
+#: Lines on one file; of the others the keys are named.
+MOST = 20
+#: What pydantic can make an error of; others are made up by whoever found them.
+KINDS = frozenset(get_args(ErrorType))
+Place = tuple[int | str, ...]
+
+
+class NoSuchKey(ValueError):
+    """A key that a table does not have."""
+
+
+def no_such_key(model: type[BaseModel], key: str) -> NoSuchKey:
+    """What to say of a key that the table of ``model`` does not have."""
+    known = [*model.model_fields]
+    inside = [f"{name}.{key}" for name in known if key in _fields(model, name)]
+    meant = inside if inside and not get_close_matches(key, known, 1) else []
+    hint = f"did you mean {' or '.join(meant)}? " if meant else ""
+    return NoSuchKey(f"there is no such key; {hint}{one_of('' if meant else key, known)}")
+
+
+def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
+    """The keys of the table that is a field, if it is one of always the same keys."""
+    field: Any = model.model_fields[name].annotation
+    if get_origin(field) is Annotated:
+        field = get_args(field)[0]
+    return field.model_fields if isinstance(field, type) and issubclass(field, BaseModel) else ()
+
+
+def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError:
+    """The same error, in which unknown keys of the ``model`` itself tell those that there are."""
+
+    def told(kind: str, place: Place) -> Exception | None:
+        mine = kind == "extra_forbidden" and len(place) == 1
+        return no_such_key(model, str(place[0])) if mine else None
+
+    return _again(error, (), told)
+
+
+def inside(error: ValidationError, *place: int | str) -> ValidationError:
+    """The same error of a part of the whole that it is raised in."""
+    return _again(error, place, lambda kind, place: None)
+
+
+def _again(
+    error: ValidationError, front: Place, told: Callable[[str, Place], Exception | None]
+) -> ValidationError:
+    details = []
+    for one in error.errors(include_url=False):
+        kind: Any = one["type"]
+        context = one.get("ctx", {})
+        if (new := told(kind, one["loc"])) is not None:
+            kind, context = "value_error", {"error": new}
+        elif kind not in KINDS:
+            kind, context = PydanticCustomError(kind, "{told}", {"told": one["msg"]}), {}
+        place = (*front, *one["loc"])
+        details.append(InitErrorDetails(type=kind, loc=place, input=one["input"], ctx=context))
+    return ValidationError.from_exception_data(error.title, details)
+
+
+def explained(error: ValidationError, data: Plain, again: Callable[[Plain], Any]) -> list[str]:
+    """Every fault of ``data`` in a line, those that are missing together and first.
+
+    ``again`` checks other data in its place: that tells which kinds there are.
+    """
+    missing, faults = [], dict[str, list[str]]()
+    for one in error.errors(include_url=False):
+        if one["type"] == "missing":
+            missing.append(_place(one["loc"], data, True)[0])
+            continue
+        key, line = _told(one, data, again)
+        faults.setdefault(key, []).append(line)
+    lines = []
+    if missing:
+        lines = [f"{', '.join(missing)}: {'are' if len(missing) > 1 else 'is'} missing"]
+    # Of what may be one thing or another, a fault inside says more than that it is not the other.
+    shown = {key: told for key, told in faults.items() if not any(_within(key, x) for x in faults)}
+    lines += [_either(told) for told in shown.values()]
+    if len(lines) > MOST:
+        rest = [*shown][MOST - len(lines) :]
+        lines[MOST:] = [f"and {len(rest)} more: {', '.join(rest)}"]
+    return lines
+
+
+def _within(key: str, other: str) -> bool:
+    return bool(key) and other.startswith(f"{key}.")
+
+
+def _either(told: list[str]) -> str:
+    """One line of several rules for one value: any of them would do."""
+    first, *others = dict.fromkeys(told)
+    head, rule, _ = first.partition(": has to be ")
+    alike = bool(rule) and all(line.startswith(head + rule) for line in others)
+    return (
+        " or ".join([first, *(x.removeprefix(head + rule) for x in others)])
+        if alike
+        else ("; ".join([first, *others]))
+    )
+
+
+def _told(error: Any, data: Plain, again: Callable[[Plain], Any]) -> tuple[str, str]:
+    """The dotted key of an error, and its line."""
+    kind, place, context = error["type"], error["loc"], error.get("ctx", {})
+    key, value = _place(place, data, False)
+    if place and place[-1] == "[key]":
+        return key, f"{key}: its name {rule(kind, context, '')}"
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        return _no_kind(error, data, key, again)
+    if kind == "value_error":
+        fault = context["error"]
+        message = str(fault)
+        if isinstance(value, dict) and not isinstance(fault, NoSuchKey):
+            line = f"{key}.{message}" if key else message  # the record names its own key
+            return line.partition(" = ")[0].partition(": ")[0], line
+    else:
+        message = rule(kind, context, key)
+        if kind == "literal_error" and isinstance(value, str):
+            names = [
+                name.strip("'") for name in context["expected"].replace(" or ", ", ").split(", ")
+            ]
+            if near := get_close_matches(value, names, 1):
+                message += f"; did you mean {near[0]!r}?"
+    return key, f"{key} = {short(value)}: {message}" if key else message
+
+
+def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -> tuple[str, str]:
+    """What to say of a table whose kind is missing, or is none that there is."""
+    context = error.get("ctx", {})
+    which = context["discriminator"].strip("'")
+    own = f"{key}.{which}" if key else which
+    if error["type"] == "union_tag_invalid":
+        known = [name.strip("' ") for name in context["expected_tags"].split(",")]
+        return (
+            own,
+            f"{own} = {short(context['tag'])}: is no {which}; {one_of(context['tag'], known)}",
+        )
+    known = _kinds(error["loc"], data, which, again)
+    return own, f"{own}: is missing; {one_of('', known)}"
+
+
+def _kinds(place: Place, data: Plain, which: str, again: Callable[[Plain], Any]) -> list[str]:
+    """The kinds that the table at ``place`` can be of: what is said of one that there is not."""
+    try:
+        again(_with_kind(data, place, which))
+    except ValidationError as error:
+        for one in error.errors(include_url=False):
+            if one["type"] == "union_tag_invalid" and one["loc"] == place:
+                return [name.strip("' ") for name in one["ctx"]["expected_tags"].split(",")]
+    return []
+
+
+def _with_kind(data: Plain, place: Place, which: str) -> Plain:
+    """``data`` with an impossible kind in the table at ``place``."""
+    if isinstance(data, dict) and place and place[0] in data:
+        return data | {place[0]: _with_kind(data[place[0]], place[1:], which)}
+    if isinstance(data, list | tuple) and place and isinstance(place[0], int):
+        own = _with_kind(data[place[0]], place[1:], which)
+        return [*data[: place[0]], own, *data[place[0] + 1 :]]
+    if place:  # the branch of a union, which is no key of the file
+        return _with_kind(data, place[1:], which)
+    return data | {which: ""} if isinstance(data, dict) else data
+
+
+def _place(location: Place, data: Plain, missing: bool) -> tuple[str, Plain]:
+    """The dotted key of a location, the last one perhaps missing, and what stands there.
+
+    pydantic puts the branch of a union into the location too; no such key is in the file.
+    """
+    keys = []
+    for k, part in enumerate(location):
+        last = k + 1 == len(location)
+        branch = part not in data if isinstance(data, dict) else not isinstance(data, list | tuple)
+        if branch and not (last and missing):
+            continue
+        keys.append(str(part))
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            data = None
+    return ".".join(keys), data
+
+
+def short(value: Plain, limit: int = 60) -> str:
+    """A value in a message."""
+    text = repr(value)
+    return text if len(text) <= limit else text[:limit] + "..."

@@ -1,0 +1,163 @@
+"""Mistakes in every key of every built-in file: a line each, in plain words."""
+
+import json
+
+import pytest
+from plain_words import library_words, plain_lines
+
+from hfc_design.core.faults import MOST
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, builtin_designs, design_json, named_design, parse_design
+from hfc_design.files.named_scenario import builtin_names, load_scenario
+from hfc_design.files.scenario import Scenario
+
+#: Of no type, or out of every range; one of them is wrong wherever it stands.
+WRONG = (None, "mood", -1, 1e300, float("nan"), [], [[["a"]]], {}, {"mood": {"mood": 1}}, True)
+
+
+def places(value, here=()):
+    """Every place in tables, and in the first entry of lists."""
+    if here:
+        yield here
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield from places(part, (*here, key))
+    elif isinstance(value, list) and value:
+        yield from places(value[0], (*here, 0))
+
+
+def put(data, place, value):
+    """The same with another value in a place."""
+    if not place:
+        return value
+    own = put(data[place[0]] if len(place) > 1 else None, place[1:], value)
+    if isinstance(data, dict):
+        return data | {place[0]: own}
+    return [own, *data[1:]]
+
+
+def tables(value, here=()):
+    """Every place of a table."""
+    for place in [here, *places(value)]:
+        own = value
+        for key in place:
+            own = own[key]
+        if isinstance(own, dict):
+            yield place
+
+
+def mistaken(data):
+    """The file with a wrong value in one place after the other."""
+    for place in places(data):
+        for wrong in WRONG:
+            yield put(data, place, wrong)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_a_wrong_value_in_a_scenario_is_told_in_plain_words(name):
+    refused = 0
+    for data in mistaken(load_scenario(name).model_dump(mode="json", exclude_none=True)):
+        try:
+            assert isinstance(load_scenario(data), Scenario)
+        except UserError as error:
+            plain_lines(error)  # of a program for the axes it is the program's file
+            refused += 1
+    assert refused > 100
+
+
+@pytest.mark.parametrize("name", builtin_designs())
+def test_a_wrong_value_in_a_design_is_told_in_plain_words(name):
+    refused = 0
+    whole = json.loads(design_json(named_design(name))) | {"score": {}, "provenance": {}}
+    for data in mistaken(whole):
+        try:
+            assert isinstance(parse_design(json.dumps(data), "mine.json"), Design)
+        except UserError as error:
+            plain_lines(error, "mine.json: ")
+            refused += 1
+    assert refused > 100
+
+
+#: Whose keys are the user's own: names of parameters, axes, measures, states, signals.
+OPEN = {"parameters", "axes", "start", "constraints", "readings", "tolerances", "ranges", "limits"}
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_an_unknown_key_in_any_table_of_a_scenario_meets_what_is_allowed_there(name):
+    whole = load_scenario(name).model_dump(mode="json", exclude_none=True)
+    for place in tables(whole):
+        if OPEN & {*place}:
+            continue
+        told = refusal(lambda place=place: load_scenario(put(whole, (*place, "nmae"), 3)))
+        key = ".".join(map(str, (*place, "nmae")))
+        (line,) = [line for line in told if key in line]
+        assert f"scenario: {key} = 3: there is no such key; " in line
+        assert "there is " in line.partition("no such key; ")[2]
+
+
+def refusal(call):
+    """The lines of what a call refuses."""
+    with pytest.raises(UserError) as refused:
+        call()
+    return plain_lines(refused.value)
+
+
+def test_every_fault_of_a_file_has_a_line():
+    changes = ["simulation.duration=3", "seed=1", "search.population=0", "reference.kind=ramps"]
+    assert refusal(lambda: load_scenario("c-axis-ramp", changes)) == [
+        "c-axis-ramp: simulation.duration = 3: there is no such key; did you mean duration_s? "
+        "there is duration_s, sample_time_s, substeps",
+        "c-axis-ramp: reference.kind = 'ramps': is no kind; did you mean ramp? there is ramp, "
+        "sine, step, trapezoidal, csv, circle, line, polyline, gcode, per-axis",
+        "c-axis-ramp: search.population = 0: has to be 1 or more",
+        "c-axis-ramp: seed = 1: there is no such key; did you mean sensors.seed or run.seed? "
+        f"there is {', '.join(Scenario.model_fields)}",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("simulation.duration_s=0", "simulation.duration_s = 0: has to be greater than 0 [s]"),
+        ("run.seed=1.5", "run.seed = 1.5: has to be a whole number"),
+        ("run.precision='float23'", "has to be 'float32' or 'float64'; did you mean 'float32'?"),
+        ("search.population='many'", "search.population = 'many': has to be a whole number"),
+        ("sensors.velocity='tacho'", "has to be 'tachometer', 'encoder' or 'observer'; did"),
+        ("name='a b'", "name = 'a b': has to be 1 to 64 letters, digits, '.', '_' and '-'"),
+        ("windows=[{name='A'}]", "windows.0.name = 'A': has to be 1 to 32 small letters"),
+        ("start={velocity='x'}", "start.velocity = 'x': has to be a number or a table of keys"),
+        ("reference={velocity=1}", "reference.kind: is missing; there is ramp, sine, step,"),
+        ("limits.axes.x.comand=1", "limits.axes.x.comand = 1: there is no such key; did you mean"),
+        ("limits.axes.x.command=-1", "limits.axes.x.command = -1: has to be greater than 0"),
+        ("limits.axes.1x={}", "limits.axes.1x: its name has to be 1 to 32 letters, digits"),
+        ("controller.kind=pidd", "controller.kind = 'pidd': is no controller known here; did you"),
+        ("search.preset=rase", "did you mean race? there is "),
+        ("plant.parameters.spindle_mas=1", "spindle_mas: unknown; there is spindle_inertia"),
+    ],
+)
+def test_rules_are_told_with_units_and_what_may_have_been_meant(change, line):
+    (told,) = refusal(lambda: load_scenario("c-axis-ramp", [change]))
+    assert line in told
+
+
+def test_many_faults_are_counted():
+    windows = [{"name": f"w{k}", "from_s": "x"} for k in range(30)]
+    lines = refusal(lambda: load_scenario("c-axis-ramp", {"windows": windows}))
+    assert len(lines) == MOST + 1
+    assert lines[-1].startswith("c-axis-ramp: and 10 more: windows.20.from_s, windows.21.from_s, ")
+
+
+def test_what_is_quoted_stays_bounded_and_cannot_move_the_terminal():
+    keys = {f"a\nb\x1b[2J{k}{'x' * 1000}": "\x1b[2J" * 1000 for k in range(50)}
+    lines = refusal(lambda: load_scenario({"name": "x"} | keys))
+    assert len(lines) == MOST + 1
+
+
+def test_words_of_the_library_would_be_found():
+    assert library_words("x = 1: Extra inputs are not permitted")
+    assert library_words(
+        "Input tag 'foo' found using 'kind' does not match any of the expected tags: 'a'"
+    )
+    assert library_words("x = 0: Input should be greater than 0")
+    assert library_words("String should match pattern '^a$'")
+    assert not library_words("x = 0: has to be greater than 0 [s]")
