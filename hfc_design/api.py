@@ -27,10 +27,12 @@ from hfc_design.controllers.kind import (
 )
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.controllers.neural.training import Lesson
+from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.lock import alone
 from hfc_design.core.numbers import Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
 from hfc_design.files.pairing import load_design
@@ -58,7 +60,7 @@ from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluating import evaluate, learned_in
-from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
+from hfc_design.simulation.evaluation import EVALUATED, Evaluation, trajectory_csv
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
@@ -109,7 +111,7 @@ def design(
     from hfc_design.report.page import write_page
 
     check_memory(scenario)
-    place = Path(folder)
+    place = path_of(folder)
     with alone(place):
         if (place / CONFIG).exists():
             own = opened_run(place)
@@ -136,7 +138,7 @@ def pick(
         UserError: there is no finished run, no front, or no such point.
         RunError: a file of the run is damaged.
     """
-    place = Path(folder)
+    place = path_of(folder)
     scenario, result = finished_run(place)
     front = front_needed(place, result)
     return picked(scenario, result, chosen(front, scenario, point, nearest))[0]
@@ -151,6 +153,7 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
         raise UserError(f"a controller of kind {kind} is no list of gains")
+    wanted(gains, Mapping, "table of gains and their values")
     return design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
 
 
@@ -162,38 +165,44 @@ def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) ->
             that it diverged, and it is not wanted ``anyway``.
         RunError: ``path`` cannot be written.
     """
-    if to not in FORMATS:
-        raise UserError(f"{to!r} is no format; there is {', '.join(FORMATS)}")
-    design = load_design(found)
+    if to not in [*FORMATS]:  # which need not be a text
+        raise UserError(f"{to!r} is no format; {one_of(to, FORMATS)}")
+    place, design = path_of(path), load_design(found)
     check_score(design, anyway)
-    FORMATS[to].write(design, Path(path))
-    return Path(path)
+    FORMATS[to].write(design, place)
+    return place
 
 
 def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     """Draw the motion to a png, svg or pdf file.
 
     Raises:
+        UserError: it is no evaluation, or there is no such kind of file.
         RunError: ``path`` cannot be written.
     """
     from hfc_design.pictures.figure import save
     from hfc_design.report.plots import motion
 
-    save(motion(evaluation, title), Path(path))
-    return Path(path)
+    wanted(evaluation, Evaluation, EVALUATED)
+    place = path_of(path)
+    save(motion(evaluation, title), place)
+    return place
 
 
 def comparison_page(comparison: Comparison, path: str | Path) -> Path:
     """Write the page of a comparison, one file with everything inside it.
 
     Raises:
+        UserError: it is no comparison.
         RunError: ``path`` cannot be written.
     """
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.report.comparison.page import page
 
-    write_whole(Path(path), page(comparison))
-    return Path(path)
+    wanted(comparison, Comparison, "comparison; compare(designs) makes one")
+    place = path_of(path)
+    write_whole(place, page(comparison))
+    return place
 
 
 # Parts of one's own, and what they are made of.

@@ -147,8 +147,10 @@ def only_positive(
     def fault(changes: dict[str, float]) -> str | None:
         for name, value in changes.items():
             if name not in parameters._fields:
-                near = get_close_matches(name, parameters._fields) or parameters._fields
-                return f"parameters.{name}: unknown; there is {', '.join(near)}"
+                near = get_close_matches(name, parameters._fields, 1)
+                meant = f"did you mean {near[0]}? " if near else ""
+                known = ", ".join(parameters._fields)
+                return f"parameters.{name}: unknown; {meant}there is {known}"
             allowed, words = others.get(name, POSITIVE)
             if not allowed(value):
                 return f"parameters.{name} = {value}: has to be {words}"

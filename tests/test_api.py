@@ -60,7 +60,7 @@ def test_one_alone_is_judged_as_one_of_many(short):
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda: hfc.evaluate(3, RAMP), "a int is no design, nor the name of one"),
+        (lambda: hfc.evaluate(3, RAMP), "an int is no design, nor the name of one"),
         (lambda: hfc.evaluate(RAMP, RAMP), "a Scenario is no design, nor the name of one"),
         (lambda: hfc.evaluate(FOUND, FOUND), "a Design is no scenario, nor the name of one"),
         (lambda: hfc.evaluate("c-axis-ramp", RAMP), "c-axis-ramp: no such design; built in are"),
@@ -70,6 +70,28 @@ def test_one_alone_is_judged_as_one_of_many(short):
         (lambda: hfc.Controller(3.0), "a float is no design"),
         (lambda: hfc.export({}, "json", "x"), "a dict is no design"),
         (lambda: hfc.register(3), "3 is none of controller"),
+        (lambda: hfc.load_scenario(RAMP, 5), "changes have to be texts as in 'simulation.dura"),
+        (lambda: hfc.load_scenario(RAMP, [5]), "changes have to be texts"),
+        (lambda: hfc.load_scenario("c-axis-rmp"), r"c-axis-rmp: no such scenario; did you mean c-"),
+        (lambda: hfc.load_design("pd-only", 5), "changes have to be texts as in 'controller.int"),
+        (lambda: hfc.load_design("pd-onyl"), r"pd-onyl: no such design; did you mean pd-only\?"),
+        (lambda: hfc.design("c-axis-ramp", 5), "an int is no path"),
+        (lambda: hfc.pick(5), "an int is no path"),
+        (lambda: hfc.compare([FOUND, 5]), "an int is no design"),
+        (lambda: hfc.robustness(FOUND, RAMP, "x", 10), "a str is no spread"),
+        (lambda: hfc.robustness(FOUND, RAMP, 0.2, "x"), "a str is no number of samples"),
+        (lambda: hfc.evaluate_many(FOUND, RAMP, [5]), "an int is no machine: parameters"),
+        (lambda: hfc.learned_in(FOUND, RAMP, "x"), "a str is no evaluation; evaluate"),
+        (lambda: hfc.trajectory_csv("pd-only"), "a str is no evaluation; evaluate"),
+        (lambda: hfc.plot(FOUND, "a.png"), "a Design is no evaluation; evaluate"),
+        (lambda: hfc.comparison_page("pd-only", "a.html"), "a str is no comparison; compare"),
+        (lambda: hfc.with_gains(RAMP, "pd", 5), "an int is no table of gains"),
+        (lambda: hfc.export(FOUND, ["c"], "a"), r"\['c'\] is no format; there is c"),
+        (lambda: hfc.export(FOUND, "json", 5), "an int is no path"),
+        (
+            lambda: hfc.evaluate(hfc.Taught(FOUND, *[None] * 5), RAMP),
+            "a Taught is no design, nor the",
+        ),
     ],
 )
 def test_what_is_neither_is_refused_in_a_line(call, told):

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from experiments.shared import markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -86,7 +87,7 @@ def paired(program: str, found: Comparison) -> Iterator[list[str]]:
         yield [program, other, *cells, " / ".join(stable)]
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--machines", default=MACHINES, help="Beside the nominal one.")
 @click.option("--program", "wanted", multiple=True, type=click.Choice([*PROGRAMS]))
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the errors on all machines.")

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.shared import markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.core.statistics import paired
 
 Floats = NDArray[np.float64]
@@ -87,7 +88,7 @@ def tables(folder: Path) -> tuple[str, str]:
     return markdown(NOMINAL, nominal), markdown(PAIRED, others)
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.argument("folder", type=click.Path(path_type=Path, exists=True))
 def main(folder: Path) -> None:
     """Print the tables of the page."""

@@ -11,6 +11,7 @@ import click
 import numpy as np
 
 from experiments.shared import Batch, markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -84,7 +85,7 @@ def table(batch: Path) -> str:
     return markdown(HEADER, rows)
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--runs", default="runs/designed-tables", type=click.Path(path_type=Path))
 def main(runs: Path) -> None:
     """Print the table of the page."""

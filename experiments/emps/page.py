@@ -13,6 +13,7 @@ from experiments.emps.inverse import inverse_dynamics
 from experiments.emps.logs import Log, log
 from experiments.emps.replay import PUBLISHED, by_speed, repeated, replayed, rms
 from experiments.shared import markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.pictures.figure import save
 from hfc_design.report.comparison.plots import machines as drawn
@@ -74,7 +75,7 @@ def drive(one: Log) -> str:
     )
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--machines", default=compared.MACHINES, help="Beside the nominal one.")
 @click.option("--identified", type=click.Path(path_type=Path), help="A scenario of hfc identify.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Draw the errors on all machines.")

@@ -10,6 +10,7 @@ import click
 from experiments.huang_shy import pictures
 from experiments.huang_shy.tables import axes, draws, laps, learning, machines
 from experiments.shared import HEAD, Batch, markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.pictures.figure import save
 
 PARTS = {
@@ -22,7 +23,7 @@ PARTS = {
 }
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--runs", default="runs/huang-shy", type=click.Path(path_type=Path))
 @click.option("--comparison", type=click.Path(path_type=Path), help="comparison.csv of hfc compare")
 def main(runs: Path, comparison: Path | None) -> None:

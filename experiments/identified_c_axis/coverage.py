@@ -14,6 +14,7 @@ import numpy as np
 
 from experiments.identified_c_axis.logs import DESIGN, HERE, log, told
 from experiments.shared import markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.certainty import certainty
@@ -101,7 +102,7 @@ def table(rows: list[Row]) -> Iterator[list[str]]:
         yield [name, counts, f"{inside} of {len(sure)}", *numbers]
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--repeats", default=100, help="Machines, each with noise of its own.")
 @click.option("--starts", type=click.Choice(["1", "100"]), default="1", help="Of each fit.")
 @click.option("--out", type=click.Path(path_type=Path), default="runs/identified_c_axis.csv")

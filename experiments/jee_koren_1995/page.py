@@ -11,6 +11,7 @@ import click
 from matplotlib.figure import Figure
 
 from experiments.shared import HEAD, Batch, calculated, chaotic, curves, markdown, number
+from hfc_design.cli.usage import Plain
 from hfc_design.pictures.figure import save
 from hfc_design.stability.stable_range import stable_range
 
@@ -88,7 +89,7 @@ def variants(batch: Batch, first: str) -> str:
 PARTS = {"03-04": circle, "05": stiction, "06": line}
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--runs", default="runs/jee-koren-1995", type=click.Path(path_type=Path))
 def main(runs: Path) -> None:
     """Draw the figures into the folder of the batch and print the tables."""

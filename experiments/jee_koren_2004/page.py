@@ -12,6 +12,7 @@ from experiments.jee_koren_2004 import pictures
 from experiments.jee_koren_2004.calculated import computing, rule_bases, stability
 from experiments.jee_koren_2004.tables import friction_sets, heights, readings, variants
 from experiments.shared import HEAD, Batch, chaotic, markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.pictures.figure import save
 
 PARTS = {
@@ -25,7 +26,7 @@ PARTS = {
 }
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--runs", default="runs/jee-koren-2004", type=click.Path(path_type=Path))
 def main(runs: Path) -> None:
     """Draw the figures into the folder of the batch and print the tables."""

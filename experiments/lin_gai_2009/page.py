@@ -13,6 +13,7 @@ from experiments.lin_gai_2009 import pictures
 from experiments.lin_gai_2009.pictures import AXES, SHOWN
 from experiments.lin_gai_2009.unseen import beyond, compared, ratios
 from experiments.shared import HEAD, Batch, calculated, markdown, number
+from hfc_design.cli.usage import Plain
 from hfc_design.pictures.figure import save
 
 CONTROLLERS = ("PID", "PID + compensation", "fuzzy sliding", "compensated")
@@ -113,7 +114,7 @@ PARTS = {
 }
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--runs", default="runs/lin-gai-2009", type=click.Path(path_type=Path))
 def main(runs: Path) -> None:
     """Draw the figures into the folder of the batch and print the tables."""

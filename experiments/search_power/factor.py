@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from experiments.search_power.tasks import GROUNDS, Field
+from hfc_design.cli.usage import Plain
 from hfc_design.controllers.genome import taken
 from hfc_design.simulation import population as simulate
 
@@ -16,7 +17,7 @@ from hfc_design.simulation import population as simulate
 LANES, NUMBERS, TRIES = 1024, 96, 15
 
 
-@click.command()
+@click.command(cls=Plain)
 def main() -> None:
     """Print the factor: medians of tries one after the other."""
     for task in ("ramp", "cutting"):

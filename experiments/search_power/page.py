@@ -9,12 +9,13 @@ import click
 
 from experiments.search_power.figures import ALPHA, HEADER, beaten, picture, read, table
 from experiments.shared import markdown
+from hfc_design.cli.usage import Plain
 from hfc_design.pictures.figure import save
 
 HERE = Path(__file__).parent
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--results", default=HERE / "results", type=click.Path(path_type=Path))
 @click.option("--out", default=HERE, type=click.Path(path_type=Path), help="Of the pictures.")
 def main(results: Path, out: Path) -> None:

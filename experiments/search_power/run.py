@@ -17,6 +17,7 @@ from experiments.search_power.finals import finals
 from experiments.search_power.lockstep import CHECKS, ROBUST_CHECKS, together
 from experiments.search_power.methods import DEFAULT, PAPER, method, names
 from experiments.search_power.tasks import GROUNDS, TANGENT, Field
+from hfc_design.cli.usage import Plain
 from hfc_design.core.checkpoint import write_whole
 
 SEEDS = 25
@@ -64,7 +65,7 @@ def _short(values: Any, digits: int = 5) -> Any:
     return float(f"{values:.{digits}g}") if np.isfinite(values) else None
 
 
-@click.command()
+@click.command(cls=Plain)
 @click.option("--out", default="runs/search-power", type=click.Path(path_type=Path))
 @click.option("--task", "tasks", multiple=True, type=click.Choice(list(GROUNDS)))
 @click.option("--method", "methods", multiple=True, type=click.Choice(names()))

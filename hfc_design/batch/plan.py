@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from itertools import product
 from math import prod
 from os.path import exists
@@ -16,6 +15,7 @@ from hfc_design.core.dotted import flat, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
+from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
 from hfc_design.files.pairing import load_design, machine, own_scenario
@@ -142,8 +142,7 @@ def _check_figure(wanted: Json, metric: str, cells: Iterable[Cell]) -> None:
     found = (key for cell in own for key in meanings(cell.scenario))
     known = list(dict.fromkeys(["fitness", "merit", *found]))
     if metric not in known:
-        near = get_close_matches(metric, known) or known
-        raise UserError(f"{metric!r} is no metric of these cells; there is {', '.join(near)}")
+        raise UserError(f"{metric!r} is no metric of these cells; {one_of(metric, known)}")
 
 
 def _combinations(file: BatchFile, path: Path) -> Iterator[Json]:

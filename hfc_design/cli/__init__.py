@@ -1,7 +1,7 @@
 """The command line. Commands import what they need when they run, so that help is quick."""
 
-import sys
 import threading
+from typing import Any
 
 import click
 
@@ -17,6 +17,7 @@ from hfc_design.cli.simulating import batch, report, score, simulate
 from hfc_design.cli.starting import init
 from hfc_design.cli.trading import pick
 from hfc_design.cli.training import train
+from hfc_design.cli.usage import check_once, told
 
 #: In the order in which a user meets them.
 COMMANDS = (
@@ -33,31 +34,45 @@ class Commands(click.Group):
         """Names as they were added, not by the alphabet."""
         return list(self.commands)
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Every command with its summary, or the first sentence of its help, as a whole."""
+        rows = [(name, summary(command)) for name, command in self.commands.items()]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Read the options before the command."""
+        with told():
+            return super().make_context(*arguments, **options)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is named, which gets no option twice; UserError: there is none."""
+        from hfc_design.core.records import UserError
+        from hfc_design.core.wording import one_of
+
+        if args[0] not in self.commands and not args[0].startswith("-"):
+            raise UserError(f"{args[0]}: no such command; {one_of(args[0], self.commands)}")
+        name, command, rest = super().resolve_command(ctx, args)
+        if command is not None and not ctx.resilient_parsing:
+            check_once(command, ctx, rest)
+        return name, command, rest
+
     def invoke(self, ctx: click.Context) -> object:
-        """Run a command; UserError becomes a line on stderr and its exit code."""
-        from hfc_design.core.interrupt import heard, listen
-        from hfc_design.core.records import LONGEST, RunError, UserError, in_a_line
+        """Run a command; UserError becomes lines on stderr and its exit code."""
+        from hfc_design.core.interrupt import listen
 
         if threading.current_thread() is threading.main_thread():  # others cannot
             listen()
-        try:
+        with told():
             return super().invoke(ctx)
-        except UserError as error:
-            click.echo(f"hfc: {error}", err=True)
-            sys.exit(error.exit_code)
-        except click.UsageError as error:
-            if len(message := error.format_message()) <= LONGEST:
-                raise
-            raise click.UsageError(in_a_line(message), error.ctx) from None
-        except BrokenPipeError:
-            sys.exit(1)
-        except OSError as error:  # such as a name that no file can have
-            told = RunError(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-            click.echo(f"hfc: {told}", err=True)
-            sys.exit(told.exit_code)
-        except Exception:
-            heard()  # a library that is interrupted while it is imported may tell something else
-            raise
+
+
+def summary(command: click.Command) -> str:
+    """A command in a line or two: what is said of it first."""
+    first = " ".join((command.help or "").split("\n\n")[0].split())
+    return command.short_help or f"{first.partition('. ')[0].rstrip('.')}."
 
 
 @click.group(cls=Commands, commands=COMMANDS, context_settings=SETTINGS)

@@ -5,14 +5,15 @@ from pathlib import Path
 
 import click
 
+from hfc_design.cli.named import DESIGN, SCENARIO, named
 from hfc_design.cli.options import CHOICES, Texts, as_json, setting, with_plugins
 
 DESIGN_HELP = "Say how near this design comes [default: that of the run]."
 
 
-@click.command()
-@click.argument("name", metavar="SCENARIO")
-@click.option("--design", help=DESIGN_HELP)
+@click.command(short_help="How good the best controller of a C-axis could be.")
+@click.argument("name", metavar="SCENARIO", type=SCENARIO)
+@named("--design", kind=DESIGN, help=DESIGN_HELP)
 @setting
 @as_json
 @with_plugins({key: text for key, text in CHOICES.items() if key == "plant"})

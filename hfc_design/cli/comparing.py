@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hfc_design.cli.named import DESIGN, SCENARIO, named
 from hfc_design.cli.options import Texts, as_json, force, knowing_plugins, memory, output, setting
 
 if TYPE_CHECKING:
@@ -22,9 +23,9 @@ SCENARIO_HELP = (
 PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 
 
-@click.command()
-@click.argument("designs", nargs=-1)
-@click.option("--scenario", "scenarios", multiple=True, help=SCENARIO_HELP)
+@click.command(short_help="Put DESIGNS side by side.")
+@click.argument("designs", nargs=-1, type=DESIGN)
+@named("--scenario", "scenarios", kind=SCENARIO, multiple=True, help=SCENARIO_HELP)
 @setting
 @click.option(
     "--spread", type=float, default=0.2, help="Of the machines' parameters [default: 0.2]."

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hfc_design.cli.named import SCENARIO, STRATEGY, named
 from hfc_design.cli.options import (
     ANYWAY_HELP,
     CHOICES,
@@ -33,17 +34,17 @@ KEYS = {
 }
 PARETO_HELP = "Look for the front of two or three objectives, as in tracking,effort."
 POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
-PRESET_HELP = "Search strategy, see hfc list strategies [default: the scenario's, else race]."
+PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
 
 
-@click.command()
-@click.argument("scenario", required=False)
+@click.command(short_help="Search a controller for SCENARIO.")
+@click.argument("scenario", required=False, type=SCENARIO)
 @click.option("--out", type=PATH, help="Run folder [default: runs/NAME-N].")
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the search [default: 0].")
 @click.option("--population", type=int, help="Individuals in a generation.")
 @click.option("--generations", type=int, help="Generations.")
-@click.option("--preset", help=PRESET_HELP)
+@named("--preset", kind=STRATEGY, help=PRESET_HELP)
 @click.option("--pareto", metavar="NAME,NAME", help=PARETO_HELP)
 @click.option("--precision", type=click.Choice(["float32", "float64"]), help="Of the search.")
 @click.option("--polish", metavar="STEPS", type=click.IntRange(min=0), help=POLISH_HELP)

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from hfc_design.cli.named import DESIGN, FORMAT, PLANT, named
 from hfc_design.cli.options import (
     PATH,
     Texts,
@@ -24,9 +25,9 @@ COARSE = (
 
 
 @click.command()
-@click.argument("design")
+@click.argument("design", type=DESIGN)
 @changing_design
-@click.option("--to", "target", required=True, help="Format; see hfc list formats.")
+@named("--to", "target", kind=FORMAT, required=True, help="Format: NAMES.")
 @output("--out", folder=True, help="File or folder to write.")
 @force
 @click.option("--lookup", type=click.IntRange(2, 32767), help="Only c: N-point table, no exp.")
@@ -37,11 +38,12 @@ def export(
 ) -> None:
     """Write DESIGN for another program."""
     from hfc_design.core.records import UserError
+    from hfc_design.core.wording import one_of
     from hfc_design.files.pairing import load_design
     from hfc_design.formats import FORMATS, c_folder, check_score
 
     if target not in FORMATS:
-        raise UserError(f"--to {target}: no such format; there is {', '.join(FORMATS)}")
+        raise UserError(f"--to {target}: no such format; {one_of(target, FORMATS)}")
     if lookup is not None and target != "c":
         raise UserError(f"--lookup {lookup}: only --to c has it, not --to {target}")
     found = load_design(design, others)
@@ -79,7 +81,7 @@ SIGNAL_HELP = (
 )
 
 
-@click.command("import")
+@click.command("import", short_help="Read another program's controller FILE.")
 @click.argument("file", type=PATH)
 @output("--out", help="Design file [default: NAME.json].")
 @force
@@ -87,9 +89,9 @@ SIGNAL_HELP = (
 @click.option("--axis", help="Of whose state FILE is, where it is learnt and there are several.")
 @click.option("--kind", type=click.Choice(["flc", "aflc", "pd+hierarchical-fuzzy"]))
 @click.option("--name", help="Of the design [default: the file's].")
-@click.option("--plant", help="Of the design: feed-drive, c-axis or an own one as module:OBJECT.")
+@named("--plant", kind=PLANT, help="Of the design: feed-drive, c-axis or an own one.")
 @click.option("--sample-time", type=float, help="T [s] [default: 0.01, of a C-axis 0.001].")
-@click.option("--like", metavar="DESIGN", help="Take from DESIGN whatever FILE does not hold.")
+@named("--like", kind=DESIGN, help="Take from DESIGN whatever FILE does not hold.")
 @click.option("--signal", "signals", multiple=True, metavar="INPUT=SIGNAL", help=SIGNAL_HELP)
 def import_(
     file: Path,

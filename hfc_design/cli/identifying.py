@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hfc_design.cli.named import DESIGN, PLANT, SCENARIO, named
 from hfc_design.cli.options import PATH, Texts, as_json, force, free, setting, with_plugins
 
 if TYPE_CHECKING:
@@ -18,14 +19,14 @@ LOOP_HELP = "The controller in the loop that recorded LOG: its loop is replayed 
 SCENARIO_HELP = "Plant, values to start from, sensors, limits [default: of --controller]."
 
 
-@click.command()
+@click.command(short_help="Find the parameters of a machine from what LOG has recorded.")
 @click.argument("log", type=PATH)
-@click.option("--plant", help="A name, or an own one as module:OBJECT.")
-@click.option("--scenario", help=SCENARIO_HELP)
+@named("--plant", kind=PLANT, help="NAMES, or an own one as module:OBJECT.")
+@named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
 @setting
 @click.option("--axis", help="Which one, of a machine of several.")
 @click.option("--free", "names", help="Parameters to look for [default: all but exact ones and 0].")
-@click.option("--controller", help=LOOP_HELP)
+@named("--controller", kind=DESIGN, help=LOOP_HELP)
 @click.option("--open-loop", is_flag=True, help="Replay the plant without an observer.")
 @click.option("--bandwidth", type=click.FloatRange(0.0), help="Of the observer [Hz].")
 @click.option("--column", "columns", multiple=True, metavar="NAME=COLUMN", help=COLUMN_HELP)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hfc_design.cli.named import DESIGN
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
 
 if TYPE_CHECKING:
@@ -59,8 +60,8 @@ def list_(what: str) -> None:
     terminal().print(table)
 
 
-@click.command()
-@click.argument("design")
+@click.command(short_help="Which rules of DESIGN fire at a sample, and how strongly.")
+@click.argument("design", type=DESIGN)
 @changing_design
 @click.option("--at", "samples", multiple=True, required=True, metavar=SIGNALS, help=AT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to explain.")
@@ -95,8 +96,8 @@ def explain(
         show(found, least)
 
 
-@click.command()
-@click.argument("design", required=False)
+@click.command(short_help="Gains that keep a drive stable; margins of a loop.")
+@click.argument("design", required=False, type=DESIGN)
 @changing_design
 @click.option("--gain", type=float, help="K [(BLU/s)/unit] [default: the design's, or 28.3].")
 @click.option("--time-constant", type=float, help="tau [s] [default: the design's, or 0.055].")

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from hfc_design.cli.named import CONTROLLER, DESIGN, FITNESS, PLANT, SCENARIO, STRATEGY, named
+
 
 def _bounded(_: click.Context, option: click.Parameter, told: str | None) -> None:
     """Bound the memory of this process and of its workers."""
@@ -81,11 +83,12 @@ memory = click.option("--memory", callback=_bounded, expose_value=False, help=ME
 ANYWAY_HELP = "Resume what another version, file or own part began; it may end otherwise."
 USE = "Make any own part known that files name; can be given several times."
 CHOICES = {
-    "plant": "Plant of the scenario: a name, or an own one as module:OBJECT.",
-    "fitness": "Fitness of the scenario: a name, or an own one as module:OBJECT.",
-    "controller": "Kind of the controller: a name, or an own law or kind as module:OBJECT.",
+    "plant": "Plant of the scenario: NAMES, or an own one as module:OBJECT.",
+    "fitness": "Fitness of the scenario: NAMES, or an own one as module:OBJECT.",
+    "controller": "Kind of the controller: NAMES, or an own law or kind as module:OBJECT.",
     "strategy": "Make an own search strategy known, as module:OBJECT; search.preset names it.",
 }
+NAMED = {"plant": PLANT, "fitness": FITNESS, "controller": CONTROLLER, "strategy": STRATEGY}
 #: Those that name a part of a scenario; the search of a file keeps its own strategy.
 CHOSEN = "plant", "fitness", "controller"
 KNOWN = CHOICES | {
@@ -107,7 +110,8 @@ def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
         found = click.option("--use", callback=_known, expose_value=False, help=USE, **use)(command)
         for key, text in reversed(helps.items()):
             told = helps is CHOICES and key in CHOSEN
-            found = click.option(f"--{key}", callback=_known, expose_value=told, help=text)(found)
+            own: dict[str, Any] = {"kind": NAMED[key], "callback": _known, "help": text}
+            found = named(f"--{key}", expose_value=told, **own)(found)
         return found
 
     return decorated
@@ -140,9 +144,9 @@ def on_scenarios(command: Command) -> Command:
     The scenarios are each --scenario or the design's own, with every --set.
     """
 
-    @click.argument("name", metavar="DESIGN")
+    @click.argument("name", metavar="DESIGN", type=DESIGN)
     @changing_design
-    @click.option("--scenario", multiple=True, help=SCENARIOS_HELP)
+    @named("--scenario", kind=SCENARIO, multiple=True, help=SCENARIOS_HELP)
     @setting
     @wraps(command)
     def wrapped(name: str, others: Texts, scenario: Texts, changes: Texts, **given: Any) -> None:
@@ -162,9 +166,9 @@ def on_scenarios(command: Command) -> Command:
 def on_scenario(command: Command) -> Command:
     """The same of a command on one scenario."""
 
-    @click.argument("name", metavar="DESIGN")
+    @click.argument("name", metavar="DESIGN", type=DESIGN)
     @changing_design
-    @click.option("--scenario", help=SCENARIO_HELP)
+    @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
     @setting
     @wraps(command)
     def wrapped(

@@ -31,7 +31,7 @@ SAMPLES_HELP = "Machines to draw [default: 1000; robust.unseen, where the scenar
 BATCH_SET_HELP = "Change a value in every cell by its dotted key, as in search.generations=20."
 
 
-@click.command()
+@click.command(short_help="Fitness, merit and metrics of DESIGN, and its robustness.")
 @on_scenarios
 @click.option("--spread", type=float, help="Vary the machine's parameters by up to this share.")
 @click.option("--samples", type=int, help=SAMPLES_HELP)
@@ -76,7 +76,7 @@ def score(
             click.echo(note)
 
 
-@click.command()
+@click.command(short_help="Simulate DESIGN and write its trajectory, or draw it.")
 @on_scenario
 @output("--csv", "csv_file", help="Write the trajectory.")
 @output("--plot", help="Draw it (png, svg or pdf).")
@@ -128,7 +128,7 @@ def simulate(
         click.echo(trajectory_csv(evaluation), nl=False)
 
 
-@click.command()
+@click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
 @click.argument("place", metavar="FOLDER|DESIGN", type=PATH)
 @click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
 @click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
@@ -167,7 +167,7 @@ def report(place: Path, each: bool, parquet: bool, out: Path | None) -> None:
     click.echo(path)
 
 
-@click.command()
+@click.command(short_help="Run every cell of a batch FILE: scenarios x seeds x settings.")
 @click.argument("file", required=False, type=PATH)
 @click.option("--out", type=PATH, help="Folder [default: runs/NAME].")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help=BATCH_SET_HELP)

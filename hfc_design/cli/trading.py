@@ -87,7 +87,7 @@ def show_front(front: "Front") -> None:
     terminal().print(shown)
 
 
-@click.command()
+@click.command(short_help="Make a design file of a point of a front.")
 @click.argument("run", type=PATH)
 @click.option("--point", type=int, help="The point of this number in front.csv.")
 @click.option("--nearest", metavar="NAME=NUMBER,...", help=NEAREST_HELP)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hfc_design.cli.named import DESIGN, named
 from hfc_design.cli.options import (
     CHOICES,
     Texts,
@@ -26,11 +27,13 @@ NETWORK_HELP = (
 )
 
 
-@click.command()
+@click.command(short_help="Teach a neural network what DESIGN does.")
 @on_scenario
 @output("--out", help="Design file [default: neural-NAME.json].")
 @force
-@click.option("--start", help="Neural design to go on from [default: weights drawn at random].")
+@named(
+    "--start", kind=DESIGN, help="Neural design to go on from [default: weights drawn at random]."
+)
 @click.option("--hidden", type=int, help="Units of the hidden layer [default: 25].")
 @click.option("--seed", type=int, help="Seed of their weights [default: 0].")
 @click.option("--training-rate", "rate", type=float, help="Rate of learning [default: 0.5].")

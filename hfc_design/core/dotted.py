@@ -42,15 +42,15 @@ def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
     Raises:
         UserError: a key runs through something that is not a table, or a value is not plain.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(changes, option)
+    values = changes if isinstance(changes, Mapping) else set_keys(_texts(changes, option), option)
     if fault := plain_fault(data):  # of a script; a file has been through this
         raise UserError(fault)
     data = copy.deepcopy(data)
     for key, value in values.items():
-        *path, last = key.split(".")
+        *path, last = str(key).split(".")
         fault = f"has more than {DEEPEST} parts" if len(path) >= DEEPEST else None
         if fault := fault or plain_fault({key: value}):
-            raise UserError(f"{option} {key[:60]}: {fault}")
+            raise UserError(f"{option} {str(key)[:60]}: {fault}")
         place = data
         for part in path:
             if place.get(part) is None:  # an optional part of a design is null where there is none
@@ -60,6 +60,19 @@ def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
                 raise UserError(f"{option} {key}={value}: {part} is not a table")
         place[last] = value
     return data
+
+
+def _texts(changes: Iterable[str], option: str) -> list[str]:
+    """Changes one by one; UserError: they are no texts."""
+    each = [changes] if isinstance(changes, str) or not isinstance(changes, Iterable) else changes
+    texts = [*each]
+    for one in texts:
+        if not isinstance(one, str):
+            raise UserError(
+                f"changes have to be texts as in {EXAMPLES[option]!r}, or a mapping of dotted keys "
+                f"to values, not {one!r}"
+            )
+    return texts
 
 
 def flat(table: Json, prefix: str = "") -> Json:

@@ -14,6 +14,7 @@ from pydantic import Field, JsonValue, SerializeAsAny, ValidationError, model_va
 from hfc_design.controllers.controller import Controller, rate_limited
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.arguments import a_kind
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.faults import inside
 from hfc_design.core.numbers import finite
@@ -195,7 +196,7 @@ def named_design(source: AnyDesign) -> Design:
     if isinstance(source, Design):
         return source
     if not isinstance(source, str | Path):
-        raise UserError(f"a {type(source).__name__} is no design, nor the name of one")
+        raise UserError(f"{a_kind(source)} is no design, nor the name of one{_inside(source)}")
     name, path = str(source), Path(source)
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
@@ -205,6 +206,11 @@ def named_design(source: AnyDesign) -> Design:
     if path.is_dir() and not exists(path := path / "design.json"):
         raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
     return read_design(path)
+
+
+def _inside(thing: Any) -> str:
+    """What to say of a result of a search where its design is wanted."""
+    return "; its .design is one" if isinstance(getattr(thing, "design", None), Design) else ""
 
 
 def read_design(path: str | Path) -> Design:

@@ -10,6 +10,7 @@ from hfc_design.core import devices
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
+from hfc_design.core.wording import one_of
 from hfc_design.files.design import PerAxisRecord
 from hfc_design.motion.limits import MovedAxis
 from plants import PLANTS, Drive, Machine, machine_of, plant_fault, side_by_side
@@ -103,8 +104,8 @@ def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:
     """
     for axis in named:
         if axis not in known:
-            listed = ", ".join(known)
-            raise ValueError(f"{key}.{axis}: the machine has no such axis; it has {listed}")
+            has = one_of(axis, known, "it has")
+            raise ValueError(f"{key}.{axis}: the machine has no such axis; {has}")
 
 
 class ReadingSettings(Record):

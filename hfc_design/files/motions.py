@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from hfc_design.core.numbers import Floats, State
 from hfc_design.core.records import Finite, NotNegative, Positive, Record
+from hfc_design.core.wording import one_of
 from hfc_design.files.machine import Axis
 from hfc_design.motion.references import EachAxis, Load, Reference
 from hfc_design.motion.trajectories import PathReference
@@ -66,15 +67,15 @@ def started(
     own = dict(start) if len(machine.axes) > 1 else {machine.axes[0]: start}
     for axis in own:
         if axis not in machine.axes:
-            raise ValueError(f"start.{axis}: no axis; there is {', '.join(machine.axes)}")
+            raise ValueError(f"start.{axis}: no axis; {one_of(axis, machine.axes)}")
     states = []
     each = zip(machine.axes, machine.drives, machine.initial_state(0.0), strict=True)
     for axis, drive, zero in each:
         state = _put(drive, zero, (places or {}).get(axis, 0.0))
         for name, value in own.get(axis, {}).items():
             if name not in state._fields or isinstance(value, dict):
-                known = ", ".join(state._fields)
-                raise ValueError(f"start.{name}: no state of the machine; there is {known}")
+                known = one_of(name, state._fields)
+                raise ValueError(f"start.{name}: no state of the machine; {known}")
         states.append(state._replace(**own.get(axis, {})))
     return tuple(states)
 

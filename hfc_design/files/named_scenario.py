@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import tomli_w
 
+from hfc_design.core.arguments import a_kind
 from hfc_design.core.carried import AnyFile
 from hfc_design.core.checkpoint import CONFIG
 from hfc_design.core.dotted import Changes, changed
@@ -51,7 +52,7 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
         data = changed({"name": "scenario"} | dict(source), changes)
         return scenario_of(data, "scenario", Path())
     if not isinstance(source, str | Path):
-        raise UserError(f"a {type(source).__name__} is no scenario, nor the name of one")
+        raise UserError(f"{a_kind(source)} is no scenario, nor the name of one")
     name = str(source)
     built_in = name in builtin_names()
     path = BUILTIN / f"{name}.toml" if built_in else Path(name)

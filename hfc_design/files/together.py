@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign, Design
@@ -32,7 +33,10 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     """
     if isinstance(designs, Mapping):
         return {name: load_design(_no_kind(design)) for name, design in designs.items()}
-    given = [designs] if isinstance(designs, str | Path | Design) else [*designs]
+    several = isinstance(designs, Sequence) and not isinstance(designs, str)
+    given: Sequence[AnyDesign] = [*designs] if several else [designs]  # type: ignore[list-item]
+    for one in given:
+        wanted(one, (str, Path, Design), "design, nor the name of one")
     for k, one in enumerate(given):
         if any(_same(one, other) for other in given[:k]):
             raise UserError(f"{_called(one)}: stands there twice; it does what it does")

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 
 from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.quantities import number
+from hfc_design.core.wording import one_of
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.objective import Moment, Sums
@@ -246,8 +247,7 @@ def measure(name: str, band: Any = None) -> Measure:
             return band_time(0.0)
         return band_time(band)
     if name not in MEASURES:
-        known = ", ".join([*MEASURES, BAND_TIME])
-        raise ValueError(f"{name}: is no measure; there is {known}")
+        raise ValueError(f"{name}: is no measure; {one_of(name, [*MEASURES, BAND_TIME])}")
     return MEASURES[name]
 
 

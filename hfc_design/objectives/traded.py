@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from hfc_design.core.wording import one_of
 from hfc_design.objectives.measures import MEASURES, Measure, Units, measure, path_fault
 
 #: Number of units of a hierarchy that matter, which its kind counts.
@@ -26,7 +27,7 @@ def check_names(names: Sequence[str]) -> None:
     """ValueError: there are not two or three of them, or one is unknown or stands there twice."""
     for name in names:
         if name not in NAMES:
-            raise ValueError(f"{name}: is no objective; there is {', '.join(NAMES)}")
+            raise ValueError(f"{name}: is no objective; {one_of(name, NAMES)}")
         if names.count(name) > 1:
             raise ValueError(f"{name}: stands there twice")
     if len(names) not in ALLOWED:

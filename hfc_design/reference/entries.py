@@ -11,8 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from hfc_design.core.faults import short
 from hfc_design.core.numbers import Plain
-from hfc_design.core.records import UserError, short
+from hfc_design.core.records import UserError
 
 FILE = Path(__file__).parent / "reference.json"
 #: What an entry may be about.

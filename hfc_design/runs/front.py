@@ -10,6 +10,7 @@ from hfc_design.controllers.genome import Population, taken
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats, Integers
 from hfc_design.core.records import RunError, UserError
+from hfc_design.core.wording import one_of
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.measures import in_units
 from hfc_design.objectives.traded import Traded
@@ -149,7 +150,7 @@ def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario)
     away = np.zeros(len(front.costs))
     for name, text in wanted.items():
         if name not in names:
-            raise UserError(f"--nearest {name}: is no objective here; there is {', '.join(names)}")
+            raise UserError(f"--nearest {name}: is no objective here; {one_of(name, names)}")
         k = names.index(name)
         try:
             value = in_units("--nearest " + name, text, front.objectives[k].unit, scenario.units)

@@ -13,6 +13,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
+from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
@@ -119,6 +120,7 @@ def _each(given: Any) -> Sequence[Any]:
 
 def _changed(own: PlantSettings, changes: Mapping[str, float]) -> PlantSettings:
     """The machine with other parameters."""
+    wanted(changes, Mapping, "machine: parameters and their values, as in {'gain': 28.3}")
     every = {key: value for key, value in changes.items() if "." not in key}
     axes = {axis: numbers | every for axis, numbers in own.axes.items()}
     for key in changes.keys() - every.keys():

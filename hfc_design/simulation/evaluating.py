@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import within_rate
+from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Gains, Memory
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design
@@ -29,7 +30,7 @@ from hfc_design.objectives.program_metrics import (
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import Loop, Recorded, closed_loop
 from hfc_design.simulation.divergence import divergence_of, finer
-from hfc_design.simulation.evaluation import AxisMotion, Evaluation
+from hfc_design.simulation.evaluation import EVALUATED, AxisMotion, Evaluation
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.repeats import averaged, louder, repeats_of, together
 from hfc_design.simulation.stepping import Motions
@@ -75,6 +76,7 @@ def learned_in(design: AnyDesign, scenario: AnyScenario, evaluation: Evaluation)
     Raises:
         UserError: it does not adapt, has diverged, or the evaluation is of another controller.
     """
+    wanted(evaluation, Evaluation, EVALUATED)
     design, axes = load_design(design), evaluation.machine.axes
     begun = within_rate(design.commanding(axes).initial_memory(0.0))
     remembered: list[Memory] = [begun, within_rate(evaluation.memory)]

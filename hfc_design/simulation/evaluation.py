@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.controller import Signals
+from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Json, Memory, Parameters
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.samples import AxisSamples
@@ -15,6 +16,9 @@ from hfc_design.simulation.closed_loop import Recorded, axis_signals
 from hfc_design.simulation.divergence import Divergence
 from hfc_design.simulation.repeats import Each
 from plants import Drive, Machine, in_a_name
+
+#: What ``Evaluation`` is called where something else is given.
+EVALUATED = "evaluation; evaluate(design, scenario) makes one"
 
 
 class AxisMotion(NamedTuple):
@@ -109,7 +113,12 @@ class Evaluation(NamedTuple):
 
 
 def trajectory_csv(evaluation: Evaluation) -> str:
-    """The motion as CSV with units in the header, one row a control sample."""
+    """The motion as CSV with units in the header, one row a control sample.
+
+    Raises:
+        UserError: it is no evaluation.
+    """
+    wanted(evaluation, Evaluation, EVALUATED)
     columns = {"time_s": evaluation.time}
     several = len(evaluation.axes) > 1
     for axis in evaluation.axes:

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
+from numbers import Integral, Real
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
+from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Json, Mask
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import share_interval
@@ -177,6 +179,9 @@ def _own(evaluation: Evaluation) -> Evaluation:
 
 def check_draw(spread: float, samples: int, seed: int) -> None:
     """UserError: machines cannot be drawn like that."""
+    wanted(spread, Real, "spread, as in 0.2 for +-20 %")
+    for name, number in {"samples": samples, "seed": seed}.items():
+        wanted(number, Integral, f"number of {name}" if name == "samples" else name)
     if not 0 < spread < 1:
         raise UserError(f"--spread {spread}: has to lie between 0 and 1, as in 0.2 for +-20 %")
     if not 1 <= samples <= MAX_SAMPLES:

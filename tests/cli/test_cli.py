@@ -201,7 +201,7 @@ def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
     refused = hfc("design", "c-axis-ramp", "--population", "a" * 5000)
     assert refused.exit_code == 2
     assert len(refused.stderr.splitlines()[-1]) <= LONGEST + 10
-    assert refused.stderr.rstrip().endswith("is not a valid integer.")
+    assert refused.stderr.rstrip().endswith(": has to be a whole number")
 
 
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):

@@ -67,7 +67,7 @@ def test_mistakes_are_told_in_one_line(arguments, words):
 def test_a_gain_that_is_no_number():
     done = hfc("--gain", "much")
     assert done.exit_code == 2
-    assert "'much' is not a valid float" in done.stderr
+    assert done.stderr == "hfc: --gain much: has to be a number\n"
 
 
 def test_a_folder_that_is_not_there(tmp_path):

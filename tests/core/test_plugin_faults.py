@@ -88,7 +88,9 @@ def test_references_that_cannot_be_used(own, option, reference, words):
     ],
 )
 def test_own_code_that_cannot_be_simulated_is_named(own, options, words):
-    sledge = ["sledge.toml"] if "--plant" in options else ["c-axis-ramp", "--controller", "pd"]
+    sledge = ["sledge.toml"] if "--plant" in options else ["c-axis-ramp"]
+    if "--fitness" in options:
+        sledge += ["--controller", "pd"]
     line = refused("design", *sledge, *options, "--out", "run", *BUDGET)
     for word in words:
         assert word in line

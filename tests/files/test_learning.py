@@ -211,7 +211,7 @@ def test_numbers_of_an_axis_come_back_as_a_design(tmp_path):
 def test_numbers_that_are_no_state_of_the_design_are_refused(text, options, told, tmp_path):
     (tmp_path / "kept.txt").write_text(text)
     path = tmp_path / "out.json"
-    like = ("--like", "jee-koren-2004-aflc")
+    like = () if "--like" in options else ("--like", "jee-koren-2004-aflc")
     output = run("import", tmp_path / "kept.txt", *like, *options, "--out", path, code=2)
     assert told in output
     assert output.count("\n") == 1

@@ -13,6 +13,7 @@ from hfc_design.controllers.fuzzy_sliding.record import (
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.start import controller_named
 from hfc_design.core.records import Finite, Label, Table, ordered
+from hfc_design.core.wording import one_of
 
 #: LG09 Table 2 in thirds of LP: rows the error, columns its rate, both LN to LP.
 TABLE_2 = (
@@ -62,7 +63,7 @@ class SlidingSettings(ControllerSettings):
     def _known(cls, ranges: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
         for name in ranges:
             if name not in SEARCHED:
-                raise ValueError(f"{name}: unknown; there is {', '.join(SEARCHED)}")
+                raise ValueError(f"{name}: unknown; {one_of(name, SEARCHED)}")
         return ranges
 
     @property

@@ -13,6 +13,7 @@ from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, later
 from hfc_design.core.numbers import Gains, Memory, Own, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
+from hfc_design.core.wording import one_of
 
 Range = tuple[float, float]
 #: A NamedTuple of a ``Range`` for each gain.
@@ -52,7 +53,7 @@ class GainsSettings(ControllerSettings):
         own = self.own_ranges._fields
         for name in self.ranges:
             if name not in own:
-                raise ValueError(f"ranges.{name}: unknown; there is {', '.join(own)}")
+                raise ValueError(f"ranges.{name}: unknown; {one_of(name, own)}")
         return self
 
     @property

@@ -12,6 +12,7 @@ from hfc_design.controllers.controller import FOLLOWED
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
 from hfc_design.controllers.linear.law import AHEAD, ERRORS, LinearGains, Structure
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record, ordered
+from hfc_design.core.wording import one_of
 
 #: What is fed forward, each by a multiple of what the nominal drive asks for.
 MULTIPLES = ("velocity", "acceleration", "coulomb", "load")
@@ -243,7 +244,7 @@ class LinearSettings(ControllerSettings):
             known = self.names(told)
             for name in self.ranges:
                 if name not in known:
-                    return f"controller.ranges.{name}: unknown; there is {', '.join(known)}"
+                    return f"controller.ranges.{name}: unknown; {one_of(name, known)}"
         if len(set(self.signals or ())) < len(self.signals or ()):
             return "controller.signals: a name stands there twice"
         return None

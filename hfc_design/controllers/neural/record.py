@@ -11,12 +11,15 @@ from hfc_design.controllers.kind import ControllerRecord, Target, reach_of
 from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory
 from hfc_design.controllers.neural.network import Weights
 from hfc_design.controllers.start import controller_named
-from hfc_design.core.records import Finite, NotNegative, Positive, Record
+from hfc_design.core.records import Finite, Positive, Record
 
 INPUTS = 2  # error and its change
 #: Units of the hidden layer: the loop is unrolled, more of them take minutes to compile.
 MOST = 100
+#: Largest rate of learning: one of 1e12 is a slip, and leaves nothing of what was known.
+FASTEST = 1e6
 Hidden = Annotated[tuple[Finite, ...], Field(min_length=INPUTS + 1, max_length=INPUTS + 1)]
+Rate = Annotated[float, Field(ge=0, le=FASTEST, allow_inf_nan=False)]
 
 
 class WeightsRecord(Record):
@@ -43,7 +46,7 @@ class NeuralDesign(ControllerRecord):
     error_unit: Positive  # error that the network reads as 1 [error]
     change_unit: Positive  # change of the error in a sample that it reads as 1 [error]
     command_unit: Positive  # command of an output of 1 [command]
-    rate: NotNegative = 1e-4  # of learning on line, eta; 0: it does not learn [1]
+    rate: Rate = 1e-4  # of learning on line, eta; 0: it does not learn [1]
     momentum: Annotated[float, Field(ge=0, lt=1)] = 0.005  # alpha, share of the step before [1]
     slope: Positive = 1e-3  # lambda of the hidden units, tanh(lambda net) [1]
     #: weight of the change in the error of the output [1]

@@ -7,7 +7,7 @@ import numpy as np
 
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.neural.network import Weights, added, changes, passed
-from hfc_design.controllers.neural.record import INPUTS, MOST, NeuralDesign, drawn
+from hfc_design.controllers.neural.record import FASTEST, INPUTS, MOST, NeuralDesign, drawn
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import UserError, checked
 
@@ -51,8 +51,9 @@ def begun(
         if value < low or (high is not None and value > high):
             allowed = f"{low} to {high}" if high else f"{low} or more"
             raise UserError(f"--{key} {value}: has to be {allowed}")
-    if not 0.0 < lesson.rate < np.inf:
-        raise UserError(f"--training-rate {lesson.rate:g}: has to be a number more than 0")
+    if not 0.0 < lesson.rate <= FASTEST:
+        told = f"has to be a number more than 0, {FASTEST:g} at most"
+        raise UserError(f"--training-rate {lesson.rate:g}: {told}")
     if start is not None:
         data = start.model_dump()
     else:

@@ -1,0 +1,125 @@
+"""What is wrong with a command line, a line each, and what would be right."""
+
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+#: Where a context keeps what each parameter of the command was given, as it was typed.
+TYPED = "hfc.typed"
+
+
+class Plain(click.Command):
+    """A command whose mistakes are told in a line, as a script of its own."""
+
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Read the arguments."""
+        with told():
+            return super().make_context(*arguments, **options)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Its parameters; none is given twice."""
+        check_once(self, ctx, args)
+        return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run it; UserError becomes lines on stderr and its exit code."""
+        with told():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def told() -> Iterator[None]:
+    """What a user did wrong becomes lines on stderr and an exit code."""
+    try:
+        yield
+    except (click.exceptions.Exit, click.Abort, click.exceptions.NoArgsIsHelpError):
+        raise
+    except BrokenPipeError:
+        sys.exit(1)
+    except Exception as error:
+        _tell(error)
+        raise
+
+
+def _tell(error: Exception) -> None:
+    """End with lines for the user where ``error`` is not one of the program."""
+    from hfc_design.core.interrupt import heard  # which help has no time for
+    from hfc_design.core.records import RunError, UserError
+
+    if isinstance(error, click.UsageError):
+        error = UserError(_line(error))
+    elif isinstance(error, OSError):  # such as a name that no file can have
+        named = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        error = RunError(named)
+    if isinstance(error, UserError):
+        for line in error.lines:
+            click.echo(f"hfc: {line}", err=True)
+        sys.exit(error.exit_code)
+    heard()  # a library that is interrupted while it is imported may tell something else
+
+
+def check_once(command: click.Command, ctx: click.Context, arguments: list[str]) -> None:
+    """Whether no option of one value is given twice, of which only the last would count.
+
+    Raises:
+        click.UsageError: one is, or the arguments cannot be read.
+    """
+    outer = None if ctx.command is command else ctx
+    own = click.Context(command, info_name=command.name, parent=outer)
+    try:
+        typed, _, order = command.make_parser(own).parse_args([*arguments])
+    except click.UsageError as error:
+        error.ctx = error.ctx or own
+        raise
+    ctx.meta[TYPED] = typed
+    for parameter, times in Counter(order).items():
+        once = isinstance(parameter, click.Option) and not (parameter.multiple or parameter.is_flag)
+        if once and times > 1:
+            told = f"{parameter.opts[0]} is given {times} times; once is allowed"
+            raise click.UsageError(told, own)
+
+
+def _line(error: click.UsageError) -> str:
+    """A mistake in a line, with what is allowed there."""
+    inner = error.ctx is not None and error.ctx.parent is not None
+    command = str(error.ctx.info_name) if error.ctx and inner else ""
+    if isinstance(error, click.MissingParameter) and error.param is not None:
+        name = error.param.make_metavar(error.ctx) if error.ctx else ""
+        option = error.param.opts[0] if isinstance(error.param, click.Option) else name
+        path = error.ctx.command_path if error.ctx else ""
+        return f"{command}: {option} is missing; {path} -h tells what it takes"
+    if isinstance(error, click.BadParameter) and error.param is not None:
+        typed = error.ctx.meta.get(TYPED, {}).get(error.param.name) if error.ctx else None
+        name = error.param.opts[0]
+        if not isinstance(error.param, click.Option):
+            name = error.param.human_readable_name.upper()
+        if (allowed := _allowed(error.param.type)) and isinstance(typed, str):
+            return f"{name} {typed}: {allowed}"
+        return f"{name}: {error.message.rstrip('.')}"
+    message = error.format_message().rstrip(".")
+    if isinstance(error, click.NoSuchOption):
+        message = message.replace(". Did", "; did")
+    if not message[1:2].isupper():  # a name
+        message = message[:1].lower() + message[1:]
+    return f"{command}: {message}" if command else message
+
+
+def _allowed(kind: Any) -> str:
+    """What a value of a kind has to be; "" where the mistake says so itself."""
+    if isinstance(kind, click.Choice):
+        return f"has to be one of {', '.join(map(str, kind.choices))}"
+    whole = isinstance(kind, click.types.IntParamType)
+    if not whole and not isinstance(kind, click.types.FloatParamType):
+        return ""
+    number = "has to be a whole number" if whole else "has to be a number"
+    low, high = getattr(kind, "min", None), getattr(kind, "max", None)
+    if low is not None and high is not None:
+        return f"{number} from {low:g} to {high:g}"
+    if low is not None:
+        more = f"more than {low:g}" if getattr(kind, "min_open", False) else f"of {low:g} or more"
+        return f"{number} {more}"
+    return number if high is None else f"{number} of {high:g} or less"

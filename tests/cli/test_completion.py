@@ -1,0 +1,84 @@
+"""Completion of a shell: names of everything, quickly, without JAX."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from click.shell_completion import BashComplete, FishComplete, ZshComplete
+
+from hfc_design.cli import main
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.design import builtin_designs
+from hfc_design.files.machine import ALL_PLANTS
+from hfc_design.files.named_scenario import builtin_names
+from hfc_design.formats import FORMATS
+from hfc_design.objectives.judge import OBJECTIVES
+from hfc_design.search.loop import STRATEGIES
+
+SHELLS = BashComplete, ZshComplete, FishComplete
+
+
+def completed(*words, shell=BashComplete):
+    """The names that a shell offers for the last word."""
+    *before, last = words
+    own = shell(main, {}, "hfc", "_HFC_COMPLETE")
+    return [one.value for one in own.get_completions(before, last) if one.type == "plain"]
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        (["design"], builtin_names()),
+        (["score"], builtin_designs()),
+        (["compare", "pd-only"], builtin_designs()),
+        (["score", "pd-only", "--scenario"], builtin_names()),
+        (["design", "--preset"], sorted(STRATEGIES.built_in)),
+        (["design", "--plant"], sorted(ALL_PLANTS.built_in)),
+        (["design", "--controller"], sorted(KINDS.built_in)),
+        (["design", "--fitness"], sorted(OBJECTIVES.built_in)),
+        (["export", "pd-only", "--to"], sorted(FORMATS)),
+    ],
+)
+def test_every_name_is_offered(shell, words, names):
+    assert sorted(completed(*words, "", shell=shell)) == sorted(names)
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_what_begins_like_it_is_offered(shell):
+    assert completed("des", shell=shell) == ["design"]
+    assert completed("score", "lin-lee", shell=shell) == [
+        "lin-lee-1999-table-1",
+        "lin-lee-1999-table-2",
+    ]
+    assert completed("design", "--pre", shell=shell) == ["--preset", "--precision"]
+    assert completed("export", "pd-only", "--to", "fm", shell=shell) == [
+        *("fml", "fmu", "fmu-loop", "fmu-plant")
+    ]
+
+
+def test_a_file_will_do_where_a_scenario_is_wanted():
+    own = BashComplete(main, {}, "hfc", "_HFC_COMPLETE")
+    assert [one.type for one in own.get_completions(["design"], "runs/")] == ["file"]
+
+
+def test_a_shell_gets_names_without_jax():
+    code = (
+        "import sys\nfrom hfc_design.cli import main\n"
+        "try:\n    main(prog_name='hfc')\nfinally:\n    print('jax' in sys.modules)"
+    )
+    asked = {"_HFC_COMPLETE": "bash_complete", "COMP_WORDS": "hfc design c-axis-s"}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | asked | {"COMP_CWORD": "2"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.splitlines() == [
+        "plain,c-axis-sine",
+        "plain,c-axis-step",
+        "file,c-axis-s",
+        "False",
+    ]
