@@ -166,8 +166,8 @@ class Watch(ProgressBar):
     def generation(self, cell: Cell, search: Search) -> None:
         """Show where the running cell is."""
         self.show(
-            line=f"{cell.name} {cell.scenario.name} generation {search.generation}/"
-            f"{cell.scenario.search.generations} best {search.history.best[-1]:.5g}"
+            line=f"generation {search.generation}/{cell.scenario.search.generations}  "
+            f"best {search.history.best[-1]:.5g}  {cell.scenario.name}  {cell.name}"
         )
 
     def workers(self, count: int) -> None:

@@ -27,7 +27,7 @@ def attainable(
     machine: a certified lower bound, and what the best voltage does that was found with everything
     known beforehand.
     """
-    from hfc_design.core.console import plain_table, terminal
+    from hfc_design.core.console import plain_table, show_whole
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.report.page import write_page
     from hfc_design.runs.attained import (
@@ -59,4 +59,4 @@ def attainable(
         table.add_column(head.replace(" ", "\n"), justify="right")
     for row in attained_rows(found):
         table.add_row(*(cell.replace("–", "-") for cell in row[: 1 + len(shown)]))
-    terminal().print(table)
+    show_whole(table)

@@ -5,7 +5,7 @@ from math import ceil
 
 from rich.text import Text
 
-from hfc_design.core.console import ProgressBar, plain_table, terminal
+from hfc_design.core.console import ProgressBar, plain_table, show_whole, terminal
 from hfc_design.report.comparison.tables import called, difference_row, failures, lines
 from hfc_design.simulation.comparison import Bout, Comparison
 
@@ -50,7 +50,7 @@ def show(found: Comparison) -> None:
             for one in found.of(bout.name, key):
                 if one.first == first:
                     table.add_row(one.second, *difference_row(one)[: len(HEAD)])
-            console.print(table)
+            show_whole(table)
             console.print()
     for text in (*failures(found), *found.notes):
         console.print(text, style="", soft_wrap=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.console import plain_table, show_whole
 from hfc_design.core.records import writing
 from hfc_design.identify import aim, page
 from hfc_design.identify.identified import Identified
@@ -42,7 +42,7 @@ def tell(found: Identified, log: str, path: Path, as_json: bool) -> None:
         table.add_column(head, justify="left" if k < 2 else "right", no_wrap=k == 0)
     for row in page.parameter_rows(found):
         table.add_row(*(cell.replace("–", "-") for cell in row))
-    terminal().print(table)
+    show_whole(table, 2)
     click.echo(page.interval_line(found))
     click.echo()
     checks = plain_table()
@@ -50,7 +50,7 @@ def tell(found: Identified, log: str, path: Path, as_json: bool) -> None:
         checks.add_column(head, justify="right" if head.startswith("rms") else "left")
     for row in page.check_rows(found):
         checks.add_row(*(cell.replace("µ", "u") for cell in row))
-    terminal().print(checks)
+    show_whole(checks, 2)
     click.echo()
     click.echo(page.agreeing_line(found))
     for line in (*page.untold_lines(found), *found.notes):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rich.table import Table
 
-from hfc_design.core.console import ProgressBar, plain_table, terminal
+from hfc_design.core.console import ProgressBar, plain_table, show_whole
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -74,8 +74,9 @@ class Watch(ProgressBar):
         if ended:
             self.say(f"generation {done}/{self.total}  {self._title}: {line}\n{JUDGING}")
         elif now - self._said > 5.0:
-            if done > begun:
-                line += f"  {(self.total - done) * (now - since) / (done - begun):.0f} s left"
+            left = (self.total - done) * (now - since) / max(done - begun, 1)
+            if left >= 1.0:  # less is not known, right after the compilation
+                line += f"  {left:.0f} s left"
             self.say(f"generation {done}/{self.total}  {self._title}: {line}")
             self._said = now
 
@@ -102,7 +103,7 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     table = Table(caption=caption or None, caption_justify="left")
     table.add_column("metric", no_wrap=True)
     for name in rows:
-        table.add_column(name, justify="right", overflow="fold")
+        table.add_column(name.replace(" ", "\n"), justify="right")
     found = [*rows.values()]
     titles = len(scenario.judge().titles)
     shown = score_rows(scenario.judge(), found, ".5g", "-")
@@ -110,7 +111,7 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
         shown = shown[:titles] + motion_rows(found, ".4g", "-")
     for name, *values in shown:
         table.add_row(name.replace(" / ", "\n/ "), *values)
-    terminal().print(table)
+    show_whole(table)
     for note in notes(scenario, rows):
         print(note)
 
@@ -218,7 +219,7 @@ def score_spread(
         caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
         f"quantiles of the stable ones that have the metric; merit is {numbers['judged_by']}\n"
-        f"impossible machines drawn again: {numbers['refused_draws']}\n"
+        f"{_refused(numbers['refused_draws'])}"
         f"simulated again with shorter steps: {numbers['refined']}"
         + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),
         caption_justify="left",
@@ -233,7 +234,7 @@ def score_spread(
         print(json.dumps(numbers))
     else:
         print(f"{QUESTION} {answer(found)}")
-        terminal().print(table)
+        show_whole(table)
     if not found.usable:
         print(WARNING, file=sys.stderr)
     if plot is not None:
@@ -241,6 +242,12 @@ def score_spread(
         from hfc_design.report.batch_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
+
+
+def _refused(draws: int) -> str:
+    """What became of machines that were drawn and cannot be, a line; "" without any."""
+    told = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
+    return told if draws else ""
 
 
 def _short(value: float | None) -> str:

@@ -69,7 +69,7 @@ def trading(scenario: str, names: str, told: dict[str, Any], others: list[str]) 
 
 def show_front(front: "Front") -> None:
     """Some points of a front on stdout."""
-    from hfc_design.core.console import plain_table, terminal
+    from hfc_design.core.console import plain_table, show_whole
     from hfc_design.report.trade_off import EMPTY, table
 
     if not len(front.merit):
@@ -84,7 +84,7 @@ def show_front(front: "Front") -> None:
         shown.add_column(name, justify="right" if name else "left", no_wrap=True)
     for row in rows:
         shown.add_row(*row)
-    terminal().print(shown)
+    show_whole(shown)
 
 
 @click.command(short_help="Make a design file of a point of a front.")

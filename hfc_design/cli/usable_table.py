@@ -4,7 +4,7 @@ import sys
 from collections.abc import Collection
 from textwrap import fill
 
-from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.console import plain_table, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.gain_range import gain_told
@@ -49,7 +49,7 @@ def show_usable(found: Json | None) -> None:
         ]
         mark = "" if one.get("asked_of") != "nominal" else " *"
         table.add_row(name + mark, *(_short(factor, value) for factor, value in cells))
-    terminal().print(table)
+    show_whole(table)
 
 
 def settling_told(found: Json | None, asked: Collection[str]) -> str:

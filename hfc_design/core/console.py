@@ -1,12 +1,17 @@
 """The terminal: text is shown as it is, since brackets hold units and are no markup."""
 
 import sys
+from copy import copy
 from typing import Any, Self
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.progress import Progress, ProgressColumn, Task
+from rich.table import Column, Table
+from rich.text import Text
+
+#: Columns of a terminal -> letters of its bar.
+BARS = {60: 10, 100: 20}
 
 
 def terminal(stderr: bool = False) -> Console:
@@ -14,18 +19,58 @@ def terminal(stderr: bool = False) -> Console:
     return Console(stderr=stderr, markup=False, emoji=False)
 
 
+class Fitting(ProgressColumn):
+    """What a line has room for: how far it is, the time left, then the rest as long as it fits."""
+
+    def __init__(self, console: Console):
+        super().__init__(Column(no_wrap=True))
+        self._console = console
+
+    def render(self, task: Task) -> Text:
+        """The line."""
+        width = self._console.width
+        first = f"{task.description} {task.completed:.0f}/{task.total or 0:.0f}"
+        last = f"{_clock(task.time_remaining)} left"
+        if task.finished:
+            last = f"{_clock(task.elapsed)} in all"
+        room = width - len(first) - len(last) - 3  # a blank stays free at the end
+        line = Text(first)
+        length = max((most for narrow, most in BARS.items() if width >= narrow), default=0)
+        if room >= length + 2 > 2:
+            line.append("  ").append_text(_bar(task, length))
+            room -= length + 2
+        for part in filter(None, str(task.fields["line"]).split("  ")):
+            if len(part) + 2 > room:
+                break
+            line.append(f"  {part}")
+            room -= len(part) + 2
+        return line.append(f"  {last}")
+
+
+def _bar(task: Task, length: int) -> Text:
+    done = round(length * min(task.completed / task.total, 1.0)) if task.total else 0
+    return Text.assemble(("━" * done, "bar.complete"), ("━" * (length - done), "bar.back"))
+
+
+def _clock(seconds: float | None) -> str:
+    """Hours, minutes and seconds; dashes where nobody knows yet."""
+    if seconds is None:
+        return "-:--:--"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
+
+
 class ProgressBar:
-    """A bar on a terminal, lines elsewhere; both on stderr."""
+    """A bar on a terminal, lines elsewhere; both on stderr.
+
+    ``line`` has what is told beside it, the most important first, with two blanks between.
+    """
 
     def __init__(self, task: str, total: int, line: str = ""):
         self.console = terminal(stderr=True)
         self.total = total
         self._bar = Progress(
-            TextColumn("{task.description}", markup=False),
-            BarColumn(bar_width=20),
-            TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[line]}", markup=False),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
+            Fitting(self.console),
             console=self.console,
             disable=not self.console.is_terminal,
         )
@@ -51,3 +96,40 @@ class ProgressBar:
 def plain_table(**options: Any) -> Table:
     """A table whose columns a space separates, so that eight of them fit into 80 characters."""
     return Table(title_justify="left", box=SIMPLE_HEAD, show_edge=False, padding=0, **options)
+
+
+def show_whole(table: Table, kept: int = 1) -> None:
+    """Print a table with no cell cut.
+
+    Columns that do not fit beside the first ``kept`` come in further tables below.
+    """
+    console, others = terminal(), [*range(kept, len(table.columns))]
+    endless = console.options.update(max_width=10_000)
+    while others:
+        count = len(others)
+        while count > 1:
+            part = _part(table, [*range(kept), *others[:count]], kept)
+            if console.measure(part, options=endless).maximum <= console.width:
+                break
+            count -= 1
+        part = _part(table, [*range(kept), *others[:count]], kept)
+        part.title = table.title if others[0] == kept else None
+        others = others[count:]
+        part.caption = None if others else table.caption
+        console.print(part)
+        if others:
+            console.print()
+
+
+def _part(table: Table, places: list[int], kept: int) -> Table:
+    """A table of some of the columns, of which those behind the first ``kept`` never break."""
+    part = copy(table)
+    part.columns, part.rows = [], []
+    columns = [table.columns[k] for k in places]
+    for k, column in enumerate(columns):
+        fold = column.overflow if k >= kept else "fold"
+        part.add_column(column.header, justify=column.justify, no_wrap=k >= kept, overflow=fold)
+    rows = zip(*(column.cells for column in columns), strict=True)
+    for cells, row in zip(rows, table.rows, strict=True):
+        part.add_row(*cells, end_section=row.end_section)
+    return part

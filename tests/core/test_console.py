@@ -1,0 +1,90 @@
+"""What a terminal of any width shows: the time left to the last, and numbers that nobody cut."""
+
+import io
+import re
+import time
+
+import pytest
+from rich.console import Console
+
+from hfc_design.core import console
+from hfc_design.core.console import ProgressBar, plain_table, show_whole
+
+WIDTHS = 40, 60, 80, 120
+LINE = "best 380.57  median 371.2  diverged 3  structures 17  1.2e+07 individual-steps/s"
+#: As long as a number of a table may become.
+NUMBERS = ("-0.00080823", "1.2346e-05", "123456.789", "-0.12345678", "12", "0.33333333")
+
+
+@pytest.fixture
+def at(monkeypatch):
+    """A terminal of a width, and what it shows."""
+
+    def made(width, terminal=True):
+        shown = io.StringIO()
+        own = Console(width=width, file=shown, force_terminal=terminal, color_system=None)
+        monkeypatch.setattr(console, "terminal", lambda stderr=False: own)
+        return shown
+
+    return made
+
+
+def line_of(bar):
+    """The line of a progress bar as it is now."""
+    (task,) = bar._bar.tasks
+    return bar._bar.columns[0].render(task).plain
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_time_left_stays_longest(at, width):
+    at(width)
+    with ProgressBar("generation", 300) as bar:
+        bar.show(completed=10, line=LINE)
+        time.sleep(0.02)
+        bar.show(completed=120, line=LINE)
+        line = line_of(bar)
+    assert len(line) < width
+    assert re.match(r"generation 120/300  .*\b\d+:\d\d:\d\d left$", line)
+    assert ("━" in line, "best 380.57" in line) == (width >= 60, width >= 60)
+    told = [part for part in LINE.split("  ") if part in line]
+    assert told == LINE.split("  ")[: len(told)]  # the most important ones first
+    assert len(told) == {40: 0, 60: 1, 80: 2, 120: 4}[width]
+
+
+def test_a_bar_that_is_done_says_how_long_it_took(at):
+    at(60)
+    with ProgressBar("cells", 3) as bar:
+        assert line_of(bar).endswith("-:--:-- left")
+        bar.show(completed=3)
+        assert line_of(bar).endswith("0:00:00 in all")
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("terminal", [True, False])
+def test_numbers_of_a_table_are_never_cut(at, width, terminal):
+    shown = at(width, terminal)
+    table = plain_table(title="title", caption="caption")
+    table.add_column("metric", no_wrap=True)
+    for name in NUMBERS:
+        table.add_column(f"design\n{name}", justify="right")
+    for row in range(3):
+        table.add_row(f"metric_{row}_of_a_loop", *NUMBERS)
+    show_whole(table)
+    text = shown.getvalue()
+    assert "…" not in text
+    assert max(map(len, text.splitlines())) <= width
+    for number in NUMBERS:
+        assert len(re.findall(rf"(?<![\w.]){re.escape(number)}(?![\w.])", text)) == 4
+    assert (text.count("title"), text.count("caption")) == (1, 1)
+    tables = text.count("metric\n") or len(re.findall(r"^metric\b", text, re.MULTILINE))
+    assert (tables > 1) == (width < 100)
+
+
+def test_a_table_that_fits_is_one(at):
+    shown = at(80)
+    table = plain_table()
+    for name in ("metric", "a", "b"):
+        table.add_column(name)
+    table.add_row("x", "1", "2")
+    show_whole(table)
+    assert len(shown.getvalue().splitlines()) == 3
