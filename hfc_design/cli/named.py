@@ -37,13 +37,14 @@ class Named(click.types.StringParamType):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """The names that begin like this, then files."""
+        """The names that begin like this, and files."""
         items = [
             CompletionItem(name, help=shorten(meaning, 72, placeholder=" ..."))
             for name, meaning in self.told().items()
             if name.startswith(incomplete)
         ]
-        return [*items, CompletionItem(incomplete, type="file")] if self.files else items
+        # In front: Bash forgets what came before, and takes files where no name begins so.
+        return [CompletionItem(incomplete, type="file"), *items] if self.files else items
 
 
 SCENARIO = Named("scenario", files=True)

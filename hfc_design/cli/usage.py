@@ -97,7 +97,7 @@ def _line(error: click.UsageError) -> str:
         name = error.param.opts[0]
         if not isinstance(error.param, click.Option):
             name = error.param.human_readable_name.upper()
-        if (allowed := _allowed(error.param.type)) and isinstance(typed, str):
+        if isinstance(typed, str) and (allowed := _allowed(error.param.type, typed)):
             return f"{name} {typed}: {allowed}"
         return f"{name}: {error.message.rstrip('.')}"
     message = error.format_message().rstrip(".")
@@ -108,10 +108,12 @@ def _line(error: click.UsageError) -> str:
     return f"{command}: {message}" if command else message
 
 
-def _allowed(kind: Any) -> str:
+def _allowed(kind: Any, typed: str) -> str:
     """What a value of a kind has to be; "" where the mistake says so itself."""
     if isinstance(kind, click.Choice):
-        return f"has to be one of {', '.join(map(str, kind.choices))}"
+        from hfc_design.core.wording import one_of
+
+        return f"is none of them; {one_of(typed, map(str, kind.choices))}"
     whole = isinstance(kind, click.types.IntParamType)
     if not whole and not isinstance(kind, click.types.FloatParamType):
         return ""

@@ -1,6 +1,7 @@
 """Completion of a shell: names of everything, quickly, without JAX."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -77,8 +78,40 @@ def test_a_shell_gets_names_without_jax():
         check=False,
     )
     assert done.stdout.splitlines() == [
+        "file,c-axis-s",
         "plain,c-axis-sine",
         "plain,c-axis-step",
-        "file,c-axis-s",
         "False",
     ]
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no Bash here")
+@pytest.mark.parametrize(
+    ("words", "replies"),
+    [
+        ("hfc score lin-lee", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"]),
+        ("hfc export pd-only --to fm", ["fml", "fmu", "fmu-loop", "fmu-plant"]),
+        ("hfc design mine", []),  # Bash looks for files then
+    ],
+)
+def test_bash_takes_what_it_is_offered(words, replies, tmp_path):
+    """The script of the page, in a shell whose own half is played by the test."""
+    (tmp_path / "hfc").write_text(f'#!/bin/sh\nexec {sys.executable} -m hfc_design "$@"\n')
+    (tmp_path / "hfc").chmod(0o755)
+    script = (
+        "compopt() { :; }; complete() { :; }\n"
+        'eval "$(_HFC_COMPLETE=bash_source hfc)"\n'
+        f"COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))\n"
+        "_hfc_completion hfc\n"
+        'printf "%s\\n" "${COMPREPLY[@]}"\n'
+    )
+    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "--norc", "-c", script],
+        env=os.environ | {"PATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr == ""
+    assert done.stdout.split() == replies

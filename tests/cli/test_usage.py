@@ -28,13 +28,19 @@ def refused(*arguments):
         (["design", "--polish", "-3"], f"--polish -3: {DIGITS} of 0 or more"),
         (["design", "--seed", "-1"], f"--seed -1: {DIGITS} of 0 or more"),
         (["design", "--population", "many"], f"--population many: {DIGITS}"),
-        (["design", "--precision", "f3"], "--precision f3: has to be one of float32, float64"),
+        (
+            ["design", "--precision", "f3"],
+            "--precision f3: is none of them; there is float32, float64",
+        ),
         (["export", "a", "--to", "c", "--lookup", "1"], f"--lookup 1: {DIGITS} from 2 to 32767"),
         (
             ["identify", "a", "--sample-time", "0"],
             "--sample-time 0: has to be a number more than 0",
         ),
-        (["list", "plnats"], "WHAT plnats: has to be one of scenarios, designs, plants, "),
+        (
+            ["list", "plnats"],
+            "WHAT plnats: is none of them; did you mean plants? there is scenarios",
+        ),
         (["list"], "list: WHAT is missing; main list -h tells what it takes"),
         (["export", "pd-only"], "export: --to is missing; main export -h tells what it takes"),
         (["design", "--seed"], "design: option '--seed' requires an argument"),

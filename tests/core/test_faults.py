@@ -132,7 +132,10 @@ def test_every_fault_of_a_file_has_a_line():
         ("limits.axes.1x={}", "limits.axes.1x: its name has to be 1 to 32 letters, digits"),
         ("controller.kind=pidd", "controller.kind = 'pidd': is no controller known here; did you"),
         ("search.preset=rase", "did you mean race? there is "),
-        ("plant.parameters.spindle_mas=1", "spindle_mas: unknown; there is spindle_inertia"),
+        (
+            "plant.parameters.spindle_mas=1",
+            "spindle_mas: unknown; did you mean spindle_inertia? there is poles",
+        ),
     ],
 )
 def test_rules_are_told_with_units_and_what_may_have_been_meant(change, line):

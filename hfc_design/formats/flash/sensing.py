@@ -47,7 +47,7 @@ def scene(design: Design, reads: Iterable[str]) -> Scene:
         scenario = own_scenario(design, design.name)
         axes = machine(design, scenario).each()
     except UserError as error:
-        return Scene("", str(error), named, ())
+        return Scene("", error.lines[0], named, ())
     scenario = with_converter(scenario, design)
     alike: list[Sensed] = []
     for axis in (axis for axis in axes if design.axis in ("", axis.name)):
