@@ -1,9 +1,8 @@
 """An explanation for a person: tables that fit into 80 columns."""
 
-from rich.console import Console
 from rich.table import Table
 
-from hfc_design.core.console import plain_table, terminal
+from hfc_design.core.console import plain_table, show_whole, terminal
 from hfc_design.core.numbers import Json
 
 #: Share of a command -> what an explanation calls it.
@@ -34,13 +33,13 @@ def show(found: Json, least: float) -> None:
             "Give that sample in an --at of its own.",
             highlight=False,
         )
-    _signals(console, found)
+    _signals(found)
     for unit in found["units"]:
-        _unit(console, unit, least)
-    _command(console, found)
+        _unit(unit, least)
+    _command(found)
 
 
-def _signals(console: Console, found: Json) -> None:
+def _signals(found: Json) -> None:
     scaled = ("scale", "scaled", "clamped") if "inputs" in found else ()
     table = _table("signals", "signal", "reading", "unit", *scaled)
     table.columns[2].justify = "left"
@@ -54,10 +53,10 @@ def _signals(console: Console, found: Json) -> None:
             clamped = f"{min(max(scaled, -1.0), 1.0):.4f}"
             row += [f"{inputs[name]['scale']:.4g}", f"{scaled:.4f}", clamped]
         table.add_row(*row)
-    console.print(table)
+    show_whole(table)
 
 
-def _unit(console: Console, unit: Json, least: float) -> None:
+def _unit(unit: Json, least: float) -> None:
     row, column = unit["row"], unit["column"]
     title, labels = f"{unit['unit']}: degrees of its terms", list(row["degrees"])
     if labels == list(column["degrees"]) and sum(max(len(x), 5) + 1 for x in labels) <= WIDEST:
@@ -72,7 +71,7 @@ def _unit(console: Console, unit: Json, least: float) -> None:
             for k, (label, degree) in enumerate(_counting(side)):
                 head = ("", "") if k else (side["input"], f"{side['value']:.4g}")
                 table.add_row(*head, label, f"{degree:.3f}")
-    console.print(table)
+    show_whole(table)
     shown = [rule for rule in unit["rules"] if rule["share"] >= least]
     table = _table(None, f"if {row['input']}", f"and {column['input']}", "share", "consequent")
     table.columns[1].justify = "left"
@@ -85,8 +84,8 @@ def _unit(console: Console, unit: Json, least: float) -> None:
         rest = sum(rule["share"] for rule in hidden)
         number = f"{len(hidden)} more below {100 * least:g} %"
         table.add_row(number, "", f"{100 * rest:.2f} %", "", style="dim")
-    console.print(table)
-    console.print(f"  {unit['unit']} = {unit['output']:.6g}\n", highlight=False)
+    show_whole(table, 2)
+    terminal().print(f"  {unit['unit']} = {unit['output']:.6g}\n", highlight=False)
 
 
 def _counting(side: Json) -> list[tuple[str, float]]:
@@ -94,7 +93,7 @@ def _counting(side: Json) -> list[tuple[str, float]]:
     return [(label, degree) for label, degree in side["degrees"].items() if degree]
 
 
-def _command(console: Console, found: Json) -> None:
+def _command(found: Json) -> None:
     unit = found["command_unit"]
     if "scheduled" in found:
         law = _table(f"scheduled law [{unit}]", "part", unit)
@@ -102,7 +101,7 @@ def _command(console: Console, found: Json) -> None:
             law.add_row(PARTS.get(name, name), f"{value:.6g}")
         law.add_section()
         law.add_row("scheduled law", f"{sum(found['scheduled'].values()):.6g}")
-        console.print(law)
+        show_whole(law)
     table = _table(f"command [{unit}]", "part", unit)
     for name, value in found["parts"].items():
         line = PARTS.get(name, name)
@@ -114,7 +113,7 @@ def _command(console: Console, found: Json) -> None:
     table.add_row("command", f"{found['command']:.6g}")
     if found["accepted"] != found["command"]:
         table.add_row("from the converter", f"{found['accepted']:.6g}")
-    console.print(table)
+    show_whole(table)
 
 
 def _table(title: str | None, *names: str) -> Table:

@@ -6,6 +6,7 @@ import time
 from contextlib import suppress
 from itertools import count
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Self
 
 from rich.table import Table
@@ -103,7 +104,8 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
     table = Table(caption=caption or None, caption_justify="left")
     table.add_column("metric", no_wrap=True)
     for name in rows:
-        table.add_column(name.replace(" ", "\n"), justify="right")
+        head = fill(name, 12, break_long_words=False, break_on_hyphens=False)
+        table.add_column(head, justify="right")
     found = [*rows.values()]
     titles = len(scenario.judge().titles)
     shown = score_rows(scenario.judge(), found, ".5g", "-")

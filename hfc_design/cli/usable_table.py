@@ -4,7 +4,7 @@ import sys
 from collections.abc import Collection
 from textwrap import fill
 
-from hfc_design.core.console import plain_table, show_whole
+from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.gain_range import gain_told
@@ -22,7 +22,7 @@ def show_usable(found: Json | None) -> None:
     if found is None:
         print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
         return
-    print(fill(f"{QUESTION} {found['answer']}", 80))
+    print(fill(f"{QUESTION} {found['answer']}", room()))
     if not found["usable"]:
         print(WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]

@@ -19,6 +19,11 @@ def terminal(stderr: bool = False) -> Console:
     return Console(stderr=stderr, markup=False, emoji=False)
 
 
+def room() -> int:
+    """Letters in a line of text: as many as the terminal has, 80 at most."""
+    return min(terminal().width, 80)
+
+
 class Fitting(ProgressColumn):
     """What a line has room for: how far it is, the time left, then the rest as long as it fits."""
 
@@ -99,20 +104,20 @@ def plain_table(**options: Any) -> Table:
 
 
 def show_whole(table: Table, kept: int = 1) -> None:
-    """Print a table with no cell cut.
+    """Print a table with no number cut.
 
-    Columns that do not fit beside the first ``kept`` come in further tables below.
+    Columns that do not fit beside the first ``kept``, which may break and take half of the room,
+    come in further tables below.
     """
     console, others = terminal(), [*range(kept, len(table.columns))]
-    endless = console.options.update(max_width=10_000)
+    whole = _part(table, [*range(kept), *others], kept, None)
+    most = None if _fits(whole, console) else console.width // (2 * kept)
     while others:
         count = len(others)
-        while count > 1:
-            part = _part(table, [*range(kept), *others[:count]], kept)
-            if console.measure(part, options=endless).maximum <= console.width:
-                break
+        part = _part(table, [*range(kept), *others[:count]], kept, most)
+        while count > 1 and not _fits(part, console):
             count -= 1
-        part = _part(table, [*range(kept), *others[:count]], kept)
+            part = _part(table, [*range(kept), *others[:count]], kept, most)
         part.title = table.title if others[0] == kept else None
         others = others[count:]
         part.caption = None if others else table.caption
@@ -121,15 +126,22 @@ def show_whole(table: Table, kept: int = 1) -> None:
             console.print()
 
 
-def _part(table: Table, places: list[int], kept: int) -> Table:
-    """A table of some of the columns, of which those behind the first ``kept`` never break."""
+def _fits(table: Table, console: Console) -> bool:
+    endless = console.options.update(max_width=10_000)
+    return console.measure(table, options=endless).maximum <= console.width
+
+
+def _part(table: Table, places: list[int], kept: int, most: int | None) -> Table:
+    """A table of some of the columns; the first ``kept`` have so many letters at most."""
     part = copy(table)
     part.columns, part.rows = [], []
     columns = [table.columns[k] for k in places]
     for k, column in enumerate(columns):
-        fold = column.overflow if k >= kept else "fold"
-        part.add_column(column.header, justify=column.justify, no_wrap=k >= kept, overflow=fold)
+        own: dict[str, Any] = {"justify": column.justify, "no_wrap": True}
+        if k < kept:
+            own |= {"no_wrap": False, "overflow": "fold", "max_width": most}
+        part.add_column(column.header, **own)
     rows = zip(*(column.cells for column in columns), strict=True)
     for cells, row in zip(rows, table.rows, strict=True):
-        part.add_row(*cells, end_section=row.end_section)
+        part.add_row(*cells, style=row.style, end_section=row.end_section)
     return part

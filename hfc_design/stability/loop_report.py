@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from hfc_design.core.console import terminal
+from hfc_design.core.console import show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.stability.margins import Margins, OpenLoop, margins
 
@@ -62,7 +62,7 @@ def show(loops: Loops, sample_time: float) -> None:
     each = [rows(margins(loop), sample_time) for loop in loops.values()]
     for own in zip(*each, strict=True):
         table.add_row(own[0][0], *(text for _, text in own))
-    terminal().print(table)
+    show_whole(table)
 
 
 def loop_figure(loops: Loops, sample_time: float) -> "Figure":

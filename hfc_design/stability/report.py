@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.table import Table
 
-from hfc_design.core.console import terminal
+from hfc_design.core.console import show_whole
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
 from hfc_design.stability.stable_range import StableRange
@@ -84,7 +84,7 @@ def show(found: StableRange, points: Points) -> None:
     for name, point in data["points"].items():
         where = "inside" if point["inside"] else "outside"
         table.add_row(f"{name}: K_1, K_2", f"{point['k1']:.4g}, {point['k2']:.4g} {where}")
-    terminal().print(table)
+    show_whole(table)
 
 
 def stability_figure(found: StableRange, points: Points) -> "Figure":

@@ -1,0 +1,40 @@
+"""Tables of the commands in narrow terminals: nothing is wider, and no number is cut."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+
+SPINDLE = "deflection=0.001,deflection_rate=0.01,spindle_velocity=0.02"
+AT = f"error=0.001,error_rate=0.1,{SPINDLE},previous_spindle_velocity=0.02"
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+@pytest.mark.parametrize(
+    ("arguments", "numbers"),
+    [
+        (["explain", "lin-lee-1999-table-1", "--at", AT], ["0.278", "30.83 %", "0.48316"]),
+        (["explain", "jee-koren-2004-flc", "--at", "error=12,error_change=1.5"], ["100.00 %"]),
+        (["stability", "emps-cascade"], ["0.956651"]),
+        (["stability", "jee-koren-2004-aflc"], ["0.0242364"]),
+        (["list", "plants"], ["120000", "-0.04"]),
+    ],
+)
+def test_no_number_of_a_table_is_cut(arguments, numbers, width):
+    done = CliRunner().invoke(main, arguments, env={"COLUMNS": str(width)})
+    assert done.exit_code == 0
+    assert "…" not in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= width
+    words = done.stdout.replace("│", " ").split()
+    for number in numbers:
+        assert number.split()[0] in words
+
+
+@pytest.mark.parametrize("command", main.commands)
+def test_help_fits_into_80_columns(command):
+    """Of an option with many choices the first column is as long as they are."""
+    told = CliRunner().invoke(main, [command, "-h"], env={"COLUMNS": "80"}).stdout
+    assert max(map(len, told.splitlines())) <= 80
+    assert not re.search(r"\w\.\.\.$", told, re.MULTILINE)
