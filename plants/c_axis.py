@@ -37,7 +37,7 @@ class CAxisParameters(NamedTuple):
     viscous_friction: float = 0.4  # of the spindle, sigma_2 [N m s/rad]
     coulomb_torque: float = 0.7  # of friction at speed, T_c [N m]
     static_torque: float = 1.2  # of friction at rest, T_s [N m]
-    stribeck_velocity: float = 0.003  # at which it is near T_c, omega_s [rad/s]
+    stribeck_velocity: float = 0.003  # where the rise to T_s is down to 1/e, omega_s [rad/s]
 
 
 class CAxisState(NamedTuple):

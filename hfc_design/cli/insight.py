@@ -8,17 +8,27 @@ import click
 
 from hfc_design.cli.named import DESIGN
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
+from hfc_design.cli.showing import listed
 
 if TYPE_CHECKING:
     from hfc_design.stability.loop_report import Loops
 
-LISTED = "scenarios", "designs", "plants", "controllers", "fitnesses", "strategies", "formats"
+#: What is listed -> kind of it in the reference.
+LISTED = {
+    "scenarios": "scenario",
+    "designs": "design",
+    "plants": "plant",
+    "controllers": "controller",
+    "fitnesses": "objective",
+    "strategies": "strategy",
+    "formats": "format",
+}
 SIGNALS = "SIGNAL=NUMBER,..."
 AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
 
 
 @click.command("list")
-@click.argument("what", metavar="WHAT", type=click.Choice(LISTED))
+@click.argument("what", metavar="WHAT", type=click.Choice([*LISTED]))
 @knowing_plugins
 def list_(what: str) -> None:
     """What is built in.
@@ -30,34 +40,10 @@ def list_(what: str) -> None:
 
         show_plants()
         return
-    from rich.table import Table
+    from hfc_design.cli.show_tables import show_list
 
-    from hfc_design.controllers.kinds import KINDS
-    from hfc_design.core.console import terminal
-    from hfc_design.files import design as rulebase
-    from hfc_design.files.named_scenario import builtin_names, load_scenario
-    from hfc_design.formats import FORMATS
-    from hfc_design.objectives.judge import OBJECTIVES
-    from hfc_design.search.loop import STRATEGIES
-
-    if what == "scenarios":
-        names = builtin_names()
-        lines = {name: load_scenario(name).description for name in names}
-    elif what == "designs":
-        names = rulebase.builtin_designs()
-        lines = {name: str(rulebase.named_design(name).provenance["source"]) for name in names}
-    elif what == "controllers":
-        lines = {name: KINDS.get(name).summary for name in KINDS.names()}
-    elif what == "fitnesses":
-        lines = {name: OBJECTIVES.get(name).meaning for name in OBJECTIVES.names()}
-    elif what == "strategies":
-        lines = {name: STRATEGIES.get(name).summary for name in STRATEGIES.names()}
-    else:
-        lines = {name: found.text for name, found in FORMATS.items()}
-    table = Table(box=None, show_header=False)
-    for name, text in lines.items():
-        table.add_row(name, text)
-    terminal().print(table)
+    kind = LISTED[what]
+    show_list(kind, listed(kind))
 
 
 @click.command(short_help="Which rules of DESIGN fire at a sample, and how strongly.")

@@ -37,7 +37,7 @@ def show(kind: str, name: str | None, as_json: bool) -> None:
     from hfc_design.reference.entries import parts, things
 
     if name is None:
-        _list(kind, things(kind), as_json)
+        _list(kind, listed(kind), as_json)
     elif kind == "scenario":
         _scenario(name, as_json)
     elif kind == "design":
@@ -55,24 +55,35 @@ def show(kind: str, name: str | None, as_json: bool) -> None:
             show_thing(every)
 
 
+def listed(kind: str) -> list["Entry"]:
+    """Everything of a kind: what is built in, then what is installed or was made known here."""
+    from hfc_design.reference.entries import things
+
+    return [*things(kind), *(_own(kind, name)[0] for name in _own_names(kind))]
+
+
 def _own(kind: str, name: str) -> list["Entry"]:
     """The entries of a user's own part; UserError: there is none of that name."""
-    from importlib import metadata
-
-    from hfc_design.core.plugins import GROUPS
     from hfc_design.reference.entries import things, unknown
 
-    group = GROUPS.get("fitness" if kind == "objective" else kind)
-    used = kind in PLUGINS and group is not None and name in group.names()
-    if kind in PLUGINS and (":" in name or used or _installed(metadata, PLUGINS[kind], name)):
+    if kind in PLUGINS and (":" in name or name in _own_names(kind)):
         from hfc_design.gather.gather import live
 
         return live(kind, name)
     raise unknown(kind, name, [one.name for one in things(kind)])
 
 
-def _installed(metadata: Any, group: str, name: str) -> bool:
-    return bool(tuple(metadata.entry_points(group=group, name=name)))
+def _own_names(kind: str) -> list[str]:
+    """Names of what is not built in: parts of installed packages, and those of --use."""
+    if kind not in PLUGINS:
+        return []
+    from importlib import metadata
+
+    from hfc_design.core.plugins import GROUPS
+
+    group = GROUPS.get("fitness" if kind == "objective" else kind)
+    known = [name for name in group.known if name not in group.built_in] if group else []
+    return list(dict.fromkeys([*known, *metadata.entry_points(group=PLUGINS[kind]).names]))
 
 
 def _print(data: Any) -> None:

@@ -76,9 +76,9 @@ class CompensationRecord(Record):
     #: coefficients of V^2, V and 1 for V >= 0 in mm/s [command]
     forward: tuple[Finite, Finite, Finite]
     backward: tuple[Finite, Finite, Finite]  # the same for V < 0 [command]
-    highest_velocity_mm_s: Positive  # speed up to which it acts [mm/s]
+    highest_velocity_mm_s: Positive  # at and above it there is no compensation [mm/s]
     breakaway: tuple[Finite, Finite]  # command at rest towards + and towards - [command]
-    smallest_error: Positive  # error from which that is given [BLU]
+    smallest_error: Positive  # below it an axis at rest is left alone [BLU]
     blu_mm: Positive = Field(BLU_MM, exclude_if=BLU_MM.__eq__)  # length of a BLU [mm]
 
 
