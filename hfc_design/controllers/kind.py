@@ -36,6 +36,10 @@ class ControllerRecord(Record):
     kind: str  # which kind of controller it is
     sample_time_s: Positive  # time from one command to the next [s]
 
+    @classmethod
+    def renewed(cls, data: Json, keys: list[str]) -> None:
+        """Take out of a record's ``data`` what follows from its values of these dotted keys."""
+
 
 class ControllerSettings(Record):
     """The ``[controller]`` of a scenario: what a search starts from and may vary."""

@@ -1,4 +1,4 @@
-"""Keys inside tables by their dotted names, as in simulation.duration_s."""
+"""Keys inside tables by their dotted names, as in simulation.duration_s; a number is of a list."""
 
 import copy
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
         UserError: a change is not of that form.
     """
     found: Json = {}
-    for change in changes:
+    for change in _texts(changes, option):
         key, equals, text = change.partition("=")
         if not equals or not key.strip():
             raise UserError(
@@ -39,10 +39,13 @@ def set_keys(changes: Iterable[str], option: str) -> Json:
 def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
     """``data`` with the values of dotted keys; ``option`` stands in the messages.
 
+    In a list a part of a key is the number of an entry, counted from 0.
+
     Raises:
-        UserError: a key runs through something that is not a table, or a value is not plain.
+        UserError: a key runs through something that is neither table nor list, or names an entry
+            that a list does not have; or a value is not plain.
     """
-    values = changes if isinstance(changes, Mapping) else set_keys(_texts(changes, option), option)
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, option)
     if fault := plain_fault(data):  # of a script; a file has been through this
         raise UserError(fault)
     data = copy.deepcopy(data)
@@ -51,14 +54,11 @@ def changed(data: Json, changes: Changes, option: str = "--set") -> Json:
         fault = f"has more than {DEEPEST} parts" if len(path) >= DEEPEST else None
         if fault := fault or plain_fault({key: value}):
             raise UserError(f"{option} {str(key)[:60]}: {fault}")
-        place = data
+        place: Plain = data
+        told = f"{option} {key}={value}"
         for part in path:
-            if place.get(part) is None:  # an optional part of a design is null where there is none
-                place[part] = {}
-            place = place[part]
-            if not isinstance(place, dict):
-                raise UserError(f"{option} {key}={value}: {part} is not a table")
-        place[last] = value
+            place = _inner(place, part, told)
+        place[_entry(place, last, told) if isinstance(place, list) else last] = value
     return data
 
 
@@ -73,6 +73,35 @@ def _texts(changes: Iterable[str], option: str) -> list[str]:
                 f"to values, not {one!r}"
             )
     return texts
+
+
+def _inner(place: Plain, part: str, told: str) -> Plain:
+    """The table or list that a part of a key names in ``place``; a table that is not there yet."""
+    key: Plain = _entry(place, part, told) if isinstance(place, list) else part
+    found: Plain = place[key] if isinstance(place, list) else place.get(key)
+    if found is None:  # an optional part of a design is null where there is none
+        found = {}
+    elif isinstance(found, tuple):  # of a script
+        found = list(found)
+    if not isinstance(found, dict | list):
+        raise UserError(f"{told}: {part} is not a table")
+    place[key] = found
+    return found
+
+
+def _entry(place: list[Plain], part: str, told: str) -> int:
+    """The entry of a list that a part of a key names."""
+    if not (part.isascii() and part.isdigit() and int(part) < len(place)):
+        entries = f"the entries 0 to {len(place) - 1}" if place else "no entries"
+        raise UserError(f"{told}: {part!r} names no entry of a list, which has {entries}")
+    return int(part)
+
+
+def lists(value: Plain) -> Plain:
+    """The same with lists where a script has tuples, as a file holds it."""
+    if isinstance(value, dict):
+        return {key: lists(inside) for key, inside in value.items()}
+    return [*map(lists, value)] if isinstance(value, list | tuple) else value
 
 
 def flat(table: Json, prefix: str = "") -> Json:

@@ -15,7 +15,7 @@ from hfc_design.controllers.controller import Controller, rate_limited
 from hfc_design.controllers.kind import ControllerRecord, Kind
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import a_kind
-from hfc_design.core.dotted import Changes, changed
+from hfc_design.core.dotted import Changes, changed, lists, set_keys
 from hfc_design.core.faults import inside
 from hfc_design.core.numbers import finite
 from hfc_design.core.plugins import chosen, resuming, uses
@@ -255,10 +255,15 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     Raises:
         UserError: a change is not of that form, or what comes out cannot run.
     """
-    data = changed(design.model_dump(mode="json"), changes, "--change")
+    values = changes if isinstance(changes, Mapping) else set_keys(changes, "--change")
+    data = changed(design.model_dump(mode="json"), values, "--change")
+    start = "controller."
+    own = [key.removeprefix(start) for key in values if key.startswith(start)]
+    if own and isinstance(data["controller"], dict):
+        design.controller.renewed(data["controller"], own)
     told: Any = list(changes)
     if isinstance(changes, Mapping):  # what is no number is told of where it stands
-        told = {key: x if finite(x) else repr(x) for key, x in changes.items()}
+        told = {key: x if finite(x) else repr(x) for key, x in lists(dict(changes)).items()}
     data["score"] = {}
     if isinstance(data["provenance"], dict):  # else it is refused
         data["provenance"]["changes"] = told

@@ -113,6 +113,17 @@ class FuzzyRecord(ControllerRecord):
             )
         return self
 
+    @classmethod
+    def renewed(cls, data: Json, keys: list[str]) -> None:
+        """Labels follow from changed numbers, and where they name numbers these from labels."""
+        rules = data.get("rules")
+        if isinstance(rules, dict):
+            told = {key.split(".")[1] for key in keys if key.startswith("rules.")}
+            sides = ["labels", "centroids"]
+            source, other = sides if rules.get("output_terms") else sides[::-1]
+            if source in told and other not in told:
+                rules.pop(other)
+
     def control_form(self) -> str:
         """Of JK95 eq. 1; only an flc can choose."""
         return "PD"

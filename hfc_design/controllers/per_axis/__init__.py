@@ -18,7 +18,7 @@ from hfc_design.controllers.kind import (
     kinds,
     later,
 )
-from hfc_design.core.numbers import Gains, Memory, Plain
+from hfc_design.core.numbers import Gains, Json, Memory, Plain
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Label, UserError
 
@@ -39,6 +39,16 @@ class PerAxisDesign(ControllerRecord):
     kind: Literal["per-axis"] = "per-axis"
     #: controller of each axis by its name
     axes: Annotated[dict[Label, OwnRecord], Field(min_length=1)]
+
+    @classmethod
+    def renewed(cls, data: Json, keys: list[str]) -> None:
+        """Of each axis what its own kind says."""
+        axes = data.get("axes")
+        for axis, own in axes.items() if isinstance(axes, dict) else ():
+            start = f"axes.{axis}."
+            told = [key.removeprefix(start) for key in keys if key.startswith(start)]
+            if told and isinstance(own, dict) and own.get("kind") in kinds().names():
+                kinds().get(own["kind"]).record.renewed(own, told)
 
     @model_validator(mode="before")
     @classmethod
