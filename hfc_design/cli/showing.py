@@ -21,7 +21,7 @@ PLUGINS = {
 KINDS = (*PLUGINS, "scenario", "design", "reference", "metric", "format", "key")
 
 
-@click.command()
+@click.command(short_help="What a plant, controller, scenario or key is, with units.")
 @click.argument("kind", metavar="KIND", type=click.Choice(KINDS))
 @click.argument("name", required=False)
 @as_json

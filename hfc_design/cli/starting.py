@@ -4,16 +4,17 @@ from pathlib import Path
 
 import click
 
+from hfc_design.cli.named import CONTROLLER, PLANT, named
 from hfc_design.cli.options import force, free, output, with_plugins
 from hfc_design.cli.showing import unlisted
 
-PLANT_HELP = "Plant: a name, or an own one as module:OBJECT [default: c-axis]."
-KIND_HELP = "Kind of controller: a name, or an own one [default: pd+hierarchical-fuzzy]."
+PLANT_HELP = "Plant: NAMES, or an own one as module:OBJECT [default: c-axis]."
+KIND_HELP = "Kind of controller: NAMES, or an own one [default: pd+hierarchical-fuzzy]."
 
 
-@click.command()
-@click.option("--plant", default="c-axis", help=PLANT_HELP)
-@click.option("--controller", default="pd+hierarchical-fuzzy", help=KIND_HELP)
+@click.command(short_help="Write a scenario to begin with, every key explained.")
+@named("--plant", kind=PLANT, default="c-axis", help=PLANT_HELP)
+@named("--controller", kind=CONTROLLER, default="pd+hierarchical-fuzzy", help=KIND_HELP)
 @output("--out", help="TOML file to write [default: PLANT.toml].")
 @force
 @with_plugins({})

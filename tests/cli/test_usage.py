@@ -47,7 +47,7 @@ def refused(*arguments):
         (["design", "--polsh", "3"], "design: no such option '--polsh'; did you mean '--polish'?"),
         (["design", "a", "b"], "design: got unexpected extra argument (b)"),
         (["--bogus"], "no such option '--bogus'"),
-        (["desing"], "desing: no such command; did you mean design? there is list, design, pick,"),
+        (["desing"], "desing: no such command; did you mean design? there is list, "),
         (
             ["export", "pd-only", "--to", "cc"],
             "--to cc: no such format; did you mean c? there is c",

@@ -221,7 +221,10 @@ def test_the_file_holds_only_what_is_there():
 @pytest.mark.parametrize(
     ("adaptation", "words"),
     [
-        ({"k_c": -1.0, "largest_move": 1.0}, ["controller.adaptation.k_c = -1.0", "or equal to 0"]),
+        (
+            {"k_c": -1.0, "largest_move": 1.0},
+            ["controller.adaptation.k_c = -1.0", "has to be 0 or more"],
+        ),
         ({"k_c": 1e-4}, ["controller.adaptation.largest_move: is missing"]),
         ({"k_c": 1e-4, "largest_move": 0.0}, ["adaptation.largest_move = 0.0", "greater than 0"]),
         ({"k_c": "fast", "largest_move": 1.0}, ["controller.adaptation.k_c = 'fast'"]),

@@ -225,7 +225,10 @@ def broken(*keys, value):
         (broken("error_terms", 0, "left", value=-30.0), ["error_terms", "NL", "null"]),
         (broken("error_terms", 3, "right", value=None), ["error_terms", "ZR", "null"]),
         (broken("error_terms", 3, "label", value="PS"), ["error_terms", "NL, NM"]),
-        (broken("error_terms", 3, "label", value="X X"), ["error_terms", "'X X'", "pattern"]),
+        (
+            broken("error_terms", 3, "label", value="X X"),
+            ["error_terms", "'X X'", "32 letters"],
+        ),
         (broken("error_terms", value=[]), ["error_terms", "at least 7"]),
         (broken("rules", "labels", 2, 1, value="BIG"), ["rules.labels.2.1 = 'BIG'", "NL, NM"]),
         (broken("rules", "labels", value=[["ZR"] * 7] * 6), ["rules.labels", "centroids, 7 x 7"]),
