@@ -127,7 +127,7 @@ def _scenario(name: str, as_json: bool) -> None:
     own = [one for kind, thing in chosen(data).items() for one in unlisted(kind, thing)]
     known = scenario_keys(data, own)
     check_keys(data, known, name)
-    found, each = values(data, known), list(motions(data))
+    found, each = values(data, known, own), list(motions(data))
     if as_json:
         named = {kind: chosen(data)[kind] for kind in NAMED.values()}
         rows = [one._asdict() for one in found]

@@ -29,9 +29,12 @@ class Value(NamedTuple):
     meaning: str = ""
 
 
-def values(data: Json, known: Sequence[Entry]) -> list[Value]:
-    """The keys that a file sets, as they stand there, then those that it leaves at a default."""
-    units = units_of(chosen(data)[PLANT], None) or units_of(chosen(data)[PLANT], known)
+def values(data: Json, known: Sequence[Entry], own: Sequence[Entry] = ()) -> list[Value]:
+    """The keys that a file sets, as they stand there, then those that it leaves at a default.
+
+    ``known`` are the keys that there are, ``own`` the entries of own parts.
+    """
+    units = units_of(chosen(data)[PLANT], None) or units_of(chosen(data)[PLANT], own)
     found = [_said(key, value, known, units) for key, value in leaves(data)]
     unset = [x.key for x in known if "left out:" in x.meaning and x.type == "table"]
     unset = [key for key in unset if not any(f"{one.key}.".startswith(f"{key}.") for one in found)]

@@ -14,6 +14,8 @@ from hfc_design.cli.showing import KINDS
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.reference.entries import in_units, things
 
+DOCS = Path(__file__).parents[2] / "docs"
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_listed(kind):
@@ -117,6 +119,13 @@ def test_an_own_plant():
     assert [one for one in every if one["part"] == "parameter"]
 
 
+def test_a_scenario_of_an_own_plant_has_its_units():
+    file = DOCS.parent / "examples" / "belt_table.toml"
+    done = hfc("show", "scenario", file, "--use", "examples.02_own_plant:TABLE", "--json")
+    keys = {one["key"]: one for one in json.loads(done.stdout)["keys"]}
+    assert keys["reference.distance"]["unit"] == "m"
+
+
 def test_units_of_a_plant_in_those_of_the_reference():
     units = {"error": "rad", "command": "V", "load": "N m"}
     assert in_units("command/(error s)", units) == "V/(rad s)"
@@ -135,9 +144,6 @@ main({["show", *asked]!r}, standalone_mode=False)
 assert "jax" not in sys.modules
 """
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
-
-
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_the_page_shows_what_the_commands_say(tmp_path, monkeypatch):
