@@ -9,8 +9,9 @@ from hfc_design.reference.entries import Entry, parts, things
 HEADS = {
     "scenario-keys": (
         "Scenario keys",
-        "Every key of a [scenario file](../scenario.md), from the code. A text with a unit serves "
-        "where a number is asked for: `command = \"200 V\"`.\n\n"
+        "Every key of a [scenario file](../scenario.md), from the code. Numbers are in the "
+        "unit beside them; constraints and tolerances may say their own: "
+        "`late_error = \"2 mrad\"`.\n\n"
         '```toml\n[limits]\ncommand = 120.0\n\n[sensors]\nvelocity = "observer"\n'
         "observer_hz = 100.0\n```\n",
     ),
