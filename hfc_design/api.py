@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from hfc_design.attainable.attainable import Attainable, attainable
 from hfc_design.controllers.controller import AxisLaw, View, held
@@ -64,6 +64,9 @@ from hfc_design.simulation.evaluation import EVALUATED, Evaluation, trajectory_c
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Plant = Drive
 """The name that a drive had before machines had several of them."""
@@ -189,6 +192,20 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     return place
 
 
+def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
+    """What a design is as a figure: "surface", "terms", "tables" or "tree", as ``hfc plot`` has it.
+
+    ``unit`` is the fuzzy unit of a hierarchy, as in "unit-1", the root if none is named; ``axis``
+    that of a controller whose axes differ. Axes have the units of the plant.
+
+    Raises:
+        UserError: the kind has no such picture, or there is no such unit or axis.
+    """
+    from hfc_design.report.designs import picture
+
+    return picture(load_design(found), what, unit, axis)
+
+
 def comparison_page(comparison: Comparison, path: str | Path) -> Path:
     """Write the page of a comparison, one file with everything inside it.
 
@@ -239,6 +256,7 @@ __all__ += [
     "load_design",
     "load_scenario",
     "pick",
+    "picture",
     "plot",
     "robustness",
     "taught",

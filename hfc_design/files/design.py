@@ -29,6 +29,7 @@ from hfc_design.core.records import (
     UserError,
     checked,
 )
+from hfc_design.core.shown import line, table
 from hfc_design.core.texts import about, json_of, read_text, writable
 from hfc_design.core.wording import one_of
 
@@ -131,6 +132,17 @@ class Design(Record):
     score: Told = {}  # what it scored where it was made; nothing computes with it
     provenance: Told = {}  # what it was made with; nothing computes with it
     _axis: str = ""
+
+    def __repr__(self) -> str:
+        return line("Design", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Design", self._told() | self.score)
+
+    def _told(self) -> dict[str, object]:
+        own = self.controller
+        told = {"name": self.name, "plant": self.plant.name, "kind": own.kind}
+        return {**told, "sample_time_s": own.sample_time_s}
 
     @property
     def kind(self) -> Kind:

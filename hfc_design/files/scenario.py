@@ -13,6 +13,7 @@ from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Name, Record, UserError
+from hfc_design.core.shown import line, table
 from hfc_design.files.design import Limits
 from hfc_design.files.following import check_following, motion_of, reference_of
 from hfc_design.files.machine import (
@@ -84,6 +85,18 @@ class Scenario(Record):
     constraints: Constraints = Field({}, exclude_if=not_)
     #: machines within tolerances that every candidate is tried on; left out: the nominal one alone
     robust: RobustSettings | None = Field(None, exclude_if=not_)
+
+    def __repr__(self) -> str:
+        return line("Scenario", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Scenario", {"description": self.description} | self._told())
+
+    def _told(self) -> dict[str, object]:
+        told = {"name": self.name, "plant": self.plant.name, "controller": self.controller.kind}
+        own = self.simulation
+        more = {"motions": ", ".join(one.name for one in self.motions)} if self.motions else {}
+        return {**told, "duration_s": own.duration_s, "sample_time_s": own.sample_time_s, **more}
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":

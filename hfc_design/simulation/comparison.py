@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -155,6 +156,17 @@ class Comparison(NamedTuple):
     differences: list[Difference]
     notes: list[str]  # what is not alike
     tolerances: dict[str, float] = {}  # spreads of single parameters
+
+    def __repr__(self) -> str:
+        return line("Comparison", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Comparison", self._told())
+
+    def _told(self) -> dict[str, object]:
+        bouts = [bout.name for bout in self.bouts]
+        told = {"designs": ", ".join(self.designs), "motions": ", ".join(bouts)}
+        return {**told, "machines": self.machines, "within": self.within}
 
     @property
     def within(self) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from hfc_design.controllers.controller import Signals
 from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Json, Memory, Parameters
+from hfc_design.core.shown import line, table
 from hfc_design.motion.contour import Contour
 from hfc_design.motion.samples import AxisSamples
 from hfc_design.objectives.judge import Judge
@@ -81,6 +82,18 @@ class Evaluation(NamedTuple):
     #: "fitness" and "merit" -> those of repeats; nothing where none were simulated.
     repeats: Each = MappingProxyType({})
     memory: Memory = None  # what the controller remembers in the end
+
+    def __repr__(self) -> str:
+        return line("Evaluation", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Evaluation", self._told() | self.metrics)
+
+    def _told(self) -> dict[str, object]:
+        axes, steps = ", ".join(axis.name for axis in self.axes), len(self.time)
+        told = {"fitness": self.fitness, "merit": self.merit, "diverged": self.diverged}
+        more = {"motions": ", ".join(self.motions)} if self.motions else {}
+        return told | {"axes": axes, "samples": steps} | more
 
     @property
     def chaotic(self) -> bool:

@@ -1,0 +1,68 @@
+"""What an interpreter and a notebook show of a record is short, and nothing in it is markup."""
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from hfc_design import api as hfc
+
+SHORT = {"simulation.duration_s": 0.1}
+
+
+@pytest.fixture(scope="module")
+def records():
+    scenario = hfc.load_scenario("c-axis-ramp", SHORT)
+    design = hfc.load_design("pd-only")
+    found = hfc.evaluate(design, scenario)
+    beside = hfc.compare(["pd-only", "lin-lee-1999-table-1"], [scenario])
+    return {"Scenario": scenario, "Design": design, "Evaluation": found, "Comparison": beside}
+
+
+@pytest.mark.parametrize("kind", ["Scenario", "Design", "Evaluation", "Comparison"])
+def test_a_line_that_says_what_it_is(records, kind):
+    text = repr(records[kind])
+    assert text.startswith(f"{kind}(")
+    assert "\n" not in text
+    assert len(text) < 250
+
+
+def test_numbers_are_those_of_the_record(records):
+    found = records["Evaluation"]
+    said = re.search(r"fitness=([^,]+), .*samples=(\d+)", repr(found))
+    assert float(said[1]) == pytest.approx(found.fitness, rel=1e-3)
+    assert int(said[2]) == 100  # 0.1 s in milliseconds
+
+
+class Cells(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags, self.texts = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+def test_a_table_with_what_is_written_escaped(records):
+    told = "<script>alert(1)</script> & more"
+    scenario = records["Scenario"].model_copy(update={"description": told})
+    page = Cells()
+    page.feed(scenario._repr_html_())
+    assert set(page.tags) == {"table", "caption", "tr", "th", "td"}
+    assert told in page.texts
+
+
+def test_tables_are_small(records):
+    for record in records.values():
+        assert len(record._repr_html_()) < 8000
+    assert "rms_error_rad" in records["Evaluation"]._repr_html_()
+
+
+def test_a_picture_is_a_figure():
+    figure = hfc.picture("lin-lee-1999-table-1", "surface", unit="unit-7")
+    assert figure.axes[0].get_xlabel() == "spindle velocity [mrad/s]"
+    with pytest.raises(hfc.UserError, match="no picture 'tree'"):
+        hfc.picture("jee-koren-2004-flc", "tree")
