@@ -54,6 +54,7 @@ from hfc_design.runs.run import (
     run,
 )
 from hfc_design.runtime import Controller
+from hfc_design.runtime.explain import explained
 from hfc_design.search.loop import STRATEGIES, Search
 from hfc_design.search.strategy import Strategy, StrategySettings, Task
 from hfc_design.simulation.comparing import compare
@@ -192,6 +193,47 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
     return place
 
 
+def explain(
+    found: AnyDesign, *samples: str | Mapping[str, float], axis: str = ""
+) -> dict[str, Any]:
+    """Which rules fire at a sample, how strongly, and what the command is made of.
+
+    What ``hfc explain --json`` prints. A sample is {signal: reading} in the units of the plant, or
+    a text as in "error=1e-4,error_change=0". With one the readings that the controller remembers
+    are given too ("previous_error" or so); with several it steps through them from rest, and the
+    last is explained. In "units" each rule that fires has its "strength" and its "share" (of 1);
+    "command" is in "command_unit".
+
+    Raises:
+        UserError: the design has no rules, or signals are missing, unknown or no numbers.
+    """
+    if not samples:
+        raise UserError("a sample is missing: signals and readings, as in {'error': 1e-4}")
+    texts = [
+        one if isinstance(one, str) else ",".join(f"{name}={x}" for name, x in one.items())
+        for one in samples
+    ]
+    return explained(load_design(found), texts, axis)
+
+
+def import_(path: str | Path, **wish: Any) -> Design:
+    """A design of another program's controller file, as ``hfc import`` makes it.
+
+    ``wish`` has what ``formats.reading.Wish`` does: ``plant`` and ``like`` by name,
+    ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns).
+
+    Raises:
+        UserError: the file cannot be read, or holds what a design cannot.
+    """
+    from hfc_design.formats.reading import Wish, imported
+
+    if unknown := sorted(wish.keys() - {*Wish._fields}):
+        raise UserError(
+            f"import_: no such option {unknown[0]!r}; there is {', '.join(Wish._fields)}"
+        )
+    return imported(Path(path), Wish(**wish))
+
+
 def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
     """What a design is as a figure: "surface", "terms", "tables" or "tree", as ``hfc plot`` has it.
 
@@ -251,7 +293,16 @@ __all__ += [
     "Taught",
 ]
 __all__ += ["Robustness", "RunError", "Scenario", "Search", "UserError", "attainable", "compare"]
-__all__ += ["comparison_page", "design", "evaluate", "evaluate_many", "export", "learned_in"]
+__all__ += [
+    "comparison_page",
+    "design",
+    "evaluate",
+    "evaluate_many",
+    "explain",
+    "export",
+    "import_",
+    "learned_in",
+]
 __all__ += [
     "load_design",
     "load_scenario",

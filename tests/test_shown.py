@@ -66,3 +66,26 @@ def test_a_picture_is_a_figure():
     assert figure.axes[0].get_xlabel() == "spindle velocity [mrad/s]"
     with pytest.raises(hfc.UserError, match="no picture 'tree'"):
         hfc.picture("jee-koren-2004-flc", "tree")
+
+
+def test_explain_is_a_sum_by_hand():
+    """Of triangles that overlap at half, all shares are a product, and their sum is the output."""
+    found = hfc.explain("jee-koren-2004-flc", {"error": 12, "error_change": 1.5})
+    rules = found["units"][0]["rules"]
+    assert sum(rule["share"] for rule in rules) == pytest.approx(1.0)
+    said = sum(rule["share"] * rule["consequent"] for rule in rules)
+    assert found["units"][0]["output"] == pytest.approx(said)
+    assert hfc.explain("jee-koren-2004-flc", "error=12,error_change=1.5") == found
+    with pytest.raises(hfc.UserError, match="sample is missing"):
+        hfc.explain("jee-koren-2004-flc")
+    with pytest.raises(hfc.UserError, match="mood"):
+        hfc.explain("jee-koren-2004-flc", {"mood": 12})
+
+
+def test_import_takes_back_what_was_exported(tmp_path):
+    (file,) = hfc.export("jee-koren-2004-flc", "fll", tmp_path / "fll").glob("*.fll")
+    found = hfc.import_(file, like="jee-koren-2004-flc")
+    own = hfc.load_design("jee-koren-2004-flc")
+    assert found.controller.rules.centroids == own.controller.rules.centroids
+    with pytest.raises(hfc.UserError, match="no such option 'mood'"):
+        hfc.import_(file, mood=1)

@@ -66,14 +66,10 @@ def explain(
     error_change. Integral and adaptation are then as before the first sample. With several --at
     the controller steps through them from rest, and adapts.
     """
-    from hfc_design.files.machine import PlantSettings
     from hfc_design.files.pairing import load_design
-    from hfc_design.runtime.explain import explanation, part
+    from hfc_design.runtime.explain import explained
 
-    read = part(load_design(design, others), axis)
-    every = PlantSettings(**read.plant.model_dump()).each()
-    own = next((one for one in every if one.name == axis), every[0])
-    found = explanation(read, own.drive, own.parameters, samples)
+    found = explained(load_design(design, others), samples, axis)
     if as_json:
         click.echo(json.dumps(found))
     else:

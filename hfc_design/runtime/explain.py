@@ -34,6 +34,20 @@ def part(design: Design, axis: str) -> Design:
     return parts.get(axis, design)
 
 
+def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
+    """The ``explanation`` of a design on the drive that it was made for, of one ``axis`` of it.
+
+    Raises:
+        UserError: as there; or there is no such axis.
+    """
+    from hfc_design.files.machine import PlantSettings  # with JAX
+
+    read = part(design, axis)
+    every = PlantSettings(**read.plant.model_dump()).each()
+    own = next((one for one in every if one.name == axis), every[0])
+    return explanation(read, own.drive, own.parameters, samples)
+
+
 def explanation(
     design: Design, drive: Drive, parameters: Parameters, texts: Sequence[str]
 ) -> dict[str, Any]:
