@@ -12,6 +12,7 @@ from hfc_design.cli.designing import design
 from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.identifying import identify
 from hfc_design.cli.insight import explain, list_, stability
+from hfc_design.cli.plotting import plot
 from hfc_design.cli.showing import show
 from hfc_design.cli.simulating import batch, report, score, simulate
 from hfc_design.cli.starting import init
@@ -22,7 +23,7 @@ from hfc_design.cli.usage import check_once, told
 #: In the order in which a user meets them.
 COMMANDS = (
     *(list_, show, init, design, pick, score, compare, simulate, train, identify, export, import_),
-    *(explain, stability, attainable, report, batch),
+    *(explain, plot, stability, attainable, report, batch),
 )
 SETTINGS = {"help_option_names": ["-h", "--help"]}
 

@@ -234,6 +234,9 @@ class Kind:
     #: (record, drive, its parameters) -> ``margins.OpenLoop`` of a linear law on that drive; None
     #: where the record has none.
     open_loop: Callable[[Own, Any, Parameters], Any] | None = None
+    #: What ``hfc plot`` draws: (record, drive) -> "surface", "terms", "tables", "tree", as far as
+    #: there are, -> name of a unit -> ``pictures.figure.Drawn``; the last one where none is named.
+    pictures: Callable[[Own, Any], dict[str, dict[str, Any]]] | None = None
     #: What a report shows: (record, Shown) -> sections.
     sections: Callable[[Own, Shown], list[Any]] = numbers
 

@@ -7,7 +7,7 @@ purpose: they are to be read on a phone too.
 import base64
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,6 +26,7 @@ from hfc_design.core.numbers import Floats
 from hfc_design.core.records import TERMS, UserError
 
 Rows = list[list[str]]  # of a table
+Drawn = Callable[[], Figure]  # a figure once it is asked for
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
 LABEL = 52  # letters; a longer label is cut off, the table has all of it

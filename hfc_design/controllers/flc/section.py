@@ -6,7 +6,6 @@ from itertools import cycle
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from hfc_design.controllers.flc.export import labels_of
 from hfc_design.controllers.flc.law import infer, memberships
@@ -14,19 +13,20 @@ from hfc_design.controllers.flc.names import NamesRecord
 from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, Terms
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import ARRAYS, Floats
+from hfc_design.pictures import units
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
     Drawing,
+    Drawn,
     Listing,
     Section,
-    colour_strip,
     framed,
     heat_map,
-    round_above,
 )
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
+from plants import Drive
 
 ORIGINAL = "as designed"
 #: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
@@ -40,10 +40,6 @@ Parameters = Sequence[tuple[str, float | str, str]]
 ERROR, CHANGE = "error e [BLU]", "change of error [BLU per sample]"
 #: The terms are drawn up to this share of the outermost centre.
 BEYOND = 1.25
-#: Points a side that the surface is computed at.
-POINTS = 81
-#: About so many colours stand for a command of one sign.
-BANDS = 12
 
 
 def sections(record: FlcDesign, shown: Shown) -> list[Section]:
@@ -206,25 +202,21 @@ def _named(name: str, usual: str) -> str:
 
 def surface(record: FuzzyRecord, title: str) -> Figure:
     """What the rules command [unit] between and beyond the centres of their terms."""
-    figure = framed(4.0, top=0.35, right=0.95)
-    axes = figure.subplots()
     error, change = (
-        np.linspace(-1.0, 1.0, POINTS) * BEYOND * max(abs(term.centre) for term in found)
+        np.linspace(-1.0, 1.0, units.POINTS) * BEYOND * max(abs(term.centre) for term in found)
         for found in (record.error_terms, record.error_change_terms)
     )
     values = commanded(record, error[:, None], change)
-    limit = float(np.abs(values).max()) or 1.0
-    division = round_above(limit / BANDS)
-    count = int(np.ceil(limit / division + 0.5))
-    levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
-    filled = axes.contourf(change, error, values, levels, cmap="RdBu_r")
-    filled.set_edgecolor("face")  # else white hairlines show between the bands
-    axes.axhline(0.0, color="0.3", lw=0.6)
-    axes.axvline(0.0, color="0.3", lw=0.6)
-    axes.set(xlabel=CHANGE, ylabel=ERROR)
-    axes.set_title(title, fontsize=11)
-    colour_strip(figure, axes, filled, "command [unit]", ticks=MaxNLocator(7, symmetric=True))
-    return figure
+    return units.surface(change, error, values, (CHANGE, ERROR), title, "command [unit]")
+
+
+def pictures(record: FuzzyRecord, drive: Drive) -> dict[str, dict[str, Drawn]]:
+    """For ``hfc plot``."""
+    return {
+        "surface": {"rules": lambda: surface(record, "control surface")},
+        "terms": {"rules": lambda: terms(record, "terms")},
+        "tables": {"rules": lambda: rule_table(record, "rule table")},
+    }
 
 
 def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:

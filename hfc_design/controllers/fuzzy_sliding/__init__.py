@@ -21,5 +21,6 @@ KIND = Kind(
     c=C,
     st=ST,
     saved=SAVED,
+    pictures=later("hfc_design.controllers.fuzzy_sliding.section", "pictures"),
     sections=later("hfc_design.controllers.fuzzy_sliding.section", "sections"),
 )

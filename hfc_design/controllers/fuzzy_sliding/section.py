@@ -5,14 +5,17 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from hfc_design.controllers.fuzzy_sliding.law import sliding
+from hfc_design.controllers.fuzzy_sliding.law import degrees, sliding
 from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
 from hfc_design.controllers.kind import Shown
-from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
+from hfc_design.core.records import ZR
+from hfc_design.pictures import units
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
     Drawing,
+    Drawn,
     Listing,
     Section,
     colour_strip,
@@ -22,6 +25,7 @@ from hfc_design.pictures.figure import (
     gridded,
     heat_map,
 )
+from plants import Drive
 
 ABOUT = (
     "The command is what the rules conclude from the error and its rate, and a part that pushes "
@@ -29,6 +33,8 @@ ABOUT = (
     "2009, eq. 9 to 13). Each rule that fires moves by its share of the judgement, the last column "
     "of P with the error (eq. 14), and stays within its largest move."
 )
+#: The terms are drawn up to this share of the outermost centre.
+BEYOND = 1.25
 #: Samples of a picture over time, at most: as many columns as can be seen.
 COLUMNS = 400
 
@@ -124,6 +130,30 @@ def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) ->
 def _rules(values: Floats, title: str, meaning: str, moved: Floats | None = None) -> Figure:
     names = "row: error", "column: rate of the error"
     return heat_map(values, (LABELS, LABELS), *names, title, meaning, moved)
+
+
+def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
+    """For ``hfc plot``: the rules without what they learn and without the switching part."""
+    told, table = f"command [{drive.units['command']}]", np.array(record.table())
+    largest = {"error_rate": record.largest_error_rate, "error": record.largest_error}
+    shares = BEYOND * np.linspace(-1.0, 1.0, units.POINTS)
+    graded = np.array(degrees(ARRAYS, ZR * shares))
+    named = dict(zip(LABELS, graded, strict=True))
+    (x, column), (y, row) = (
+        (end * shares, f"{name.replace('_', ' ')} [{drive.units[name]}]")
+        for name, end in largest.items()
+    )
+    values = graded.T @ table @ graded  # (rows, columns): the degrees of an input add up to 1
+    return {
+        "surface": {
+            "rules": lambda: units.surface(x, y, values, (column, row), "control surface", told)
+        },
+        "terms": {
+            "error_rate": lambda: units.terms(x, named, column, "terms"),
+            "error": lambda: units.terms(y, named, row, "terms"),
+        },
+        "tables": {"rules": lambda: _rules(table, "rule table", told)},
+    }
 
 
 def phase_plane(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Figure:

@@ -32,5 +32,6 @@ KIND = Kind(
     st=ST,
     lookup=tabulated,
     open_loop=later("hfc_design.controllers.hierarchical.loop", "open_loop"),
+    pictures=later("hfc_design.controllers.hierarchical.pictures", "pictures"),
     sections=later("hfc_design.controllers.hierarchical.section", "sections"),
 )

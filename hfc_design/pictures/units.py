@@ -1,0 +1,74 @@
+"""A two-input fuzzy unit drawn: what it commands over both inputs, and its terms."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from hfc_design.core.numbers import Floats
+from hfc_design.pictures.figure import OTHER, OWN, colour_strip, framed, round_above
+
+#: Points a side that a surface is computed at, and that terms are drawn with.
+POINTS = 81
+#: About so many colours stand for an output of one sign.
+BANDS = 12
+
+
+def surface(
+    column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
+) -> Figure:
+    """The output of a unit as colours.
+
+    Args:
+        column: (columns,) values of the column's input, in the unit of its label.
+        row: (rows,) the same of the row's input.
+        values: (rows, columns) the output.
+        labels: of the column's axis and of the row's.
+        title: stands above.
+        meaning: what the colours stand for, with its unit.
+    """
+    figure = framed(4.0, top=0.35, right=0.95)
+    axes = figure.subplots()
+    low, high = float(values.min()), float(values.max())
+    if low * high > 0.0:  # of one sign: what differs is told by all colours
+        filled = axes.contourf(column, row, values, BANDS, cmap="viridis")
+        ticks = MaxNLocator(7)
+    else:
+        limit = max(-low, high) or 1.0
+        division = round_above(limit / BANDS)
+        count = int(np.ceil(limit / division + 0.5))
+        levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
+        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r")
+        ticks = MaxNLocator(7, symmetric=True)
+    filled.set_edgecolor("face")  # else white hairlines show between the bands
+    axes.axhline(0.0, color="0.3", lw=0.6)
+    axes.axvline(0.0, color="0.3", lw=0.6)
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    axes.set_title(title, fontsize=11)
+    colour_strip(figure, axes, filled, meaning, ticks=ticks)
+    return figure
+
+
+def terms(values: Floats, degrees: Mapping[str, Floats], label: str, title: str) -> Figure:
+    """Degrees of membership (points,) of one input's terms at ``values`` (points,)."""
+    figure = framed(2.8, top=0.75)
+    axes = figure.subplots()
+    for k, (name, degree) in enumerate(degrees.items()):
+        color = (OWN, OTHER)[k % 2]
+        axes.plot(values, degree, color=color, lw=1.4)
+        top = values[int(np.argmax(degree))]
+        axes.annotate(
+            name,
+            (top, 1.05),
+            xytext=(0, 3 + 11 * (k % 2)),  # in two rows: tops may stand close together
+            textcoords="offset points",
+            ha="center",
+            fontsize=9,
+            color=color,
+        )
+    axes.set(xlim=(values[0], values[-1]), ylim=(0.0, 1.05), yticks=(0.0, 0.5, 1.0))
+    axes.set(xlabel=label, ylabel="degree [1]", axisbelow=True)
+    axes.grid(color="0.93")
+    axes.set_title(title, fontsize=11, pad=32)
+    return figure
