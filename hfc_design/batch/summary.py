@@ -16,6 +16,7 @@ from hfc_design.batch import folder
 from hfc_design.batch.plan import LABEL, SCENARIO, Published, matches
 from hfc_design.batch.runs import SEED, Run, batches_below
 from hfc_design.core.numbers import Floats
+from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import holm
 
 #: A difference counts as shown where the corrected p is not above this.
@@ -106,6 +107,15 @@ class Findings(NamedTuple):
     groups: list[Group]
     comparisons: list[Comparison]
     figures: list[Reproduced]
+
+    def __repr__(self) -> str:
+        return line("Findings", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Findings", self._told())
+
+    def _told(self) -> dict[str, object]:
+        return {field: len(value) for field, value in self._asdict().items()}
 
     def number_of(self) -> dict[str, int]:
         """Path of each run in a group -> the group's number."""

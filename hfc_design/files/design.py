@@ -136,6 +136,8 @@ class Design(Record):
     def __repr__(self) -> str:
         return line("Design", self._told())
 
+    __str__ = __repr__
+
     def _repr_html_(self) -> str:
         return table("Design", self._told() | self.score)
 

@@ -89,6 +89,8 @@ class Scenario(Record):
     def __repr__(self) -> str:
         return line("Scenario", self._told())
 
+    __str__ = __repr__
+
     def _repr_html_(self) -> str:
         return table("Scenario", {"description": self.description} | self._told())
 

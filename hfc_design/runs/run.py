@@ -11,6 +11,7 @@ from hfc_design.core.carried import AnyFile
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
+from hfc_design.core.shown import line, table
 from hfc_design.files.design import Design, design_json, read_design
 from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
 from hfc_design.files.pairing import load_design
@@ -48,6 +49,18 @@ class Result(NamedTuple):
     evaluation: Evaluation
     search: Search | None  # None where the design was given
     front: Front | None = None  # None where the search trades nothing
+
+    def __repr__(self) -> str:
+        return line("Result", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Result", self._told() | self.evaluation.metrics)
+
+    def _told(self) -> dict[str, object]:
+        own = self.evaluation
+        told = {"design": self.design.name, "fitness": own.fitness, "merit": own.merit}
+        searched = {} if self.search is None else {"generations": self.search.generation}
+        return {**told, "diverged": own.diverged, **searched}
 
 
 def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Scenario:

@@ -11,6 +11,7 @@ import numpy as np
 from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Floats, Json, Mask
 from hfc_design.core.records import UserError
+from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
@@ -55,6 +56,16 @@ class Robustness(NamedTuple):
     values: dict[str, Floats]  # the same of every sample, (samples,)
     motion: Evaluation  # of the nominal machine
     ranges: dict[str, Json]  # of its fitness or merit, where that is chaotic
+
+    def __repr__(self) -> str:
+        return line("Robustness", self._told())
+
+    def _repr_html_(self) -> str:
+        return table("Robustness", self._told() | self.nominal)
+
+    def _told(self) -> dict[str, object]:
+        told = {"spread": self.spread, "machines": len(self.stable)}
+        return {**told, "stable": float(self.stable.mean()), "nominal_stable": self.nominal_stable}
 
     @property
     def usable(self) -> bool:
