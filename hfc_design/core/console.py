@@ -119,11 +119,13 @@ def show_whole(table: Table, kept: int = 1) -> None:
             count -= 1
             part = _part(table, [*range(kept), *others[:count]], kept, most)
         part.title = table.title if others[0] == kept else None
+        part.caption = table.caption if count == len(table.columns) - kept else None
         others = others[count:]
-        part.caption = None if others else table.caption
         console.print(part)
         if others:
             console.print()
+        elif part.caption is None and table.caption:  # the last table may be narrow
+            console.print(table.caption, style="table.caption")
 
 
 def _fits(table: Table, console: Console) -> bool:
