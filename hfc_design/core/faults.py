@@ -115,6 +115,8 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any]) -> tuple[str, 
     kind, place, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = _place(place, data, False)
     if place and place[-1] == "[key]":
+        if kind == "value_error":
+            return key, f"{key}: its name {context['error']}"
         return key, f"{key}: its name {rule(kind, context, '')}"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         return _no_kind(error, data, key, again)

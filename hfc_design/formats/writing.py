@@ -46,7 +46,7 @@ MEANINGS = {
 FORMULA = tuple("=+-@\t\r\n")
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 #: What means something within a line of Markdown: an underscore in a word does not.
-MARKUP = re.compile(r"[\\`*<\[|~]|&(?=#?\w+;)|(?<!\w)_|_(?!\w)")
+MARKUP = re.compile(r"[\\`*<\[|~]|&(?=#?\w+;)|(?<![^\W_])_|_(?![^\W_])")
 #: A file, or a folder's by their names.
 Content: TypeAlias = "str | bytes | Mapping[str, Content]"
 

@@ -22,6 +22,7 @@ from hfc_design.batch.plan import read_batch
 from hfc_design.batch.runs import runs_below
 from hfc_design.core import plugins
 from hfc_design.core.dotted import set_keys
+from hfc_design.core.faults import MOST
 from hfc_design.core.records import LONGEST, UserError
 from hfc_design.files.design import design_json, parse_design, read_design
 from hfc_design.files.machine import PlantSettings
@@ -247,9 +248,11 @@ def outcome(read, place, text):
     try:
         read(place, text)
     except UserError as error:
-        (line,) = str(error).splitlines()
-        assert 0 < len(line) <= LONGEST, line
-        assert line.isprintable(), line
+        lines = str(error).splitlines()
+        assert 1 <= len(lines) <= MOST + 2  # what is missing first, how many more last
+        for line in lines:
+            assert 0 < len(line) <= LONGEST, line
+            assert line.isprintable(), line
         assert error.exit_code == UserError.exit_code == 2
         return "refused"
     return "accepted"

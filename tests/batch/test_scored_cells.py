@@ -207,7 +207,7 @@ def test_cells_that_cannot_be(text, told, tmp_path):
         ),
         (
             '{ quantity = "a", metric = "max_eror_rad", of.run.seed = 0 }',
-            "published.0: 'max_eror_rad' is no metric of these cells; there is max_error_rad",
+            "published.0: 'max_eror_rad' is no metric of these cells; did you mean max_error_rad",
         ),
         (
             '{ quantity = "a", metric = "fitness", of.run.seed = 0, over_metric = "nope" }',

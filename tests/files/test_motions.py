@@ -118,7 +118,7 @@ def test_scenarios_without_motions_are_written_as_before():
         ({"name": "ramp"}, "motions.1.name = 'ramp': stands there twice"),
         ({"name": "../x"}, "motions.1.name = '../x': "),
         ({"weight": 0}, "motions.1.weight = 0: "),
-        ({"start": {"angle": 1}}, "motions.1: start.angle: no state of the machine; there is curr"),
+        ({"start": {"angle": 1}}, "motions.1: start.angle: no state of the machine; did you mean"),
         ({"start": {"x": {"spindle_angle": 1}}}, "motions.1: start.x: no state of the machine"),
         (
             {"reference": {"kind": "circle", "radius_mm": 1, "feed_mm_min": 9}},

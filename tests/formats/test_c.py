@@ -119,7 +119,7 @@ def test_lookup_needs_c_and_exponentials(tmp_path):
     assert "only --to c" in csv
     fuzzy = ("export", "jee-koren-2004-aflc", "--to", "c", "--out", tmp_path / "c")
     assert "kind aflc: nothing to tabulate" in refused(*fuzzy, "--lookup", 9)
-    assert "2<=x<=32767" in refused(*fuzzy, "--lookup", 1)
+    assert "a whole number from 2 to 32767" in refused(*fuzzy, "--lookup", 1)
     assert not (tmp_path / "c").exists()
 
 

@@ -121,7 +121,7 @@ def test_constraints_of_a_scenario_are_in_the_units_of_its_machine():
 @pytest.mark.parametrize(
     ("constraints", "message"),
     [
-        ({"stick": 0}, "constraints.stick: is no measure; there is rms_error, "),
+        ({"stick": 0}, "constraints.stick: is no measure; did you mean stick_slip? "),
         ({"late_error": "2 V"}, "constraints.late_error = '2 V': has to be a quantity in rad"),
         ({"chatter": -1}, "constraints.chatter = -1.0: has to be zero or more"),
         ({"max_contour_error": 1}, "constraints.max_contour_error: is of a machine that follows a"),

@@ -171,7 +171,7 @@ def test_presliding_is_a_spring_that_gives_way():
         ({"rotor_inertia": -1.0}, "parameters.rotor_inertia = -1.0: has to be more than zero"),
         ({"stiffness": 0.0}, "parameters.stiffness = 0.0: has to be more than zero"),
         ({"viscous_friction": -0.1}, "parameters.viscous_friction = -0.1: has to be zero or more"),
-        ({"inertia": 1.0}, "parameters.inertia: unknown; there is rotor_inertia, spindle_inertia"),
+        ({"inertia": 1.0}, "parameters.inertia: unknown; did you mean rotor_inertia?"),
         ({"x": 1.0}, "parameters.x: unknown; there is poles, rotor_flux, stator_"),
         ({"mutual_inductance": 0.33}, "parameters.mutual_inductance = 0.33: its square has to"),
         ({"static_torque": 0.6}, "static_torque = 0.6: has to be at least coulomb_torque = 0.7"),

@@ -17,8 +17,9 @@ MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
 
 def page(model: Model, design: Design) -> str:
     """The page on a model, the same for every version of FMI."""
-    axes = axes_of(design) if not design.axis else ()
-    several = commands_machine(design) or (len(axes) > 1 and model.part != "controller")
+    whole = commands_machine(design)
+    axes = axes_of(design) if whole or model.part != "controller" else ()
+    several = whole or (len(axes) > 1 and not design.axis)
     values = readme.known(design, axes if several else ()) | {"model": model}
     body = MARKDOWN.render(rendered("fmu/index.md.j2", design, **values))
     return rendered("fmu/index.html.j2", design, title=escape(model.name), body=body)

@@ -105,7 +105,7 @@ def test_a_search_varies_the_numbers_beside_the_weights():
 
 def test_one_that_diverges_is_counted_and_stops_safely():
     """On line beyond all numbers: a result, not an error; in the runtime faulty samples."""
-    design = on_feed_drives(network(rate=1e160, slope=1.0, weights=drawn(4, 0)))
+    design = on_feed_drives(network(rate=1e6, error_unit=1e-160, slope=1.0, weights=drawn(4, 0)))
     scenario = hfc.load_scenario("feed-drive-circle", SHORT)
     law, gains = controller_of(design, ("x", "y"))
     machines = population.one_machine(scenario.plant.values())

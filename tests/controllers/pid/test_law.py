@@ -34,5 +34,5 @@ def test_an_error_within_the_dead_zone_counts_as_0():
 
 def test_a_design_without_a_dead_zone_does_not_name_it():
     assert "dead_zone" not in design_json(load_design("jee-koren-2004-pid"))
-    with pytest.raises(UserError, match=r"dead_zone = -1.*greater than or equal to 0"):
+    with pytest.raises(UserError, match=r"dead_zone = -1.*has to be 0 or more"):
         load_design("jee-koren-2004-pid", {"controller.dead_zone": -1})
