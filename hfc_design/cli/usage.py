@@ -102,7 +102,8 @@ def _line(error: click.UsageError) -> str:
         return f"{name}: {error.message.rstrip('.')}"
     message = error.format_message().rstrip(".")
     if isinstance(error, click.NoSuchOption):
-        message = message.replace(". Did", "; did")
+        near = " or ".join(map(repr, error.possibilities or ()))
+        message = f"no such option {error.option_name!r}{near and f'; did you mean {near}?'}"
     if not message[1:2].isupper():  # a name
         message = message[:1].lower() + message[1:]
     return f"{command}: {message}" if command else message
