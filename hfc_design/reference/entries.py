@@ -14,6 +14,7 @@ from typing import NamedTuple
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Plain
 from hfc_design.core.records import UserError
+from hfc_design.core.wording import one_of
 
 FILE = Path(__file__).parent / "reference.json"
 #: What an entry may be about.
@@ -76,9 +77,12 @@ def unknown(
 ) -> UserError:
     """The line for a name that there is not: what is near it, and what there is or is listed."""
     names = [*known]
-    meant = near(name, names)
-    asked = f"did you mean {meant}? " if meant else ""
-    return UserError(f"{short(name)}: no such {what}; {asked}there is {', '.join(listed or names)}")
+    if listed is None:
+        told = one_of(name, names)
+    else:
+        meant = near(name, names)
+        told = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
+    return UserError(f"{short(name)}: no such {what}; {told}")
 
 
 def in_units(unit: str, units: Mapping[str, str]) -> str:
