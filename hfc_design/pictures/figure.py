@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
+from hfc_design.pictures.displayed import Displayed
+
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
 LABEL = 52  # letters; a longer label is cut off, the table has all of it
@@ -26,7 +28,7 @@ def framed(
     height: float, top: float, left: float = 0.9, right: float = 0.15, bottom: float = 0.5
 ) -> Figure:
     """A figure with margins in inches; measuring the labels would draw everything twice."""
-    figure = Figure(figsize=(WIDTH, height))
+    figure = Displayed(figsize=(WIDTH, height))
     figure.subplots_adjust(
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height
     )
