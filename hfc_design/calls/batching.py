@@ -68,7 +68,7 @@ def batch(
 
 
 def findings(folder: str | Path) -> Findings:
-    """What the runs below a folder give: groups over the seeds, how they compare, who won.
+    """What the runs below a folder give: groups over the seeds, their structures, how they compare.
 
     Raises:
         UserError: there is no such folder, or no run in it.

@@ -154,7 +154,7 @@ def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) ->
 
         if path is not None:
             raise UserError(f"{path}: is for a lone design; the page of a folder lies in it")
-        report(Path(of), each, tell=lambda line: None)
+        report(Path(of), each, tell=lambda page, winners: None)
         return Path(of) / REPORT
     from hfc_design.report.page import design_page
 
