@@ -57,7 +57,7 @@ def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure
 
 def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.identify.plots import replayed
-    from hfc_design.report import batch_plots, plots
+    from hfc_design.report import batch_plots, plots, searches
     from hfc_design.report.comparison.plots import machines
 
     match found:
@@ -66,7 +66,7 @@ def _drawn(found: Any, title: str) -> "Figure":
         case Result(search=search):
             if search is None:
                 raise UserError("nothing was searched; plot its .evaluation")
-            return batch_plots.history(search.history, title)
+            return searches.history(search.history, title)
         case Robustness():
             return batch_plots.distributions(found, title)
         case Comparison():

@@ -15,10 +15,10 @@ from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
 from hfc_design.pictures.figure import above, finish, framed, gridded, plain, round_above
-from hfc_design.report.batch_plots import COLOURS, STYLES
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
 from hfc_design.report.contours import POINTS, SHARE, SMALLEST, beside
+from hfc_design.report.searches import COLOURS, STYLES
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
 #: Slices of time of a curve that is printed.
