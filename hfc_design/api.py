@@ -39,7 +39,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS, check_score
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
 from hfc_design.runs.problem import check_memory
@@ -184,7 +184,7 @@ def plot(evaluation: Evaluation, path: str | Path, title: str = "") -> Path:
         UserError: it is no evaluation, or there is no such kind of file.
         RunError: ``path`` cannot be written.
     """
-    from hfc_design.pictures.figure import save
+    from hfc_design.pictures.files import save
     from hfc_design.report.plots import motion
 
     wanted(evaluation, Evaluation, EVALUATED)

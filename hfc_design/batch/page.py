@@ -12,7 +12,9 @@ from hfc_design.batch import summary
 from hfc_design.batch.plan import LABEL, OWN_KEYS
 from hfc_design.batch.runs import SEED, Run, listed, text
 from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
-from hfc_design.pictures.figure import LARGEST, Rows, score
+from hfc_design.pictures.figure import LARGEST
+from hfc_design.pictures.numbers import score
+from hfc_design.pictures.section import Rows
 from hfc_design.report import REPORT, batch_plots, rendered
 from hfc_design.simulation.repeats import TOLD, range_told
 

@@ -86,7 +86,7 @@ def compare(
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import labelled
-    from hfc_design.pictures.figure import save
+    from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.simulation.comparing import compare
 

@@ -130,7 +130,7 @@ def stability(
         drive = report.drive_of(told, axes, own.controller.sample_time_s, given)
     found = stable_range(**drive)
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
 
         save(report.stability_figure(found, points), plot)
     if as_json:
@@ -143,7 +143,7 @@ def _show_margins(loops: "Loops", sample_time: float, plot: Path | None, as_json
     from hfc_design.stability import loop_report
 
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
 
         save(loop_report.loop_figure(loops, sample_time), plot)
     if as_json:

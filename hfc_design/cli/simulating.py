@@ -111,7 +111,7 @@ def simulate(
     for note in notes(where, {found.name: evaluation}):
         click.echo(note, err=True)
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
         from hfc_design.report import plots
 
         save(plots.motion(evaluation, f"{found.name} on {where.name}"), plot)

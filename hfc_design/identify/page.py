@@ -13,7 +13,9 @@ from hfc_design.identify.certainty import CONFIDENCE, Combination
 from hfc_design.identify.identified import Identified
 from hfc_design.identify.kept import HELD
 from hfc_design.identify.profile import LIMIT
-from hfc_design.pictures.figure import Rows, readable, small_address
+from hfc_design.pictures.files import small_address
+from hfc_design.pictures.numbers import readable
+from hfc_design.pictures.section import Rows
 from hfc_design.report import rendered
 
 HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]

@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from hfc_design.pictures.figure import address
+from hfc_design.pictures.files import address
 
 REPORT = "report.html"
 

@@ -6,7 +6,7 @@ from hfc_design.controllers.flc import section as flc
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import SCALARS
-from hfc_design.pictures.figure import Drawing, Section
+from hfc_design.pictures.section import Drawing, Section
 
 JUDGES = "It judges the rules that fired a sample ago by what became of the error, and moves them. "
 

@@ -14,16 +14,9 @@ from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, Terms
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures import units
-from hfc_design.pictures.figure import (
-    OTHER,
-    OWN,
-    Drawing,
-    Drawn,
-    Listing,
-    Section,
-    framed,
-    heat_map,
-)
+from hfc_design.pictures.figure import OTHER, OWN, framed
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
 from plants import Drive

@@ -11,20 +11,9 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
 from hfc_design.core.records import ZR
 from hfc_design.pictures import units
-from hfc_design.pictures.figure import (
-    OTHER,
-    OWN,
-    Drawing,
-    Drawn,
-    Listing,
-    Section,
-    colour_strip,
-    drawable,
-    finish,
-    framed,
-    gridded,
-    heat_map,
-)
+from hfc_design.pictures.figure import OTHER, OWN, colour_strip, drawable, finish, framed, gridded
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
 from plants import Drive
 
 ABOUT = (

@@ -13,7 +13,9 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear import section as linear
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Drawing, Listing, Section, heat_map
+from hfc_design.pictures.figure import OTHER, OWN, WIDTH
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.section import Drawing, Listing, Section
 from plants import Drive
 
 

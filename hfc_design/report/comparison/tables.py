@@ -8,7 +8,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.statistics import Interval
-from hfc_design.pictures.figure import readable
+from hfc_design.pictures.numbers import readable
 from hfc_design.simulation.comparison import (
     HALF,
     NEARLY_ALL,
