@@ -260,7 +260,7 @@ def comparison_page(comparison: Comparison, path: str | Path) -> Path:
 
     wanted(comparison, Comparison, "comparison; compare(designs) makes one")
     place = path_of(path)
-    write_whole(place, page(comparison))
+    write_whole(place, page(comparison).html)
     return place
 
 

@@ -15,7 +15,7 @@ from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group
 from hfc_design.pictures.figure import LARGEST
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Rows
-from hfc_design.report import REPORT, batch_plots, rendered
+from hfc_design.report import REPORT, Page, batch_plots, rendered
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -28,7 +28,7 @@ RATIOS = 60
 UNFOLDED = 60
 
 
-def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
+def page(name: str, descriptions: Iterable[str], found: Findings) -> Page:
     """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
     runs, groups, comparisons, figures = found
     tasks = [

@@ -16,6 +16,7 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
+from hfc_design.report.paper import Paper
 from hfc_design.runs.run import finished_run
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
@@ -25,8 +26,12 @@ Rows = Iterable[Sequence[object]]
 QUARTILES = ("lower_quartile", "median", "upper_quartile")
 
 
-def report(path: Path, each: bool = False, parquet: bool = False) -> None:
+def report(
+    path: Path, each: bool = False, parquet: bool = False, paper: Paper | None = None
+) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
+
+    ``paper`` is what of the page is wanted for a paper.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is
@@ -36,7 +41,7 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     if is_run(path):
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
-        write_page(*finished_run(path), path)
+        write_page(*finished_run(path), path, paper=paper)
         print(path / REPORT)
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
@@ -49,7 +54,10 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         found = findings(path, runs)
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
-        write_whole(path / REPORT, page(path.resolve().name, filter(None, told), found))
+        content = page(path.resolve().name, filter(None, told), found)
+        write_whole(path / REPORT, content.html)
+        if paper:
+            paper.write(content)
     print(path / REPORT)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")

@@ -24,7 +24,7 @@ def write(found: Identified, log: str, path: Path, from_file: bool) -> None:
     texts = {
         "scenario.toml": aim.scenario_text(found, log, from_file).encode(),
         "identified.json": page.record(found, log).encode(),
-        REPORT: page.page(found, log, command),
+        REPORT: page.page(found, log, command).html,
     }
     with writing(path):
         path.mkdir(parents=True, exist_ok=True)

@@ -16,7 +16,7 @@ from hfc_design.identify.profile import LIMIT
 from hfc_design.pictures.files import small_address
 from hfc_design.pictures.numbers import readable
 from hfc_design.pictures.section import Rows
-from hfc_design.report import rendered
+from hfc_design.report import Page, rendered
 
 HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
 
@@ -177,7 +177,7 @@ def _is_doubt(note: str) -> bool:
     return note.startswith(("DOUBTFUL", "NOT USABLE"))
 
 
-def page(found: Identified, log: str, command: str) -> bytes:
+def page(found: Identified, log: str, command: str) -> Page:
     """One file that needs nothing else."""
     units = found.free.drive.parameter_units
     return rendered(

@@ -3,7 +3,7 @@
 from typing import Any
 
 from hfc_design.pictures.files import small_address
-from hfc_design.report import inside, rendered
+from hfc_design.report import Page, inside, rendered
 from hfc_design.report.comparison import traces
 from hfc_design.report.comparison.plots import contours, machines, motions, ratios
 from hfc_design.report.comparison.tables import (
@@ -20,7 +20,7 @@ from hfc_design.simulation.comparison import Bout, Comparison
 PRINTED = 5
 
 
-def page(comparison: Comparison, command: str = "") -> bytes:
+def page(comparison: Comparison, command: str = "") -> Page:
     """The page; the same comparison gives the same bytes. ``command`` is what makes it again."""
     names = list(comparison.designs)
     moved = [bout for bout in comparison.bouts if bout.scenario is not None]
