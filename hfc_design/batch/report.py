@@ -2,7 +2,7 @@
 
 import io
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -25,8 +25,12 @@ Rows = Iterable[Sequence[object]]
 QUARTILES = ("lower_quartile", "median", "upper_quartile")
 
 
-def report(path: Path, each: bool = False, parquet: bool = False) -> None:
+def report(
+    path: Path, each: bool = False, parquet: bool = False, tell: Callable[[Path], None] = print
+) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
+
+    ``tell`` is called with the page.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is
@@ -37,7 +41,7 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
         write_page(*finished_run(path), path)
-        print(path / REPORT)
+        tell(path / REPORT)
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
     with folder.waited(path, "report") if batch else nullcontext():
@@ -50,7 +54,7 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
         write_whole(path / REPORT, page(path.resolve().name, filter(None, told), found))
-    print(path / REPORT)
+    tell(path / REPORT)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")
 

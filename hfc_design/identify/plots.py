@@ -9,8 +9,8 @@ from scipy.signal import welch
 from hfc_design.core.numbers import Floats
 from hfc_design.identify.certainty import CONFIDENCE
 from hfc_design.identify.checks import Check
-from hfc_design.identify.identified import Identified
 from hfc_design.identify.profile import LIMIT, Profile
+from hfc_design.identify.result import Identified
 from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain, readable
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import TERMS, UserError
+from hfc_design.pictures.displayed import Displayed
 
 Rows = list[list[str]]  # of a table
 Drawn = Callable[[], Figure]  # a figure once it is asked for
@@ -99,7 +100,7 @@ def framed(
     height: float, top: float, left: float = 0.9, right: float = 0.15, bottom: float = 0.5
 ) -> Figure:
     """A figure with margins in inches; measuring the labels would draw everything twice."""
-    figure = Figure(figsize=(WIDTH, height))
+    figure = Displayed(figsize=(WIDTH, height))
     figure.subplots_adjust(
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height
     )

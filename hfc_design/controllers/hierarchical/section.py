@@ -13,6 +13,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear import section as linear
+from hfc_design.pictures.displayed import Displayed
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH, Drawing, Listing, Section, heat_map
 from plants import Drive
 
@@ -90,7 +91,7 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     """
     units = {f"unit-{unit.id}": unit for unit in controller.units}
     scales = {item.name: item.scale for item in controller.inputs}
-    figure = Figure()
+    figure = Displayed()
     axes = figure.add_axes((0, 0, 1, 1))
     leaves: list[str] = []
     deepest = 0
