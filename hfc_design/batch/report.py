@@ -7,10 +7,16 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from hfc_design.batch import folder
+from hfc_design.batch import folder, structure_tables
+from hfc_design.batch.comparisons import Comparison
+from hfc_design.batch.groups import Group
+from hfc_design.batch.outcome import JUDGED_BY, text
 from hfc_design.batch.page import page
-from hfc_design.batch.runs import JUDGED_BY, Run, batches_below, is_run, runs_below, text
-from hfc_design.batch.summary import Comparison, Findings, Group, Reproduced, findings
+from hfc_design.batch.published import Reproduced
+from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
+from hfc_design.batch.structure_tables import STRUCTURES
+from hfc_design.batch.structures import Winner
+from hfc_design.batch.summary import Findings, findings
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.formats.writing import csv_text
@@ -30,12 +36,13 @@ def report(
     path: Path,
     each: bool = False,
     parquet: bool = False,
-    tell: Callable[[Path], None] = print,
+    tell: Callable[[Path, Sequence[Winner]], None] = structure_tables.tell,
     paper: Paper | None = None,
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
-    ``tell`` is called with the page; ``paper`` is what of the page is wanted for a paper.
+    ``tell`` is called with the page and the structures that won; ``paper`` is what of the page is
+    wanted for a paper.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is
@@ -46,7 +53,7 @@ def report(
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
         write_page(*finished_run(path), path, paper=paper)
-        tell(path / REPORT)
+        tell(path / REPORT, [])
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
     with folder.waited(path, "report") if batch else nullcontext():
@@ -58,11 +65,12 @@ def report(
         found = findings(path, runs)
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
-        content = page(path.resolve().name, filter(None, told), found)
+        trees = structure_tables.trees(path, found.winners)
+        content = page(path.resolve().name, filter(None, told), found, trees)
         write_whole(path / REPORT, content.html)
         if paper:
             paper.write(content)
-    tell(path / REPORT)
+    tell(path / REPORT, found.winners)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")
 
@@ -93,6 +101,8 @@ def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
     }
     if found.figures:
         rows[PUBLISHED] = [Reproduced._fields, *found.figures]
+    if found.winners:
+        rows[STRUCTURES] = structure_tables.csv_rows(found.winners)
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:

@@ -164,7 +164,7 @@ def report(
             raise UserError(f"{path}: is for a lone design; the page of a folder lies in it")
         if scenario is not None:
             raise UserError("scenario: is for a lone design; a run has its own")
-        report(Path(of), each, tell=lambda line: None)
+        report(Path(of), each, tell=lambda page, winners: None)
         return Path(of) / REPORT
     from hfc_design.report.page import design_page
 

@@ -205,6 +205,8 @@ class Kind:
     axes: Callable[[Own], dict[str, Own]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.
     genome: Callable[[Own, Target], Any] | None = None
+    #: The structure of a record as ``Genome.notation`` tells it; "": its kind has but one.
+    structure: Callable[[Own], str] = lambda record: ""
     #: How many units of its hierarchy matter: (record of one, gains of a population) -> (n,).
     units: Callable[[Own, Gains], Integers] | None = None
     #: Signals that its law reads at a sample, an argument of the C code each; None: any.
