@@ -213,6 +213,7 @@ class Drawing(NamedTuple):
     figure: Figure
     alt: str
     caption: str
+    cursor: Any = None  # of ``controllers.surfaces``: what a report tells under a cursor on it
 
 
 class Section(NamedTuple):
