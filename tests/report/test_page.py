@@ -8,7 +8,8 @@ import numpy as np
 import phone
 import pytest
 
-from hfc_design.controllers.hierarchical import drawn_tree as diagrams, pictures
+from hfc_design.controllers.hierarchical import drawn_tree as diagrams
+from hfc_design.controllers.hierarchical import pictures
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.core.records import RunError, UserError
