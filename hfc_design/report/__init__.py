@@ -39,9 +39,9 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
     figures: dict[str, Figure] = {}
     tables: dict[str, Listing] = {}
 
-    def drawn(figure: Figure, called: str) -> str:
+    def drawn(figure: Figure, called: str, shaded: bool = False) -> str:
         figures[_free(called, figures)] = figure
-        return picture(figure)
+        return _shaded(picture, figure) if shaded else picture(figure)
 
     def kept(called: str, caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
         listing = Listing(str(caption), [*map(str, head)], [[*map(str, row)] for row in rows])
@@ -60,6 +60,17 @@ def _free(called: str, taken: Container[str]) -> str:
     name = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")[:LONGEST] or "unnamed"
     names = chain([name], (f"{name}-{k}" for k in count(2)))
     return next(one for one in names if one not in taken)
+
+
+def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
+    """The same with the shades of a surface as pixels: a third of the letters."""
+    bands = figure.axes[0].collections
+    for own in bands:
+        own.set_rasterized(True)
+    found = picture(figure)
+    for own in bands:
+        own.set_rasterized(False)
+    return found
 
 
 def inside(*names: str) -> Markup:

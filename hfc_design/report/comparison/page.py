@@ -16,6 +16,7 @@ from hfc_design.report.comparison.tables import (
 from hfc_design.report.errors import errors
 from hfc_design.simulation.comparison import Bout, Comparison
 
+STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css")
 #: So many panels below each other fit on a page.
 PRINTED = 5
 
@@ -48,7 +49,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
         ],
         command=command,
         data=data,
-        style=inside("templates/style.css", "templates/comparison.css", "uplot/uPlot.min.css"),
+        style=inside(*STYLES, "uplot/uPlot.min.css"),
         library=inside("uplot/uPlot.iife.min.js"),
         script=inside("templates/comparison.js"),
         licence=inside("uplot/LICENSE"),
