@@ -75,7 +75,7 @@ def solid(
         axis.set_tick_params(labelsize=8, pad=0)
     axes.set_box_aspect(None, zoom=0.85)  # else the labels are cut off
     axes.view_init(elev=28.0, azim=-125.0)
-    axes.set_title(title, fontsize=11)
+    axes.set_title(title, fontsize=11, y=0.95)
     return figure
 
 

@@ -82,7 +82,8 @@ def _named(name: str, usual: str) -> str:
 
 
 def surface(record: FuzzyRecord, title: str) -> Surface:
-    """What the rules command [unit] between and beyond the centres of their terms."""
+    """What the rules command [unit] between and beyond the centres of their terms, at first."""
+    record = record.at_first()
     change, error = (
         Side(name, unit, (-reach, reach))
         for (name, unit), reach in (

@@ -94,7 +94,7 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
 
 
 def _whose(record: FuzzyRecord) -> str:
-    return ", as the adaptation finds them" if record.adapts else ""
+    return ", as the adaptation holds them from the first sample on" if record.adapts else ""
 
 
 def stable_gains(

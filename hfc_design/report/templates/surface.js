@@ -30,7 +30,7 @@ function fired(unit, column, row) {
   return { rules, output };
 }
 
-const digits = (value) => String(Number(value.toPrecision(4))).replace("-", "\u2212");
+const digits = (value) => String(Number(value.toPrecision(6))).replace("-", "\u2212");
 const percent = (share) => `${(100 * share).toFixed(2)} %`;
 const within = (value, [low, high]) => Math.min(Math.max(value, low), high);
 

@@ -4,12 +4,11 @@ import base64
 import hashlib
 import json
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
 
 import phone
 import pytest
+from browser import shown
 
 from hfc_design.report.comparison.page import page
 
@@ -90,7 +89,6 @@ def test_it_is_small_and_says_what_is_compared(written, tables):
     assert "Again:" not in other
 
 
-CHROMIUM = "--headless --no-sandbox --disable-gpu --no-first-run --virtual-time-budget=5000"
 ACTIONS = """<script>
 const over = all[0].drawn.charts[1].over, box = over.getBoundingClientRect();
 const mouse = (kind, share, place = over) => place.dispatchEvent(new MouseEvent(kind, {
@@ -110,19 +108,6 @@ setTimeout(() => {
   }, 100);
 }, 100);
 </script>"""
-
-
-def shown(path, folder, *options):
-    """The DOM of a page in a browser, and what its console said."""
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("no chromium on the PATH")
-    command = [chromium, *CHROMIUM.split(), f"--user-data-dir={folder}/profile", *options]
-    done = subprocess.run(
-        [*command, "--enable-logging=stderr", "--v=0", "--dump-dom", path.as_uri()],
-        capture_output=True, text=True, check=True, timeout=120,
-    )  # fmt: skip
-    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
 
 
 @pytest.mark.browser
