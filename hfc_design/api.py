@@ -40,7 +40,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.result import Identified
 from hfc_design.objectives.objective import Moment, Objective, ObjectiveSettings
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.runs.run import Result
 from hfc_design.runtime import Controller
 from hfc_design.search.loop import STRATEGIES, Search

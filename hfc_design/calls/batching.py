@@ -60,7 +60,7 @@ def batch(
     with places as place:
         place.anyway = anyway
         run_cells(out, plan.cells, place, outcome)
-    report(out, tell=lambda page: None)
+    report(out, tell=lambda page, winners: None)
     if failed:
         told = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {told}")
@@ -68,7 +68,7 @@ def batch(
 
 
 def findings(folder: str | Path) -> Findings:
-    """What the runs below a folder give: groups over the seeds, how they compare.
+    """What the runs below a folder give: groups over the seeds, their structures, how they compare.
 
     Raises:
         UserError: there is no such folder, or no run in it.

@@ -1,5 +1,6 @@
 """Pictures, pages, and which rules fire."""
 
+import shlex
 from collections.abc import Mapping
 from os import PathLike
 from os.path import isdir
@@ -8,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign
-from hfc_design.files.pairing import load_design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.identify.result import Identified
 from hfc_design.runs.run import Result
 from hfc_design.runtime.explain import explained
@@ -46,7 +48,7 @@ def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure
         UserError: it is none of these, or there is no such kind of file.
         RunError: ``path`` cannot be written.
     """
-    from hfc_design.pictures.figure import save
+    from hfc_design.pictures.files import save
 
     place = None if path is None else path_of(path)
     wanted(found, (Evaluation, *OTHERS), f"{EVALUATED}, and nothing else that has a plot")
@@ -128,11 +130,16 @@ def comparison_page(comparison: Comparison, path: str | Path) -> Path:
 
     wanted(comparison, Comparison, "comparison; compare(designs) makes one")
     place = path_of(path)
-    write_whole(place, page(comparison))
+    write_whole(place, page(comparison).html)
     return place
 
 
-def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) -> Path:
+def report(
+    of: AnyDesign,
+    path: str | Path | None = None,
+    each: bool = False,
+    scenario: AnyScenario | None = None,
+) -> Path:
     """Write the page of a run folder, of all runs below a folder, or of a lone design.
 
     What ``hfc report`` does. The page of a folder lies in it, as report.html; of many runs
@@ -142,6 +149,7 @@ def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) ->
         of: a folder, a design file or a built-in design, or a design.
         path: of the page of a lone design; NAME.html if left out.
         each: also write the page of every run below the folder that lacks one.
+        scenario: of a lone design; the one that it was made for if left out.
 
     Returns:
         The page.
@@ -157,13 +165,19 @@ def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) ->
 
         if path is not None:
             raise UserError(f"{path}: is for a lone design; the page of a folder lies in it")
-        report(Path(of), each, tell=lambda line: None)
+        if scenario is not None:
+            raise UserError("scenario: is for a lone design; a run has its own")
+        report(Path(of), each, tell=lambda page, winners: None)
         return Path(of) / REPORT
     from hfc_design.report.page import design_page
 
     if each:
         raise UserError("each: is for a folder of runs, and this is a design")
     design = load_design(of)
+    name = design.name if of is design else str(of)
     place = Path(f"{design.name}.html") if path is None else path_of(path)
-    write_whole(place, design_page(of))
+    where = own_scenario(design, name) if scenario is None else load_scenario(scenario)
+    write_whole(
+        place, design_page(design, where, harmless(shlex.join(["hfc", "score", name]))).html
+    )
     return place

@@ -103,7 +103,7 @@ def stability(
         raise UserError("--change needs a DESIGN")
     found = stability(design, others, **options)
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
 
         save(found.figure(), plot)
     if as_json:

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 from hfc_design.identify.certainty import CONFIDENCE, Combination
 from hfc_design.identify.kept import HELD
-from hfc_design.pictures.figure import Rows, readable
+from hfc_design.pictures.numbers import readable
+from hfc_design.pictures.section import Rows
 
 if TYPE_CHECKING:
     from hfc_design.identify.result import Identified

@@ -9,6 +9,6 @@ class Displayed(Figure):
     """A figure that is the last line of a cell is drawn below it, as a small SVG."""
 
     def _repr_svg_(self) -> str:
-        from hfc_design.pictures.figure import small_address
+        from hfc_design.pictures.files import small_address
 
         return unquote(small_address(self).partition(",")[2])

@@ -8,9 +8,7 @@ from click.testing import CliRunner
 
 from hfc_design import api as hfc
 from hfc_design.cli import main
-from hfc_design.controllers.flc import section as flc
-from hfc_design.controllers.fuzzy_sliding import section as sliding
-from hfc_design.controllers.hierarchical import pictures as hierarchical
+from hfc_design.controllers import surfaces
 from hfc_design.report.designs import picture
 
 TABLE_1 = "lin-lee-1999-table-1"
@@ -29,16 +27,16 @@ def refused(*arguments):
     return done.stderr
 
 
-def drawn(monkeypatch, module, *asked):
+def drawn(monkeypatch, *asked):
     """What a picture of a surface is made of: column, row, values, labels."""
     found = []
-    monkeypatch.setattr(module.units, "surface", lambda *told: found.append(told))
+    monkeypatch.setattr(surfaces.units, "surface", lambda *told: found.append(told))
     picture(hfc.load_design(asked[0]), "surface", *asked[1:])
     return found[0]
 
 
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-@pytest.mark.parametrize("what", ["surface", "terms", "tables", "tree"])
+@pytest.mark.parametrize("what", ["surface", "surface-3d", "terms", "tables", "tree"])
 def test_a_file_of_each(tmp_path, what, suffix):
     path = tmp_path / f"a.{suffix}"
     assert printed("plot", TABLE_1, what, "--out", path) == f"{path}\n"
@@ -57,7 +55,7 @@ def test_names_and_units_stand_in_the_picture(tmp_path):
 
 def test_a_surface_is_what_explain_says(monkeypatch):
     """Unit 7 of Table I reads two readings of the spindle."""
-    x, y, values, _, _, _ = drawn(monkeypatch, hierarchical, TABLE_1, "unit-7")
+    x, y, values, _, _, _ = drawn(monkeypatch, TABLE_1, "unit-7")
     unit = next(u for u in hfc.load_design(TABLE_1).controller.units if u.id == 7)
     for i, j in ((0, 0), (13, 70), (40, 40), (80, 5)):
         readings = {unit.column_input: 1e-3 * x[j], unit.row_input: 1e-3 * y[i]}
@@ -69,7 +67,7 @@ def test_a_surface_is_what_explain_says(monkeypatch):
 
 
 def test_a_surface_of_a_feed_drive_is_what_explain_says(monkeypatch):
-    x, y, values, *_ = drawn(monkeypatch, flc, "jee-koren-2004-flc")
+    x, y, values, *_ = drawn(monkeypatch, "jee-koren-2004-flc")
     for i, j in ((0, 0), (13, 70), (60, 33)):
         at = f"error={float(y[i])!r},error_change={float(x[j])!r}"
         told = json.loads(printed("explain", "jee-koren-2004-flc", "--at", at, "--json"))
@@ -78,7 +76,7 @@ def test_a_surface_of_a_feed_drive_is_what_explain_says(monkeypatch):
 
 def test_a_surface_of_sliding_control_is_what_explain_says(monkeypatch):
     name = "lin-gai-2009-fuzzy-sliding"
-    x, y, values, *_ = drawn(monkeypatch, sliding, name, None, "x")
+    x, y, values, *_ = drawn(monkeypatch, name, None, "x")
     for i, j in ((0, 0), (13, 70), (60, 33)):
         at = f"error={float(y[i])!r},error_rate={float(x[j])!r}"
         told = json.loads(printed("explain", name, "--axis", "x", "--at", at, "--json"))
@@ -96,10 +94,10 @@ def test_terms_are_the_papers():
 
 def test_what_a_kind_has_not(tmp_path):
     out = ("--out", tmp_path / "a.png")
-    assert "has no picture 'tree'; it has surface, terms, tables" in refused(
+    assert "has no picture 'tree'; it has surface, surface-3d, terms, tables" in refused(
         "plot", "jee-koren-2004-aflc", "tree", *out
     )
-    assert "is of kind pd: it has no picture 'terms'" in refused("plot", "pd-only", "terms", *out)
+    assert "is of kind pd: it has no fuzzy units" in refused("plot", "pd-only", "terms", *out)
     assert "unit-7, unit-3, unit-1, unit-0" in refused(
         "plot", TABLE_1, "surface", "--unit", "unit-9", *out
     )

@@ -9,7 +9,8 @@ from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign
 from hfc_design.controllers.neural.training import command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures.figure import Drawing, Listing, Section, colour_strip, framed
+from hfc_design.pictures.figure import colour_strip, framed
+from hfc_design.pictures.section import Drawing, Listing, Section
 
 ABOUT = (
     "A network reads the error of its axis and the change of that since the last sample, and gives "

@@ -18,7 +18,7 @@ from hfc_design.pictures.figure import above, finish, framed, gridded, plain, ro
 from hfc_design.report.batch_plots import COLOURS, STYLES
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
-from hfc_design.report.plots import POINTS, SHARE, SMALLEST, beside
+from hfc_design.report.contours import POINTS, SHARE, SMALLEST, beside
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
 #: Slices of time of a curve that is printed.
