@@ -18,6 +18,7 @@ from hfc_design.runs.run import Result
 from hfc_design.runtime.explain import explained
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluation import EVALUATED, Evaluation
+from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.loop_report import LoopMargins
 from hfc_design.stability.report import StableGains
@@ -27,16 +28,16 @@ if TYPE_CHECKING:
 
 
 #: What ``plot`` draws beside an evaluation.
-OTHERS = (Result, Robustness, Comparison, Identified, StableGains, LoopMargins)
+OTHERS = (Result, Robustness, Usable, Comparison, Identified, StableGains, LoopMargins)
 
 
 def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure":
     """Draw what was found: a figure, which a notebook shows by itself.
 
-    Of an evaluation the motion, of a result of ``design`` how the search went, of ``robustness``
-    and ``compare`` the metrics on all machines, of ``identify`` the replay beside the log, of
-    ``stability`` the range or the open loop. The first three of these have a ``title``. Axes have
-    the units of the plant.
+    Of an evaluation the motion, of a result of ``design`` how the search went, of ``robustness``,
+    ``usable`` and ``compare`` the metrics on all machines, of ``identify`` the replay beside the
+    log, of ``stability`` the range or the open loop. The first four have a ``title``. Axes have the
+    units of the plant.
 
     Args:
         found: what one of these functions returned.
@@ -59,7 +60,7 @@ def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure
 
 def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.identify.plots import replayed
-    from hfc_design.report import batch_plots, plots
+    from hfc_design.report import batch_plots, plots, usable_plots
     from hfc_design.report.comparison.plots import machines
 
     match found:
@@ -69,6 +70,8 @@ def _drawn(found: Any, title: str) -> "Figure":
             if search is None:
                 raise UserError("nothing was searched; plot its .evaluation")
             return batch_plots.history(search.history, title)
+        case Usable():
+            return usable_plots.distributions(found, title)
         case Robustness():
             return batch_plots.distributions(found, title)
         case Comparison():

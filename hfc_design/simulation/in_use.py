@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.repeats import Repeats, chaos_told
@@ -45,6 +46,19 @@ class Usable(NamedTuple):
     units: dict[str, str]  # of the measures
     loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
     repeats: Repeats  # of the merit of the nominal machine, in float64
+
+    def __repr__(self) -> str:
+        return line("Usable", self._told())
+
+    def _repr_html_(self) -> str:
+        each = {f"{one.name}: keep everything": float(one.good.mean()) for one in self.motions}
+        return table(self.answer, self._told() | each)
+
+    def _told(self) -> dict[str, object]:
+        low, high = self.interval
+        share = float(self.good.mean())
+        told = {"yes": self.yes, "spread": self.spread, "machines": len(self.good)}
+        return {**told, "share": share, "share_from": low, "share_to": high}
 
     @property
     def good(self) -> Mask:
