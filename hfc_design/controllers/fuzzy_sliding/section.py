@@ -11,7 +11,16 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
 from hfc_design.core.records import ZR
 from hfc_design.pictures import units
-from hfc_design.pictures.figure import OTHER, OWN, colour_strip, drawable, finish, framed, gridded
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    STRIP,
+    colour_strip,
+    drawable,
+    finish,
+    framed,
+    gridded,
+)
 from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
 from plants import Drive
@@ -166,7 +175,7 @@ def phase_plane(record: SlidingDesign, shown: Shown, name: str, motion: Learning
 
 def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
     """The moves (steps, 7, 7) as a picture: a column a moment, a row a rule."""
-    figure = framed(4.6, top=0.35, right=0.95)
+    figure = framed(4.6, top=0.35, right=STRIP)
     axes, count = figure.subplots(), len(LABELS)
     steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
     values = drawable(moves[steps]).reshape(len(steps), -1).T

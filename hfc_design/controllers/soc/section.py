@@ -7,7 +7,7 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.soc.law import HIGHEST, SETS, SocMemory, soc
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures.figure import colour_strip, framed
+from hfc_design.pictures.figure import STRIP, colour_strip, framed
 from hfc_design.pictures.section import Drawing, Listing, Section
 
 #: The rules are drawn after these shares of the motion.
@@ -77,7 +77,7 @@ def learnt(
 
 def tables(found: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
     """The rules side by side, as commands [unit]."""
-    figure = framed(2.3, top=0.35, right=0.95)
+    figure = framed(2.3, top=0.35, right=STRIP)
     panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     limit = gu * max(float(np.abs(rules).max()) for rules in found.values()) or 1.0
     for axes, (time, rules) in zip(panels, found.items(), strict=True):
