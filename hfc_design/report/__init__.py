@@ -57,7 +57,8 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
 
 def _free(called: str, taken: Container[str]) -> str:
     """A name for a file: letters and digits of what it is called, with a number if need be."""
-    name = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")[:LONGEST] or "unnamed"
+    letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
+    name = letters[:LONGEST].rstrip("-") or "unnamed"
     names = chain([name], (f"{name}-{k}" for k in count(2)))
     return next(one for one in names if one not in taken)
 
