@@ -83,8 +83,9 @@ def _drawn(found: Any, title: str) -> "Figure":
 
 
 def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
-    """What a design is as a figure: "surface", "terms", "tables" or "tree", as ``hfc plot`` has it.
+    """What a design is as a figure, as ``hfc plot`` has it.
 
+    ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", as far as the kind has it;
     ``unit`` is the fuzzy unit of a hierarchy, as in "unit-1", the root if none is named; ``axis``
     that of a controller whose axes differ. Axes have the units of the plant.
 

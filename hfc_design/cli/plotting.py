@@ -19,10 +19,11 @@ UNIT_HELP = "Unit of a hierarchy to draw, as unit-1 [default: the root]."
 @force
 @knowing_plugins
 def plot(design: str, what: str, others: Texts, unit: str | None, axis: str, out: Path) -> None:
-    """Draw what a DESIGN is: WHAT is surface, terms, tables or tree.
+    """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
 
-    The output of a fuzzy unit over its two inputs, the membership of its terms, its rule table
-    as colours with the names of the terms, or which unit reads what.
+    The output of a fuzzy unit over its two inputs as colours or in space, the membership of its
+    terms, its rule table as colours with the names of the terms, or which unit reads what. Of a
+    controller with others inside it is those that are drawn.
     """
     from hfc_design.files.pairing import load_design
     from hfc_design.pictures.files import save
