@@ -50,8 +50,10 @@ from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluating import evaluate, learned_in
 from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
+from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught
+from hfc_design.simulation.usable import usable
 from hfc_design.stability.loop_report import LoopMargins
 from hfc_design.stability.report import StableGains
 from plants import Drive, Machine, coupled, only_positive, rk4, side_by_side
@@ -87,7 +89,7 @@ __all__ += ["Result", "Search", "design", "pick", "strategies", "with_gains"]
 __all__ += ["Lesson", "Taught", "taught"]
 # What it does, how sure that is, how good any could be.
 __all__ += ["Evaluation", "evaluate", "learned_in", "trajectory_csv"]
-__all__ += ["Robustness", "robustness"]
+__all__ += ["Robustness", "Usable", "robustness", "usable"]
 __all__ += ["LoopMargins", "StableGains", "stability"]
 __all__ += ["Comparison", "compare"]
 __all__ += ["Judgements", "evaluate_many"]

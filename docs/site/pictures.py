@@ -10,8 +10,9 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import hfc_design.api as hfc
-from hfc_design.controllers.flc.section import rule_table, surface
-from hfc_design.controllers.hierarchical.section import drawn_tree
+from hfc_design.controllers.flc.pictures import rule_table, surface
+from hfc_design.controllers.hierarchical.drawn_tree import drawn_tree
+from hfc_design.controllers.surfaces import flat
 from hfc_design.pictures.files import save
 from hfc_design.report import plots, searches
 from hfc_design.report.errors import errors
@@ -29,7 +30,7 @@ def drawn(run: Path) -> dict[str, Figure]:
     return {
         "drive": plots.motion(ramp[PUBLISHED], f"{PUBLISHED} on {scenario.name}"),
         "rules": rule_table(unit.controller, f"rules of {unit.name}"),
-        "surface": surface(unit.controller, "what they command, between them too"),
+        "surface": flat(surface(unit.controller, "what they command, between them too")),
         "hierarchy": drawn_tree(hfc.load_design(PUBLISHED).controller, C_AXIS),
         "search": searches.history(result.search.history, scenario.judge().title),
         "fitness": errors({"designed": result.evaluation, **ramp}),

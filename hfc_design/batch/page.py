@@ -18,7 +18,7 @@ from hfc_design.batch.runs import SEED, Run, listed
 from hfc_design.batch.summary import Findings
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Drawing, Rows
-from hfc_design.report import REPORT, batch_plots, rendered, searches
+from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -29,9 +29,7 @@ GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
 UNFOLDED = 60
 
 
-def page(
-    name: str, descriptions: Iterable[str], found: Findings, trees: Sequence[Drawing]
-) -> bytes:
+def page(name: str, descriptions: Iterable[str], found: Findings, trees: Sequence[Drawing]) -> Page:
     """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
     runs, groups, comparisons, figures, winners = found
     tasks = [

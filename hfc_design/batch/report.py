@@ -22,6 +22,7 @@ from hfc_design.core.records import RunError, UserError
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
+from hfc_design.report.paper import Paper
 from hfc_design.runs.run import finished_run
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
@@ -36,10 +37,12 @@ def report(
     each: bool = False,
     parquet: bool = False,
     tell: Callable[[Path, Sequence[Winner]], None] = structure_tables.tell,
+    paper: Paper | None = None,
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
-    ``tell`` is called with the page and the structures that won.
+    ``tell`` is called with the page and the structures that won; ``paper`` is what of the page is
+    wanted for a paper.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is
@@ -49,7 +52,7 @@ def report(
     if is_run(path):
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
-        write_page(*finished_run(path), path)
+        write_page(*finished_run(path), path, paper=paper)
         tell(path / REPORT, [])
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
@@ -63,7 +66,10 @@ def report(
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
         trees = structure_tables.trees(path, found.winners)
-        write_whole(path / REPORT, page(path.resolve().name, filter(None, told), found, trees))
+        content = page(path.resolve().name, filter(None, told), found, trees)
+        write_whole(path / REPORT, content.html)
+        if paper:
+            paper.write(content)
     tell(path / REPORT, found.winners)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")

@@ -1,5 +1,6 @@
 """Pictures, pages, and which rules fire."""
 
+import shlex
 from collections.abc import Mapping
 from os import PathLike
 from os.path import isdir
@@ -8,14 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from hfc_design.core.arguments import path_of, wanted
 from hfc_design.core.checkpoint import write_whole
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import AnyDesign
-from hfc_design.files.pairing import load_design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario
+from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.identify.result import Identified
 from hfc_design.runs.run import Result
 from hfc_design.runtime.explain import explained
 from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.evaluation import EVALUATED, Evaluation
+from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.stability.loop_report import LoopMargins
 from hfc_design.stability.report import StableGains
@@ -25,16 +28,16 @@ if TYPE_CHECKING:
 
 
 #: What ``plot`` draws beside an evaluation.
-OTHERS = (Result, Robustness, Comparison, Identified, StableGains, LoopMargins)
+OTHERS = (Result, Robustness, Usable, Comparison, Identified, StableGains, LoopMargins)
 
 
 def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure":
     """Draw what was found: a figure, which a notebook shows by itself.
 
-    Of an evaluation the motion, of a result of ``design`` how the search went, of ``robustness``
-    and ``compare`` the metrics on all machines, of ``identify`` the replay beside the log, of
-    ``stability`` the range or the open loop. The first three of these have a ``title``. Axes have
-    the units of the plant.
+    Of an evaluation the motion, of a result of ``design`` how the search went, of ``robustness``,
+    ``usable`` and ``compare`` the metrics on all machines, of ``identify`` the replay beside the
+    log, of ``stability`` the range or the open loop. The first four have a ``title``. Axes have the
+    units of the plant.
 
     Args:
         found: what one of these functions returned.
@@ -57,7 +60,7 @@ def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure
 
 def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.identify.plots import replayed
-    from hfc_design.report import batch_plots, plots, searches
+    from hfc_design.report import batch_plots, plots, searches, usable_plots
     from hfc_design.report.comparison.plots import machines
 
     match found:
@@ -67,6 +70,8 @@ def _drawn(found: Any, title: str) -> "Figure":
             if search is None:
                 raise UserError("nothing was searched; plot its .evaluation")
             return searches.history(search.history, title)
+        case Usable():
+            return usable_plots.distributions(found, title)
         case Robustness():
             return batch_plots.distributions(found, title)
         case Comparison():
@@ -78,8 +83,9 @@ def _drawn(found: Any, title: str) -> "Figure":
 
 
 def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
-    """What a design is as a figure: "surface", "terms", "tables" or "tree", as ``hfc plot`` has it.
+    """What a design is as a figure, as ``hfc plot`` has it.
 
+    ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", as far as the kind has it;
     ``unit`` is the fuzzy unit of a hierarchy, as in "unit-1", the root if none is named; ``axis``
     that of a controller whose axes differ. Axes have the units of the plant.
 
@@ -125,11 +131,16 @@ def comparison_page(comparison: Comparison, path: str | Path) -> Path:
 
     wanted(comparison, Comparison, "comparison; compare(designs) makes one")
     place = path_of(path)
-    write_whole(place, page(comparison))
+    write_whole(place, page(comparison).html)
     return place
 
 
-def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) -> Path:
+def report(
+    of: AnyDesign,
+    path: str | Path | None = None,
+    each: bool = False,
+    scenario: AnyScenario | None = None,
+) -> Path:
     """Write the page of a run folder, of all runs below a folder, or of a lone design.
 
     What ``hfc report`` does. The page of a folder lies in it, as report.html; of many runs
@@ -139,6 +150,7 @@ def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) ->
         of: a folder, a design file or a built-in design, or a design.
         path: of the page of a lone design; NAME.html if left out.
         each: also write the page of every run below the folder that lacks one.
+        scenario: of a lone design; the one that it was made for if left out.
 
     Returns:
         The page.
@@ -154,6 +166,8 @@ def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) ->
 
         if path is not None:
             raise UserError(f"{path}: is for a lone design; the page of a folder lies in it")
+        if scenario is not None:
+            raise UserError("scenario: is for a lone design; a run has its own")
         report(Path(of), each, tell=lambda page, winners: None)
         return Path(of) / REPORT
     from hfc_design.report.page import design_page
@@ -161,6 +175,10 @@ def report(of: AnyDesign, path: str | Path | None = None, each: bool = False) ->
     if each:
         raise UserError("each: is for a folder of runs, and this is a design")
     design = load_design(of)
+    name = design.name if of is design else str(of)
     place = Path(f"{design.name}.html") if path is None else path_of(path)
-    write_whole(place, design_page(of))
+    where = own_scenario(design, name) if scenario is None else load_scenario(scenario)
+    write_whole(
+        place, design_page(design, where, harmless(shlex.join(["hfc", "score", name]))).html
+    )
     return place

@@ -21,6 +21,11 @@ def show(found: Json, least: float) -> None:
     """Print what ``explain.explanation`` found; rules below the share ``least`` are counted."""
     console = terminal()
     console.print(f"design {found['design']}, kind {found['kind']}", highlight=False)
+    if "inside" in found:
+        console.print(
+            f"This is what is inside; what {found['inside']} adds depends on the whole machine.",
+            highlight=False,
+        )
     if found["adaptation_held"]:
         console.print(
             "Nothing adapts: which rules fired in the sample before is not known. Give that\n"

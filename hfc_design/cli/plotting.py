@@ -38,7 +38,7 @@ OF_ONE = ("others", "unit", "axis")
 @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
 @setting
 @click.option("--motion", help=MOTION_HELP)
-@output("--out", required=True, help="The picture (png, svg or pdf).")
+@output("--out", required=True, help="The picture (png, svg, pdf or pgf).")
 @force
 @memory
 @knowing_plugins
@@ -53,10 +53,11 @@ def plot(
     motion: str | None,
     out: Path,
 ) -> None:
-    """Draw what a DESIGN is: WHAT is surface, terms, tables or tree.
+    """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
 
-    The output of a fuzzy unit over its two inputs, the membership of its terms, its rule table
-    as colours with the names of the terms, or which unit reads what.
+    The output of a fuzzy unit over its two inputs as colours or in space, the membership of its
+    terms, its rule table as colours with the names of the terms, or which unit reads what. Of a
+    controller with others inside it is those that are drawn.
 
     Several over one another: WHAT is motion, of designs in one scenario, on the machine of the
     first: positions, errors and commands, and how far each is off a path; or convergence, of run

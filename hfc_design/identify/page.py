@@ -13,7 +13,7 @@ from hfc_design.identify.profile import LIMIT
 from hfc_design.identify.record import numbers
 from hfc_design.identify.result import Identified
 from hfc_design.pictures.files import small_address
-from hfc_design.report import REPORT, rendered
+from hfc_design.report import REPORT, Page, rendered
 
 
 def write(found: Identified, path: Path, command: str) -> None:
@@ -27,7 +27,7 @@ def write(found: Identified, path: Path, command: str) -> None:
     texts = {
         "scenario.toml": scenario_text(found).encode(),
         "identified.json": (json.dumps(numbers(found), indent=1) + "\n").encode(),
-        REPORT: page(found, command),
+        REPORT: page(found, command).html,
     }
     with writing(path):
         path.mkdir(parents=True, exist_ok=True)
@@ -39,7 +39,7 @@ def _is_doubt(note: str) -> bool:
     return note.startswith(("DOUBTFUL", "NOT USABLE"))
 
 
-def page(found: Identified, command: str) -> bytes:
+def page(found: Identified, command: str) -> Page:
     """One file that needs nothing else."""
     units = found.free.drive.parameter_units
     return rendered(

@@ -17,6 +17,7 @@ from hfc_design.pictures.displayed import Displayed
 
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
+STRIP = 1.0  # margin on the right for a strip of colours, its numbers and what they mean [in]
 LABEL = 52  # letters; a longer label is cut off, the table has all of it
 LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
 DEEPEST = 1e-6  # share of the largest number to which a logarithmic axis goes down
@@ -117,4 +118,9 @@ def colour_strip(figure: Figure, axes: Axes, drawn: Any, meaning: str, **options
     """What the colours of a picture stand for, in the margin on its right."""
     place = axes.get_position()
     strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
-    return figure.colorbar(drawn, cax=strip, label=meaning, **options)
+    bar = figure.colorbar(drawn, cax=strip, label=meaning, **options)
+    numbers = strip.yaxis.get_major_formatter().format_ticks(list(bar.get_ticks()))
+    if any(len(number) >= ROOM for number in numbers):
+        strip.ticklabel_format(axis="y", scilimits=(0, 0))  # a power of ten stands above
+        strip.yaxis.get_offset_text().set_fontsize(8)
+    return bar

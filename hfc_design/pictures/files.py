@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import UserError
+from hfc_design.pictures.pgf import picture
 
 #: File suffix -> metadata that keep the date out of the file.
 FORMATS: dict[str, dict[str, Any]] = {
@@ -19,6 +20,8 @@ FORMATS: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
+#: Text stays text: a file is much smaller, and can be searched; publishers refuse fonts of Type 3.
+SETTINGS: Any = {"svg.hashsalt": "hfc-design", "svg.fonttype": "none", "pdf.fonttype": 42}
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -35,10 +38,11 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def image(figure: Figure, kind: str) -> bytes:
-    """The figure as a file of a kind in ``FORMATS``; the same figure gives the same bytes."""
+    """The figure as a file of a kind in ``FORMATS``, or as pgf; the same gives the same bytes."""
+    if kind == "pgf":
+        return picture(figure)
     buffer = io.BytesIO()
-    # Text stays text: the file is much smaller, and can be searched.
-    with matplotlib.rc_context({"svg.hashsalt": "hfc-design", "svg.fonttype": "none"}):
+    with matplotlib.rc_context(SETTINGS):
         figure.savefig(buffer, format=kind, dpi=160, metadata=FORMATS[kind])
     return buffer.getvalue()
 

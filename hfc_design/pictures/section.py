@@ -1,7 +1,7 @@
 """What a part of a page is made of: tables, figures, and both under a heading."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -23,6 +23,7 @@ class Drawing(NamedTuple):
     figure: Figure
     alt: str
     caption: str
+    cursor: Any = None  # of ``controllers.surfaces``: what a report tells under a cursor on it
 
 
 class Section(NamedTuple):

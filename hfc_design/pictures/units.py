@@ -1,18 +1,29 @@
 """A two-input fuzzy unit drawn: what it commands over both inputs, and its terms."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import OTHER, OWN, colour_strip, framed, round_above
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    STRIP,
+    WIDTH,
+    colour_strip,
+    framed,
+    round_above,
+)
 
 #: Points a side that a surface is computed at, and that terms are drawn with.
 POINTS = 81
 #: About so many colours stand for an output of one sign.
 BANDS = 12
+#: Of those points so many are one step of a surface in space.
+EVERY = 2
 
 
 def surface(
@@ -28,7 +39,7 @@ def surface(
         title: stands above.
         meaning: what the colours stand for, with its unit.
     """
-    figure = framed(4.0, top=0.35, right=0.95)
+    figure = framed(4.0, top=0.35, right=STRIP)
     axes = figure.subplots()
     low, high = float(values.min()), float(values.max())
     if low * high > 0.0:  # of one sign: what differs is told by all colours
@@ -47,6 +58,32 @@ def surface(
     axes.set(xlabel=labels[0], ylabel=labels[1])
     axes.set_title(title, fontsize=11)
     colour_strip(figure, axes, filled, meaning, ticks=ticks)
+    return figure
+
+
+def solid(
+    column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
+) -> Figure:
+    """The same as a surface in space; the output is its height."""
+    figure = Figure(figsize=(WIDTH, 4.6))
+    axes: Any = figure.add_axes((0.0, 0.02, 0.88, 0.9), projection="3d")
+    limit = float(np.abs(values).max()) or 1.0
+    cut = slice(None, None, EVERY)
+    x, y = np.meshgrid(column[cut], row[cut])
+    shades = (
+        {"cmap": "viridis"}
+        if values.min() * values.max() > 0.0
+        else {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit}
+    )
+    axes.plot_surface(
+        x, y, values[cut, cut], rstride=1, cstride=1, edgecolor="0.35", linewidth=0.2, **shades
+    )
+    for axis, label in ((axes.xaxis, labels[0]), (axes.yaxis, labels[1]), (axes.zaxis, meaning)):
+        axis.set_label_text(label, fontsize=9)
+        axis.set_tick_params(labelsize=8, pad=0)
+    axes.set_box_aspect(None, zoom=0.85)  # else the labels are cut off
+    axes.view_init(elev=28.0, azim=-125.0)
+    axes.set_title(title, fontsize=11, y=0.95)
     return figure
 
 

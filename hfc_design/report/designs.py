@@ -10,18 +10,20 @@ from hfc_design.runtime.explain import part
 
 
 def picture(design: Design, what: str, unit: str | None = None, axis: str = "") -> Figure:
-    """A picture of a design: "surface", "terms", "tables" or "tree", as far as its kind has it.
+    """A picture of a design: "surface", "surface-3d", "terms", "tables" or "tree".
 
-    ``unit`` is the fuzzy unit of a hierarchy, as in ``unit-1``, the root if none is named; ``axis``
-    that of a controller whose axes differ. Axes have the units of the plant.
+    As far as its kind has it, or that of a controller inside. ``unit`` is the fuzzy unit of a
+    hierarchy, as in ``unit-1``, the root if none is named; ``axis`` that of a controller whose axes
+    differ. Axes have the units of the plant.
 
     Raises:
         UserError: its kind has no such picture, or there is no such unit or axis.
     """
     own = part(design, axis)
     every = PlantSettings(**own.plant.model_dump()).each()
-    drive = next((one for one in every if one.name == axis), every[0]).drive
-    lacks = f"it has no picture {what!r}, as it has no fuzzy units"
+    drive = next((one for one in every if one.name == own.axis), every[0]).drive
+    drawn = "; hfc stability --plot draws its loop" * (own.kind.open_loop is not None)
+    lacks = f"it has no fuzzy units to draw{drawn}; hfc report shows all that it has"
     found = needed(own.kind.pictures, own, lacks)(own.controller, drive)
     if what not in found:
         raise UserError(f"{own.name} has no picture {what!r}; it has {', '.join(found)}")

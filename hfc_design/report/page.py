@@ -1,7 +1,6 @@
 """The report of a run: one page that needs nothing else, and the rule tables as CSV."""
 
 import json
-import shlex
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -11,13 +10,14 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
-from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import scenario_toml
-from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
-from hfc_design.report import REPORT, plots, rendered, searches, trade_off
+from hfc_design.report import REPORT, Page, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
+from hfc_design.report.paper import Paper
 from hfc_design.report.parts import best_structures, first_metrics, how_near, sections, whether_used
 from hfc_design.report.verdict import BASELINES, Evaluations, measure, summary
 from hfc_design.runs.polishing import polish_told
@@ -32,12 +32,17 @@ OWN = "this design"
 
 
 def write_page(
-    scenario: Scenario, result: Result, folder: Path, rivals: Evaluations | None = None
+    scenario: Scenario,
+    result: Result,
+    folder: Path,
+    rivals: Evaluations | None = None,
+    paper: Paper | None = None,
 ) -> Evaluations:
     """Write ``report.html`` and ``tables/`` into the run folder; returns the ``rivals``.
 
     These are other designs on the same scenario, the published ones if none are given. The page
-    has everything inside it, and the same run gives the same bytes.
+    has everything inside it, and the same run gives the same bytes; ``paper`` is what of it is
+    wanted for a paper.
 
     Raises:
         RunError: the folder cannot be written.
@@ -67,28 +72,34 @@ def write_page(
         again=again if search else f"hfc score given.json --scenario config.toml{options}",
         config=(folder / CONFIG).read_text(encoding="utf-8"),
     )
-    write_whole(folder / REPORT, page)
+    write_whole(folder / REPORT, page.html)
+    if paper:
+        paper.write(page)
     return rivals
 
 
-def design_page(name: AnyDesign, rivals: Evaluations | None = None) -> bytes:
-    """The page of a lone design on its own scenario: that of a run without how it was found.
+def design_page(
+    design: Design, scenario: Scenario, again: str, rivals: Evaluations | None = None
+) -> Page:
+    """The page of a lone design on a scenario: that of a run without how it was found.
 
-    ``rivals`` are other designs on that scenario, the published ones if none are given.
+    Args:
+        design: what it is about.
+        scenario: the one that it was made for, or another.
+        again: the command that scores it so.
+        rivals: other designs on the scenario, the published ones if none are given.
 
     Raises:
-        UserError: there is no such design, or it does not run on its scenario.
+        UserError: it does not run on the scenario.
     """
-    design = load_design(name)
-    called = design.name if name is design else str(name)
-    scenario = own_scenario(design, called)
+    own = evaluate(design, scenario)
     if rivals is None:
         rivals = _published(scenario)
         rivals.pop(design.name, None)
     return _rendered(
         scenario,
         design,
-        evaluate(design, scenario),
+        own,
         rivals,
         used=lambda: usable(design, scenario).numbers(),
         attained=None,
@@ -98,7 +109,7 @@ def design_page(name: AnyDesign, rivals: Evaluations | None = None) -> bytes:
         search=None,
         history=None,
         structures=None,
-        again=f"hfc score {shlex.quote(called)}{uses(design.provenance.get('plugins'))}",
+        again=again,
         config=scenario_toml(scenario),
     )
 
@@ -119,7 +130,7 @@ def _rendered(
     rivals: Evaluations,
     used: Callable[[], Json],
     **others: Any,
-) -> bytes:
+) -> Page:
     """The page of a design on a scenario, of a run or by itself."""
     evaluations, told = {OWN: own, **rivals}, meanings(scenario)
     scores = score_rows(scenario.judge(), [*evaluations.values()], ".4g", "–")
@@ -137,7 +148,7 @@ def _rendered(
         measure=measure(scenario.judge()),
         contour=own.contour is not None and not own.contour.any_axes,
         used=whether_used(used),
-        several=[plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()],
+        several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=(motion_errors if own.motions else errors)(evaluations),
         sections=sections(design, own, scenario),

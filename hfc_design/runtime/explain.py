@@ -4,11 +4,11 @@ All of them come from the runtime's own step: nothing is computed here but share
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from hfc_design.controllers.controller import units_of
-from hfc_design.controllers.kind import Explain, needed
+from hfc_design.controllers.kind import Explain, Inside, needed
 from hfc_design.core.numbers import Parameters, finite
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -23,19 +23,47 @@ TOO_LARGE = "--at {}: too large, what comes out of it is not finite"
 def part(design: Design, axis: str) -> Design:
     """The design of one axis; itself where ``axis`` is "" and all have the same.
 
+    Of a controller with others inside it is that of the controller inside.
+
     Raises:
         UserError: it has no such axis, or axes that differ.
     """
+    if design.kind.inside is not None:
+        return _inside(design, design.kind.inside, axis)
     parts = design.by_axis()
     if axis not in parts and (axis or len(parts) > 1):
-        listed = ", ".join(filter(None, parts)) or "none of its own"
-        asked = f" {axis!r}" if axis else " is missing, one has to be named"
-        raise UserError(f"--axis{asked}: design {design.name} has {listed}")
+        raise _no_axis(design, axis, parts)
     return parts.get(axis, design)
+
+
+def _inside(design: Design, inside: Inside, axis: str) -> Design:
+    from hfc_design.files.pairing import axes_of  # with JAX
+
+    records = inside.records(design.controller, axes_of(design))
+    if "" in records:  # of all axes, with others inside
+        return part(design.model_copy(update={"controller": records[""]}), axis)
+    first, *others = records
+    if axis not in records:
+        if axis or any(records[other] != records[first] for other in others):
+            raise _no_axis(design, axis, records)
+        axis = first
+    # What limits a rate is limited where the command of the whole is known.
+    own = {"controller": records[axis], "limits": design.limits.without_rate().of(axis)}
+    found = design.model_copy(update={"name": f"{design.name}-{axis}", **own})
+    found._axis = axis
+    return found
+
+
+def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
+    has = ", ".join(filter(None, known)) or "the same on every axis, leave --axis out"
+    asked = f" {axis!r}" if axis else " is missing, one has to be named"
+    return UserError(f"--axis{asked}: design {design.name} has {has}")
 
 
 def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
     """The ``explanation`` of a design on the drive that it was made for, of one ``axis`` of it.
+
+    Of a controller around others it is that of what is inside, and "inside" names the kind around.
 
     Raises:
         UserError: as there; or there is no such axis.
@@ -44,8 +72,9 @@ def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[st
 
     read = part(design, axis)
     every = PlantSettings(**read.plant.model_dump()).each()
-    own = next((one for one in every if one.name == axis), every[0])
-    return explanation(read, own.drive, own.parameters, samples)
+    own = next((one for one in every if one.name == read.axis), every[0])
+    found = explanation(read, own.drive, own.parameters, samples)
+    return found | {"inside": design.controller.kind} if design.kind.inside else found
 
 
 def explanation(

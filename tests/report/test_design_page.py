@@ -48,9 +48,10 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(page):
         "How good it is",
         "On other machines",
         "The controller",
+        "Its units",
         "How to run it again",
     ]
-    assert text.count("<figure>") == 7  # response, errors, a tree and four tables
+    assert text.count("<figure>") == 11  # response, errors, a tree, four tables and surfaces
     assert text.index("<figure>") < text.index("<table>")
     assert "generations of the search" not in text
     assert "design.json" not in text  # there is no run folder
@@ -68,7 +69,7 @@ def test_its_figures_are_those_of_a_score(page):
 
 @pytest.mark.browser
 def test_it_fits_a_phone(page, tmp_path):
-    assert phone.figures_that_fit(page, tmp_path) == 7
+    assert phone.figures_that_fit(page, tmp_path) == 11
 
 
 def test_nothing_is_overwritten(page):

@@ -8,7 +8,8 @@ import numpy as np
 import phone
 import pytest
 
-from hfc_design.controllers.hierarchical import section as diagrams
+from hfc_design.controllers.hierarchical import drawn_tree as diagrams
+from hfc_design.controllers.hierarchical import pictures
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.genome import Hierarchies
 from hfc_design.core.records import RunError, UserError
@@ -134,8 +135,8 @@ def test_report_stands_alone_and_is_small(report):
 def test_report_escapes_what_a_user_wrote(report):
     text = report[1].read_text()
     tags = Page(text).tags
-    assert "script" not in tags
-    assert tags.count("img") == tags.count("figure") == 8
+    assert tags.count("script") == 5  # the page's own, and numbers of four units
+    assert tags.count("img") == tags.count("figure") == 12
     assert text.count("&lt;script&gt;") == 3  # description, configuration, provenance
 
 
@@ -244,10 +245,8 @@ def test_diagrams_show_every_unit_and_input(inputs, tree):
     texts = set(re.findall(r">([^<>]+)</t", drawing))
     assert words <= {word for text in texts for word in text.split()}
     assert {f"unit {unit.id}" for unit in found.controller.units} <= texts
-    tables = diagrams.rule_tables(found.controller)
-    assert len(tables) == inputs - 1
-    for table, unit in zip(tables, found.controller.units, strict=True):
-        drawing = image(table, "svg").decode()
+    for k, unit in enumerate(found.controller.units):
+        drawing = image(pictures.table(found.controller, k), "svg").decode()
         assert f"unit {unit.id}<" in drawing
         assert f"row: {diagrams.readable(unit.row_input)}<" in drawing
 
@@ -259,7 +258,7 @@ def test_diagrams_need_a_hierarchy(report):
         sum(len(section.drawings) for section in sections(design, own.evaluation, report[0][0]))
         for design in names.values()
     ]
-    assert drawn == [0, 5]  # a tree and four tables
+    assert drawn == [0, 9]  # a tree, four tables and four surfaces
 
 
 @pytest.mark.parametrize(
@@ -285,7 +284,7 @@ def test_save_response_refuses_a_suffix(report, tmp_path):
 
 @pytest.mark.browser
 def test_report_in_a_browser_as_wide_as_a_phone(report, tmp_path):
-    assert phone.figures_that_fit(report[1], tmp_path) == 8
+    assert phone.figures_that_fit(report[1], tmp_path) == 12
 
 
 def test_tables_are_not_written_through_a_link(tmp_path):

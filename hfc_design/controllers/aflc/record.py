@@ -6,7 +6,16 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from hfc_design.controllers.aflc.adaptation import blamed_aflc
-from hfc_design.controllers.aflc.law import AdaptiveGains, AdaptiveMemory, Judge, Rates, current
+from hfc_design.controllers.aflc.law import (
+    AdaptiveGains,
+    AdaptiveMemory,
+    Judge,
+    Rates,
+    adapted,
+    aflc,
+    current,
+)
+from hfc_design.controllers.flc.law import FlcGains
 from hfc_design.controllers.flc.record import FuzzyRecord, FuzzySettings, TriangleRecord, terms_of
 from hfc_design.controllers.flc.rules import RulesRecord
 from hfc_design.core.numbers import SCALARS
@@ -119,7 +128,16 @@ class AdaptiveDesign(FuzzyRecord):
 
     def adapted(self, memory: AdaptiveMemory) -> Self:
         """The controller with its terms and its rule table as ``memory`` has them."""
-        table = current(self.gains(), memory)
+        return self._with(current(self.gains(), memory))
+
+    def at_first(self) -> Self:
+        """The controller with the table of its first sample, which is held within the bounds."""
+        law = aflc(self.sample_time_s, judge=self.judge())
+        return self._with(
+            adapted(SCALARS, self.judge(), self.gains(), law.initial_memory(0.0), 0.0)
+        )
+
+    def _with(self, table: FlcGains) -> Self:
         error, change = (
             [term.label for term in terms] for terms in (self.error_terms, self.error_change_terms)
         )

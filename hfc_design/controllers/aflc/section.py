@@ -3,6 +3,7 @@
 from hfc_design.controllers.aflc.law import aflc
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.flc import section as flc
+from hfc_design.controllers.flc.pictures import rule_table, terms
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import SCALARS
@@ -57,15 +58,20 @@ def _adaptation(record: FuzzyRecord, adapted: dict[str, FuzzyRecord]) -> Section
     for axis, after in adapted.items():
         drawings += [
             Drawing(
-                flc.rule_table(after, f"rule table of {axis}, adapted", record),
+                rule_table(after, f"rule table of {axis}, adapted", record),
                 f"Heat map of the adapted rule table of {axis}",
                 f"Rule table of {axis} at the end of the motion: the numbers are the commands "
                 "[unit] by then, the colours what they have moved by.",
             ),
             Drawing(
-                flc.terms(after, f"terms of {axis}, adapted", record),
+                terms(after, f"terms of {axis}, adapted", record),
                 f"Adapted membership functions of {axis}",
                 f"Terms of {axis} at the end of the motion; grey: {flc.ORIGINAL}.",
+            ),
+            flc.drawn_surface(
+                after,
+                f"control surface of {axis}, adapted",
+                f", of {axis} at the end of the motion",
             ),
         ]
     text = "Each axis begins with the table and the terms above and adapts its own while it moves."

@@ -124,6 +124,10 @@ class FuzzyRecord(ControllerRecord):
             if source in told and other not in told:
                 rules.pop(other)
 
+    def at_first(self) -> Self:
+        """The controller as it is in its first sample."""
+        return self
+
     def control_form(self) -> str:
         """Of JK95 eq. 1; only an flc can choose."""
         return "PD"

@@ -1,25 +1,14 @@
 """What the page shows of a feed drive's fuzzy controller: table, terms, surface, stability."""
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 
-import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
-from hfc_design.controllers.flc.export import labels_of
-from hfc_design.controllers.flc.law import infer, memberships
-from hfc_design.controllers.flc.names import NamesRecord
-from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord, Terms
+from hfc_design.controllers import surfaces
+from hfc_design.controllers.flc.pictures import rule_table, surface, terms
+from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
 from hfc_design.controllers.kind import Shown
-from hfc_design.core.numbers import ARRAYS, Floats
-from hfc_design.pictures import units
-from hfc_design.pictures.figure import OTHER, OWN, framed
-from hfc_design.pictures.heat_map import heat_map
-from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
-from plants import Drive
 
 ORIGINAL = "as designed"
 #: What has to be known of a form of the flc (JK95 eq. 1) to read its table.
@@ -30,9 +19,6 @@ FORMS = {
 }
 #: Name, value, unit.
 Parameters = Sequence[tuple[str, float | str, str]]
-ERROR, CHANGE = "error e [BLU]", "change of error [BLU per sample]"
-#: The terms are drawn up to this share of the outermost centre.
-BEYOND = 1.25
 
 
 def sections(record: FlcDesign, shown: Shown) -> list[Section]:
@@ -91,13 +77,24 @@ def controller(
                 "Membership functions of the error and of its change",
                 "What the terms mean: the degree to which an error and its change belong to each.",
             ),
-            Drawing(
-                surface(record, f"control surface {ORIGINAL}"),
-                "Command of the rules against error and change of error",
-                "Control surface: what the rules command between the centres of the terms.",
-            ),
+            drawn_surface(record, f"control surface {ORIGINAL}", _whose(record)),
         ],
     )
+
+
+def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
+    """What the rules command, with a cursor; ``whose`` table it is."""
+    zone = record.dead_zone
+    return surfaces.drawing(
+        surface(record, title),
+        "Command of the rules against error and change of error",
+        f"Control surface: what the rules command between the centres of the terms{whose}."
+        + f" An error of up to {zone:g} BLU enters as 0." * bool(zone),
+    )
+
+
+def _whose(record: FuzzyRecord) -> str:
+    return ", as the adaptation holds them from the first sample on" if record.adapts else ""
 
 
 def stable_gains(
@@ -133,89 +130,3 @@ def stable_gains(
             )
         ],
     )
-
-
-def terms(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
-    """Degrees of membership in the terms of the error and of its change.
-
-    ``before`` is drawn in grey below.
-    """
-    figure = framed(4.6, top=0.75)
-    panels = figure.subplots(2, 1, gridspec_kw={"hspace": 0.75})
-    keys = {"error_terms": ERROR, "error_change_terms": CHANGE}
-    for axes, (key, label) in zip(panels, keys.items(), strict=True):
-        found: Terms = getattr(record, key)
-        reach = BEYOND * max(abs(term.centre) for term in found)
-        if before is not None:
-            _triangles(axes, getattr(before, key), reach, ["0.65"], lw=1.0, ls="--")
-        _triangles(axes, found, reach, [OWN, OTHER], lw=1.4)
-        for k, term in enumerate(found):  # in two rows: centres may stand close together
-            axes.annotate(
-                term.label,
-                (term.centre, 1.08),
-                xytext=(0, 3 + 11 * (k % 2)),
-                textcoords="offset points",
-                ha="center",
-                fontsize=9,
-                color=(OWN, OTHER)[k % 2],
-            )
-        axes.set(xlim=(-reach, reach), ylim=(0.0, 1.08), yticks=(0.0, 0.5, 1.0))
-        axes.set(xlabel=label, ylabel="degree [1]", axisbelow=True)
-        axes.grid(color="0.93")
-    panels[0].set_title(title, fontsize=11, pad=32)
-    return figure
-
-
-def _triangles(
-    axes: Axes, found: Terms, reach: float, colors: list[str], lw: float, ls: str = "-"
-) -> None:
-    for term, color in zip(found, cycle(colors), strict=False):
-        x = np.clip(term.edges(), -reach, reach)
-        y = [float(term.left is None), 1.0, float(term.right is None)]
-        axes.plot(x, y, color=color, lw=lw, ls=ls)
-
-
-def rule_table(record: FuzzyRecord, title: str, before: FuzzyRecord | None = None) -> Figure:
-    """The singletons [unit], rows by error and columns by its change.
-
-    With ``before`` the colours are what each has moved by.
-    """
-    values = np.array(record.rules.centroids)
-    moved = None if before is None else values - np.array(before.rules.centroids)
-    meaning = "command [unit]" if before is None else "moved by [unit]"
-    names, usual = record.names, NamesRecord()
-    row = "row: error" + _named(names.error, usual.error)
-    column = "column: change of error" + _named(names.error_change, usual.error_change)
-    return heat_map(values, labels_of(record), row, column, title, meaning, moved)
-
-
-def _named(name: str, usual: str) -> str:
-    return "" if name == usual else f", {name}"
-
-
-def surface(record: FuzzyRecord, title: str) -> Figure:
-    """What the rules command [unit] between and beyond the centres of their terms."""
-    error, change = (
-        np.linspace(-1.0, 1.0, units.POINTS) * BEYOND * max(abs(term.centre) for term in found)
-        for found in (record.error_terms, record.error_change_terms)
-    )
-    values = commanded(record, error[:, None], change)
-    return units.surface(change, error, values, (CHANGE, ERROR), title, "command [unit]")
-
-
-def pictures(record: FuzzyRecord, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """For ``hfc plot``."""
-    return {
-        "surface": {"rules": lambda: surface(record, "control surface")},
-        "terms": {"rules": lambda: terms(record, "terms")},
-        "tables": {"rules": lambda: rule_table(record, "rule table")},
-    }
-
-
-def commanded(record: FuzzyRecord, error: Floats, change: Floats) -> Floats:
-    """Output of the rules [unit] at errors and changes [BLU] that broadcast."""
-    table = record.table()
-    in_error = memberships(ARRAYS, table.error_terms, error)
-    in_change = memberships(ARRAYS, table.change_terms, change)
-    found: Floats = infer(ARRAYS, in_error, in_change, table.singletons)
-    return found

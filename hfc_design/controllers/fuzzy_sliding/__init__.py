@@ -21,6 +21,6 @@ KIND = Kind(
     c=C,
     st=ST,
     saved=SAVED,
-    pictures=later("hfc_design.controllers.fuzzy_sliding.section", "pictures"),
+    pictures=later("hfc_design.controllers.fuzzy_sliding.pictures", "pictures"),
     sections=later("hfc_design.controllers.fuzzy_sliding.section", "sections"),
 )

@@ -3,18 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from hfc_design.controllers.fuzzy_sliding.law import degrees, sliding
-from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
+from hfc_design.controllers import surfaces
+from hfc_design.controllers.fuzzy_sliding.law import sliding
+from hfc_design.controllers.fuzzy_sliding.pictures import over_time, phase_plane, rules, surface
+from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
 from hfc_design.controllers.kind import Shown
-from hfc_design.core.numbers import ARRAYS, SCALARS, Floats
-from hfc_design.core.records import ZR
-from hfc_design.pictures import units
-from hfc_design.pictures.figure import OTHER, OWN, colour_strip, drawable, finish, framed, gridded
-from hfc_design.pictures.heat_map import heat_map
-from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
-from plants import Drive
+from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.pictures.section import Drawing, Listing, Section
 
 ABOUT = (
     "The command is what the rules conclude from the error and its rate, and a part that pushes "
@@ -22,10 +18,6 @@ ABOUT = (
     "2009, eq. 9 to 13). Each rule that fires moves by its share of the judgement, the last column "
     "of P with the error (eq. 14), and stays within its largest move."
 )
-#: The terms are drawn up to this share of the outermost centre.
-BEYOND = 1.25
-#: Samples of a picture over time, at most: as many columns as can be seen.
-COLUMNS = 400
 
 
 class Learning(NamedTuple):
@@ -60,15 +52,15 @@ def learning(record: SlidingDesign, signals: dict[str, Floats], limit: float) ->
 
 
 def _controller(record: SlidingDesign, shown: Shown) -> Section:
-    units, surface, own = shown.units, record.sliding, record.adaptation
+    units, layer, own = shown.units, record.sliding, record.adaptation
     error, rate, command = units["error"], units["error_rate"], units["command"]
     of_error, of_rate = record.judge()
     rows = [
         ("error of LP", record.largest_error, error),
         ("rate of LP", record.largest_error_rate, rate),
-        ("slope of the surface, λ", surface.slope, "1/s"),
-        ("switching part, k", surface.gain, command),
-        ("boundary layer, φ", surface.boundary_layer, rate),
+        ("slope of the surface, λ", layer.slope, "1/s"),
+        ("switching part, k", layer.gain, command),
+        ("boundary layer, φ", layer.boundary_layer, rate),
         ("adaptation, γ", own.rate, f"{command}/{error}"),
         ("judgement of the error, P₂", of_error, "1/s"),
         ("judgement of its rate, P₂", of_rate, "1"),
@@ -80,22 +72,23 @@ def _controller(record: SlidingDesign, shown: Shown) -> Section:
     cells = [[name, f"{value:.5g}", unit] for name, value, unit in rows]
     table = np.array(record.table())
     drawing = Drawing(
-        _rules(table, "rules to begin with", f"command [{command}]"),
+        rules(table, "rules to begin with", f"command [{command}]"),
         "Heat map of the rule table",
         "Rule table: the command for each pair of terms, from large negative (LN) to large "
         "positive (LP).",
     )
+    drawn = _surface(record, shown, "surface to begin with", "to begin with")
     listing = Listing("Scales, gains and limits.", ["parameter", "value", "unit"], cells)
-    return Section("The controller", ABOUT, listing, [drawing])
+    return Section("The controller", ABOUT, listing, [drawing, drawn])
 
 
 def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Section:
     command = shown.units["command"]
-    after = np.array(record.consequents) + motion.moves[-1]
-    every = record.sample_time_s
+    moved = record.with_moves(tuple(map(tuple, motion.moves[-1].tolist())))
+    after, every = np.array(moved.table()), record.sample_time_s
     drawings = [
         Drawing(
-            phase_plane(record, shown, name, motion),
+            phase_plane(record, shown.units, name, motion.error, motion.rate),
             f"Error and its rate of {name} against the sliding surface",
             f"{name} in the phase plane: s = 0 is the line, the boundary layer grey. What lies "
             "beyond the layer is pushed with all of k.",
@@ -107,81 +100,21 @@ def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) ->
             "term of its rate, LN on top.",
         ),
         Drawing(
-            _rules(after, f"rules of {name} at the end", f"moved by [{command}]", motion.moves[-1]),
+            rules(after, f"rules of {name} at the end", f"moved by [{command}]", motion.moves[-1]),
             f"Heat map of the learnt rule table of {name}",
             f"Rule table of {name} at the end of the motion: the numbers are the commands "
             f"[{command}] by then, the colours what they have moved by.",
         ),
+        _surface(moved, shown, f"surface of {name} at the end", f"of {name} at the end"),
     ]
     return Section(f"What {name} learns", "", None, drawings)
 
 
-def _rules(values: Floats, title: str, meaning: str, moved: Floats | None = None) -> Figure:
-    names = "row: error", "column: rate of the error"
-    return heat_map(values, (LABELS, LABELS), *names, title, meaning, moved)
-
-
-def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
-    """For ``hfc plot``: the rules without what they learn and without the switching part."""
-    told, table = f"command [{drive.units['command']}]", np.array(record.table())
-    largest = {"error_rate": record.largest_error_rate, "error": record.largest_error}
-    shares = BEYOND * np.linspace(-1.0, 1.0, units.POINTS)
-    graded = np.array(degrees(ARRAYS, ZR * shares))
-    named = dict(zip(LABELS, graded, strict=True))
-    (x, column), (y, row) = (
-        (end * shares, f"{name.replace('_', ' ')} [{drive.units[name]}]")
-        for name, end in largest.items()
+def _surface(record: SlidingDesign, shown: Shown, title: str, when: str) -> Drawing:
+    return surfaces.drawing(
+        surface(record, shown.units, title),
+        "Command of the rules against the error and its rate",
+        f"Control surface {when}: what the rules command, without the switching part"
+        + " and without the linear gains" * (record.pid is not None)
+        + ".",
     )
-    values = graded.T @ table @ graded  # (rows, columns): the degrees of an input add up to 1
-    return {
-        "surface": {
-            "rules": lambda: units.surface(x, y, values, (column, row), "control surface", told)
-        },
-        "terms": {
-            "error_rate": lambda: units.terms(x, named, column, "terms"),
-            "error": lambda: units.terms(y, named, row, "terms"),
-        },
-        "tables": {"rules": lambda: _rules(table, "rule table", told)},
-    }
-
-
-def phase_plane(record: SlidingDesign, shown: Shown, name: str, motion: Learning) -> Figure:
-    """Where the axis was, the surface and its boundary layer."""
-    figure = framed(4.0, top=0.35)
-    axes, surface = figure.subplots(), record.sliding
-    error, rate = (drawable(values) for values in (motion.error, motion.rate))
-    reach = 1.05 * max(float(np.abs(error).max()), 1e-12 * record.largest_error)
-    ends = np.array([-reach, reach])
-    line, layer = -surface.slope * ends, surface.boundary_layer
-    axes.fill_between(ends, line - layer, line + layer, color="0.88")
-    axes.plot(ends, line, color=OTHER, lw=1.0, label="s = 0")
-    axes.plot(error, rate, color=OWN, lw=0.7)
-    most = 1.1 * max(float(np.abs(rate).max()), layer)
-    axes.set(xlim=(-reach, reach), ylim=(-most, most))
-    axes.set_title(f"phase plane of {name}", fontsize=11)
-    x = f"error e [{shown.units['error']}]"
-    finish(axes, f"rate de/dt [{shown.units['error_rate']}]", x)
-    return figure
-
-
-def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
-    """The moves (steps, 7, 7) as a picture: a column a moment, a row a rule."""
-    figure = framed(4.6, top=0.35, right=0.95)
-    axes, count = figure.subplots(), len(LABELS)
-    steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
-    values = drawable(moves[steps]).reshape(len(steps), -1).T
-    limit = float(np.abs(values).max()) or 1.0
-    times = every * np.append(steps, len(moves))
-    edges = np.arange(count * count + 1)
-    mesh = axes.pcolormesh(times, edges, values, cmap="RdBu_r", vmin=-limit, vmax=limit)
-    mesh.set_rasterized(True)
-    for k in range(1, count):
-        axes.axhline(count * k, color="0.6", lw=0.5)
-    axes.set_yticks(count * (np.arange(count) + 0.5), LABELS)
-    axes.tick_params(axis="y", length=0)
-    axes.invert_yaxis()
-    gridded(axes, "time [s]", "term of the error")
-    axes.grid(visible=False)
-    axes.set_title(title, fontsize=11)
-    colour_strip(figure, axes, mesh, f"moved by {unit}").outline.set_visible(False)
-    return figure

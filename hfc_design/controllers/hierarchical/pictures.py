@@ -1,20 +1,20 @@
-"""A hierarchy drawn for ``hfc plot``: the surface of each unit, its terms, its table, the tree."""
+"""A hierarchy's pictures: the surface of each unit, its table, the terms of all, the tree."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from hfc_design.controllers import surfaces
+from hfc_design.controllers.hierarchical.drawn_tree import drawn_tree, input_unit, readable
 from hfc_design.controllers.hierarchical.law import averaged, memberships
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
-from hfc_design.controllers.hierarchical.section import (
-    drawn_tree,
-    input_unit,
-    readable,
-    rule_tables,
-)
+from hfc_design.controllers.hierarchical.rules import units as rule_units
+from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures import units
+from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.numbers import readable as in_unit
 from hfc_design.pictures.section import Drawn
 from plants import Drive
@@ -26,46 +26,55 @@ BEYOND = 1.25
 def pictures(record: HierarchicalDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     """Kind of picture -> name of a unit -> what draws it."""
     names = [f"unit-{unit.id}" for unit in record.units]
-    surfaces: dict[str, Drawn] = {
+    made: dict[str, Callable[[], Surface]] = {
         name: partial(surface, record, drive, k) for k, name in enumerate(names)
     }
     tables: dict[str, Drawn] = {name: partial(table, record, k) for k, name in enumerate(names)}
     return {
-        "surface": surfaces,
+        **surfaces.pictures(made),
         "terms": {"all units": partial(terms, record)},
         "tables": tables,
         "tree": {"": lambda: drawn_tree(record, drive)},
     }
 
 
-def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Figure:
+def surface(record: HierarchicalDesign, drive: Drive, k: int) -> Surface:
     """What unit ``k`` of the list makes of all that its two inputs can be."""
-    unit, own = record.units[k], layout_of(record).terms
-    (x, column, x_label), (y, row, y_label) = (
-        _range(record, drive, source) for source in (unit.column_input, unit.row_input)
-    )
-    in_column, in_row = memberships(ARRAYS, own, column), memberships(ARRAYS, own, row[:, None])
-    values = averaged(ARRAYS, record.tables()[k], in_column, in_row)
-    title = f"unit {unit.id}" + ", the root" * (unit is record.units[-1])
-    return units.surface(x, y, values, (x_label, y_label), title, "output [1]")
+    unit, root = record.units[k], k == len(record.units) - 1
+    own, rules = layout_of(record).terms, rule_units(record)[k]
+
+    def law(column: Floats, row: Floats) -> Floats:
+        degrees = (memberships(ARRAYS, own, values) for values in (column, row))
+        found: Floats = averaged(ARRAYS, rules.table, *degrees)
+        return found
+
+    column, row = (_side(record, drive, name) for name in (unit.column_input, unit.row_input))
+    commands = root and record.scheduled is None  # else it scales a law
+    worth = (record.output_scale, drive.units["command"]) if commands else None
+    title = f"unit {unit.id}" + ", the root" * root
+    return Surface(title, rules, column, row, "output [1]", law, worth)
 
 
 def table(record: HierarchicalDesign, k: int) -> Figure:
-    """The rule table of unit ``k`` of the list."""
-    return rule_tables(record)[k]
+    """The rule table of unit ``k`` of the list as a heat map."""
+    unit, labels = record.units[k], [term.label for term in record.terms]
+    row, column = f"row: {readable(unit.row_input)}", f"column: {readable(unit.column_input)}"
+    values, title = np.array(record.tables()[k]), f"unit {unit.id}"
+    return heat_map(values, (labels, labels), row, column, title, "consequent [1]")
 
 
-def _range(record: HierarchicalDesign, drive: Drive, source: str) -> tuple[Floats, Floats, str]:
-    """All that a source can be, as its axis shows it and as it enters a unit; the axis' label."""
+def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
+    """All that a source can be."""
     scales = {item.name: item.scale for item in record.inputs}
     if source in scales:
-        enters = np.linspace(-1.0, 1.0, units.POINTS)
-        factor, unit = in_unit(input_unit(drive.units, source), 1.0 / scales[source])
-        return factor / scales[source] * enters, enters, f"{readable(source)} [{unit}]"
+        largest = 1.0 / scales[source]
+        factor, unit = in_unit(input_unit(drive.units, source), largest)
+        end = factor * largest
+        return Side(readable(source), unit, (-end, end), scales[source] / factor)
     place = [f"unit-{unit.id}" for unit in record.units].index(source)
     said = np.array(record.tables()[place])  # an average of these
-    enters = np.linspace(min(0.0, said.min()), max(0.0, said.max()) or 1.0, units.POINTS)
-    return enters, enters, f"{readable(source)} [1]"
+    ends = min(0.0, float(said.min())), max(0.0, float(said.max())) or 1.0
+    return Side(readable(source), "1", ends)
 
 
 def terms(record: HierarchicalDesign) -> Figure:

@@ -5,12 +5,11 @@ from pathlib import Path
 from hfc_design.controllers.gains import genome_of_gains, settings_of
 from hfc_design.controllers.kind import CHANGES, Explain, Kind, Template, later
 from hfc_design.controllers.rules import fired, side
-from hfc_design.controllers.soc.law import HIGHEST, SETS, Parts, SocGains, SocMemory, soc
+from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, SocMemory, soc
 from hfc_design.controllers.soc.record import SocDesign, of_gains
 from hfc_design.controllers.soc.saved import SAVED
 from hfc_design.core.numbers import Json
 
-LABELS = [f"{place:+d}" if place else "0" for place in range(-HIGHEST, HIGHEST + 1)]
 #: On a milling table, errors in mm and commands in V.
 RANGES = SocGains((2.0, 100.0), (5.0, 300.0), (0.2, 20.0), (0.02, 0.9), (0.1, 0.9))
 
@@ -58,5 +57,6 @@ KIND = Kind(
             "in_place": True,
         },
     ),
+    pictures=later("hfc_design.controllers.soc.pictures", "pictures"),
     sections=later("hfc_design.controllers.soc.section", "sections"),
 )

@@ -23,6 +23,7 @@ from hfc_design.core.numbers import Scalar, Xp, clipped, dot
 #: The sets of an input are -HIGHEST to HIGHEST.
 HIGHEST = 5
 SETS = 2 * HIGHEST + 1
+LABELS = [f"{place:+d}" if place else "0" for place in range(-HIGHEST, HIGHEST + 1)]
 #: (11, 11) commands before ``gu``, rows by the error and columns by its change, from -5 to 5.
 Rules: TypeAlias = Sequence[Sequence[Scalar]]
 

@@ -1,18 +1,17 @@
 """What the page shows of a self-organising controller: its rules as it learns them."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from hfc_design.controllers import surfaces
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.soc.law import HIGHEST, SETS, SocMemory, soc
+from hfc_design.controllers.soc.pictures import surface, tables
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures.figure import colour_strip, framed
 from hfc_design.pictures.section import Drawing, Listing, Section
 
 #: The rules are drawn after these shares of the motion.
 SHARES = (0.02, 0.25, 1.0)
-EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
 
 
 def sections(record: SocDesign, shown: Shown) -> list[Section]:
@@ -33,20 +32,40 @@ def sections(record: SocDesign, shown: Shown) -> list[Section]:
     }
     rows = [[f"{key}, {text}", f"{gains[key]:.5g}", unit] for key, (text, unit) in meanings.items()]
     listing = Listing("Gains and steps.", ["parameter", "value", "unit"], rows)
-    found = [Section("The controller", text, listing, [])]
+    told = "Control surface to begin with, before it learns."
+    begins = [_surface(record, shown, "rules to begin with", told)] if np.any(record.table) else []
+    if not begins:
+        text += " It begins with rules that say 0 everywhere."
+    found = [Section("The controller", text, listing, begins)]
     if shown.signals:
         limits = shown.largest or (None,) * len(shown.signals)
-        drawings = [
-            Drawing(
-                tables(learnt(record, signals, limit), gains["gu"], axis, units["command"]),
-                f"Heat maps of the rules that {axis} has learnt",
-                f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
-            )
-            for (axis, signals), limit in zip(named(shown).items(), limits, strict=True)
-        ]
+        drawings: list[Drawing] = []
+        for (axis, signals), limit in zip(named(shown).items(), limits, strict=True):
+            drawings += _learning(record, shown, axis, learnt(record, signals, limit))
         text = "Each axis begins with the rules of the design and learns its own while it moves."
         found.append(Section("What it has learnt", text, None, drawings))
     return found
+
+
+def _learning(
+    record: SocDesign, shown: Shown, axis: str, rules: dict[float, Floats]
+) -> list[Drawing]:
+    """The rules of an axis by several moments, and the last of them with a cursor."""
+    end = record.model_copy(update={"table": tuple(map(tuple, [*rules.values()][-1].tolist()))})
+    told = f"Control surface of {axis} at the end of the motion, by the rules of then."
+    return [
+        Drawing(
+            tables(rules, record.gains().gu, axis, shown.units["command"]),
+            f"Heat maps of the rules that {axis} has learnt",
+            f"Rules of {axis} as it learns them; rows by the error, columns by its change.",
+        ),
+        _surface(end, shown, f"rules of {axis} at the end", told),
+    ]
+
+
+def _surface(record: SocDesign, shown: Shown, title: str, told: str) -> Drawing:
+    alt = "Output of the rules against error and change of error"
+    return surfaces.drawing(surface(record, shown.units, title), alt, told)
 
 
 def named(shown: Shown) -> dict[str, dict[str, Floats]]:
@@ -73,18 +92,3 @@ def learnt(
         if count in moments:
             found[count * record.sample_time_s] = np.array(memory.rules)
     return found
-
-
-def tables(found: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
-    """The rules side by side, as commands [unit]."""
-    figure = framed(2.3, top=0.35, right=0.95)
-    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
-    limit = gu * max(float(np.abs(rules).max()) for rules in found.values()) or 1.0
-    for axes, (time, rules) in zip(panels, found.items(), strict=True):
-        mesh = axes.pcolormesh(EDGES, EDGES, gu * rules, cmap="RdBu_r", vmin=-limit, vmax=limit)
-        axes.set(xticks=(-HIGHEST, 0, HIGHEST), yticks=(-HIGHEST, 0, HIGHEST), aspect="equal")
-        axes.set_title(f"{axis}, {time:.3g} s", fontsize=9)
-        axes.set_xlabel("change [sets]", fontsize=8)
-    panels[0].set_ylabel("error [sets]", fontsize=8)
-    colour_strip(figure, panels[-1], mesh, f"command [{unit}]").outline.set_visible(False)
-    return figure

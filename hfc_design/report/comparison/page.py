@@ -3,7 +3,7 @@
 from typing import Any
 
 from hfc_design.pictures.files import small_address
-from hfc_design.report import inside, rendered
+from hfc_design.report import Page, inside, rendered
 from hfc_design.report.comparison import traces
 from hfc_design.report.comparison.plots import contours, machines, motions, ratios
 from hfc_design.report.comparison.tables import (
@@ -16,11 +16,12 @@ from hfc_design.report.comparison.tables import (
 from hfc_design.report.errors import errors
 from hfc_design.simulation.comparison import Bout, Comparison
 
+STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css")
 #: So many panels below each other fit on a page.
 PRINTED = 5
 
 
-def page(comparison: Comparison, command: str = "") -> bytes:
+def page(comparison: Comparison, command: str = "") -> Page:
     """The page; the same comparison gives the same bytes. ``command`` is what makes it again."""
     names = list(comparison.designs)
     moved = [bout for bout in comparison.bouts if bout.scenario is not None]
@@ -48,7 +49,7 @@ def page(comparison: Comparison, command: str = "") -> bytes:
         ],
         command=command,
         data=data,
-        style=inside("templates/style.css", "templates/comparison.css", "uplot/uPlot.min.css"),
+        style=inside(*STYLES, "uplot/uPlot.min.css"),
         library=inside("uplot/uPlot.iife.min.js"),
         script=inside("templates/comparison.js"),
         licence=inside("uplot/LICENSE"),

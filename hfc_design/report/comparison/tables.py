@@ -33,6 +33,11 @@ class Line(NamedTuple):
     cells: list[str]
     best: list[int]  # the designs that are the best here; none where all are alike
 
+    @property
+    def row(self) -> list[str]:
+        """Its cells from the left to the right."""
+        return [self.metric, self.of, *self.cells]
+
 
 def lines(bout: Bout, every: bool = False) -> list[Line]:
     """How stable the designs are and what they do, the most important first.

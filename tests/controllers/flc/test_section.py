@@ -10,10 +10,11 @@ from feed_oracle import verdict_jk04
 from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
 from hfc_design.controllers.aflc.section import at_the_end
-from hfc_design.controllers.flc import section as fuzzy_plots
+from hfc_design.controllers.flc import pictures as fuzzy_plots
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.flc.rules import LABELS
 from hfc_design.controllers.kind import Shown
+from hfc_design.controllers.surfaces import flat
 from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.named_scenario import load_scenario
@@ -71,7 +72,7 @@ def test_page_holds_the_design(report):
     assert titles[:3] == ["Can I use it?", "What it does", "How good it is"]
     assert titles[3:5] == ["On other machines", "The controller"]
     assert titles[-3:] == ["Stability", "How it was found", "How to run it again"]
-    assert page.count("<img") == (11 if adapts else 7)
+    assert page.count("<img") == (13 if adapts else 7)
     text = re.sub(r'src="[^"]*"', "", page)
     for word in ("ierarch", "PD part", "pindle", "oltage", "Lin &amp; Lee", "structures"):
         assert word not in text
@@ -152,7 +153,7 @@ def test_adapted_table_is_that_of_a_plain_transcription(report):
 def test_page_in_a_browser_as_wide_as_a_phone(report, tmp_path):
     (_, result, folder, _), _ = report
     drawn = phone.figures_that_fit(folder / "report.html", tmp_path)
-    assert drawn == (11 if result.design.controller.kind == "aflc" else 7)
+    assert drawn == (13 if result.design.controller.kind == "aflc" else 7)
 
 
 def flc():
@@ -226,6 +227,6 @@ def test_surface_is_what_the_rules_command():
         for e, de in zip(error, change, strict=True)
     ]
     np.testing.assert_allclose(fuzzy_plots.commanded(record, error, change), expected, atol=1e-9)
-    axes = fuzzy_plots.surface(record, "").axes[0]
+    axes = flat(fuzzy_plots.surface(record, "")).axes[0]
     assert axes.get_ylabel() == "error e [BLU]"
     assert axes.get_ylim() == (-26.25, 26.25)  # 1.25 times 21 BLU

@@ -49,7 +49,9 @@ def test_the_report_shows_the_rules_as_the_runtime_learns_them():
     assert ["gu, command of a rule of 1", "5", "V"] in gains.listing.rows
     assert [drawing.alt for drawing in learning.drawings] == [
         "Heat maps of the rules that X has learnt",
+        "Output of the rules against error and change of error",
         "Heat maps of the rules that Y has learnt",
+        "Output of the rules against error and change of error",
     ]
     assert len(sections(design.controller, shown._replace(signals=None))) == 1
 

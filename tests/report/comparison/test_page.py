@@ -4,12 +4,11 @@ import base64
 import hashlib
 import json
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
 
 import phone
 import pytest
+from browser import shown
 
 from hfc_design.report.comparison.page import page
 
@@ -42,11 +41,11 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def written(spindles):
-    return page(spindles, "hfc compare <a> b").decode()
+    return page(spindles, "hfc compare <a> b").html.decode()
 
 
 def test_the_same_comparison_gives_the_same_bytes(spindles, written):
-    assert page(spindles, "hfc compare <a> b").decode() == written
+    assert page(spindles, "hfc compare <a> b").html.decode() == written
 
 
 def test_names_are_only_text(written):
@@ -85,12 +84,11 @@ def test_it_is_small_and_says_what_is_compared(written, tables):
     assert len(written) < 450_000
     assert "8 others" in written.replace("\n", " ")
     assert "<code>hfc compare &lt;a&gt; b</code>" in written
-    other = page(tables).decode()
+    other = page(tables).html.decode()
     assert other.count("times enlarged") == 2
     assert "Again:" not in other
 
 
-CHROMIUM = "--headless --no-sandbox --disable-gpu --no-first-run --virtual-time-budget=5000"
 ACTIONS = """<script>
 const over = all[0].drawn.charts[1].over, box = over.getBoundingClientRect();
 const mouse = (kind, share, place = over) => place.dispatchEvent(new MouseEvent(kind, {
@@ -110,19 +108,6 @@ setTimeout(() => {
   }, 100);
 }, 100);
 </script>"""
-
-
-def shown(path, folder, *options):
-    """The DOM of a page in a browser, and what its console said."""
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("no chromium on the PATH")
-    command = [chromium, *CHROMIUM.split(), f"--user-data-dir={folder}/profile", *options]
-    done = subprocess.run(
-        [*command, "--enable-logging=stderr", "--v=0", "--dump-dom", path.as_uri()],
-        capture_output=True, text=True, check=True, timeout=120,
-    )  # fmt: skip
-    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
 
 
 @pytest.mark.browser
@@ -161,6 +146,6 @@ def test_without_scripts_and_in_the_dark_the_pictures_stand_there(written, tmp_p
 
 @pytest.mark.browser
 def test_on_a_phone(spindles, tmp_path):
-    (tmp_path / "page.html").write_bytes(page(spindles))
+    (tmp_path / "page.html").write_bytes(page(spindles).html)
     # What all do in all motions, the ratios, the errors of two motions; not what is for print.
     assert phone.figures_that_fit(tmp_path / "page.html", tmp_path) == 4

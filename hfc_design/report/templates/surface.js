@@ -1,0 +1,167 @@
+"use strict";
+// A cursor on each surface tells which rules fire there. Without it the pictures are complete.
+const LEAST = 0.01;  // share of a rule that is listed
+const LARGER = 10;  // steps of an arrow key with Shift
+const HOW = "A click or the arrow keys (with Shift further) move the cursor. " +
+  "Circles are rules that fire, where their terms are highest, as large as their share.";
+
+function degree(term, u) {
+  if ("sigma" in term) {
+    const away = Math.max(term.low - u, u - term.high, 0) / term.sigma;
+    return Math.exp(-0.5 * away * away);
+  }
+  const up = term.left === null ? 1 : (u - term.left) / (term.centre - term.left);
+  const down = term.right === null ? 1 : (term.right - u) / (term.right - term.centre);
+  return Math.max(0, Math.min(1, up, down));
+}
+
+const degrees = (side, value) => side.terms.map((term) => degree(term, side.enters * value));
+
+// The rules that fire, the strongest first, and what they say together, as `hfc explain` has it.
+function fired(unit, column, row) {
+  const inColumn = degrees(unit.column, column), rules = [];
+  degrees(unit.row, row).forEach((a, i) => inColumn.forEach((b, j) => {
+    if (a * b > 0) rules.push({ i, j, strength: a * b, consequent: unit.table[i][j] });
+  }));
+  const total = rules.reduce((sum, rule) => sum + rule.strength, 0);
+  for (const rule of rules) rule.share = rule.strength / total;
+  rules.sort((a, b) => b.strength - a.strength);
+  const output = rules.reduce((sum, rule) => sum + rule.share * rule.consequent, 0);
+  return { rules, output };
+}
+
+const digits = (value) => String(Number(value.toPrecision(6))).replace("-", "\u2212");
+const percent = (share) => `${(100 * share).toFixed(2)} %`;
+const within = (value, [low, high]) => Math.min(Math.max(value, low), high);
+
+// A step that is easy to read, a hundredth of the side or up to ten times finer.
+const stepOf = ([low, high]) => 10 ** Math.floor(Math.log10((high - low) / 100));
+const rounded = (side, value) => {
+  const step = stepOf(side.ends);
+  return within(Number((Math.round(value / step) * step).toPrecision(12)), side.ends);
+};
+
+// An element with these properties; names of users become text, never markup.
+function made(name, properties = {}, ...inside) {
+  const element = Object.assign(document.createElement(name), properties);
+  element.append(...inside);
+  return element;
+}
+
+const middle = (term) => ("sigma" in term ? (term.low + term.high) / 2 : term.centre);
+const share = (side, value) => (value - side.ends[0]) / (side.ends[1] - side.ends[0]);
+
+function explore(data, number) {
+  const unit = JSON.parse(data.textContent), surface = data.previousElementSibling;
+  const at = { column: 0, row: 0 };
+  const place = made("div", { className: "place", tabIndex: 0 });
+  surface.id = `surface-${number + 1}`;
+  const [left, top, width, height] = unit.box.map((part) => `${100 * part}%`);
+  Object.assign(place.style, { left, top, width, height });
+  place.setAttribute("role", "application");
+  place.setAttribute("aria-label", "Cursor on the surface; arrow keys move it");
+  place.setAttribute("aria-describedby", `says-${number + 1}`);
+  const says = made("p", { className: "says", id: `says-${number + 1}` });
+  says.setAttribute("aria-live", "polite");
+  const body = made("tbody");
+  const heads = [`if ${unit.row.name}`, `and ${unit.column.name}`, "share", "consequent"];
+  const head = made("tr", {}, ...heads.map((text, k) =>
+    made("th", { scope: "col", textContent: text, className: k > 1 ? "value" : "" })));
+  const table = made("table", {}, made("thead", {}, head), body);
+  const rules = made("div", { className: "scroll rules", tabIndex: 0 }, table);
+  rules.setAttribute("role", "region");
+  rules.setAttribute("aria-label", "Rules that fire");
+  const boxes = {};
+  for (const key of ["row", "column"]) {
+    const side = unit[key], [min, max] = side.ends;
+    boxes[key] = made("input", { type: "number", step: "any", min, max });
+    boxes[key].oninput = () => {
+      const value = boxes[key].valueAsNumber;
+      if (Number.isFinite(value)) move({ [key]: within(value, side.ends) }, boxes[key]);
+    };
+    boxes[key].onchange = () => move({});
+  }
+  const labels = Object.entries(boxes).map(([key, box]) =>
+    made("label", {}, `${unit[key].name} [${unit[key].unit}] `, box));
+  surface.append(place);
+  data.after(made("div", { className: "fires" }, made("p", {}, ...labels), says, rules));
+  if (number === 0) place.parentElement.after(made("p", { className: "how", textContent: HOW }));
+
+  // To other values of the inputs; the box that is being typed in stays as it is.
+  function move(values, typed = null) {
+    Object.assign(at, values);
+    for (const [key, box] of Object.entries(boxes)) if (box !== typed) box.value = at[key];
+    const found = fired(unit, at.column, at.row);
+    const x = share(unit.column, at.column), y = 1 - share(unit.row, at.row);
+    const across = made("i", { className: "across" }), up = made("i", { className: "up" });
+    across.style.top = `${100 * y}%`;
+    up.style.left = `${100 * x}%`;
+    const shown = found.rules.filter((rule) => rule.share >= LEAST);
+    place.replaceChildren(...shown.map(peak), across, up);
+    says.textContent = told(found);
+    body.replaceChildren(...shown.map(line), ...rest(found.rules.slice(shown.length)));
+  }
+
+  // A rule stands where its terms are highest, as large as its share.
+  function peak(rule) {
+    const spot = made("i", { className: "peak" }), size = `${6 + 26 * Math.sqrt(rule.share)}px`;
+    const [x, y] = [[unit.column, rule.j], [unit.row, rule.i]].map(([side, k]) =>
+      within(share(side, middle(side.terms[k]) / side.enters), [0, 1]));
+    Object.assign(spot.style, {
+      left: `${100 * x}%`, top: `${100 * (1 - y)}%`, width: size, height: size });
+    return spot;
+  }
+
+  function told({ rules, output }) {
+    const [name, rest] = unit.said.split(" [");
+    let text = `${name} = ${digits(output)}${rest === "1]" ? "" : ` ${rest.slice(0, -1)}`}`;
+    if (unit.worth) {
+      const [factor, of] = unit.worth;
+      text += `, \u00d7 ${digits(factor)} = ${digits(factor * output)} ${of}`;
+    }
+    return `${text}; ${rules.length} rule${rules.length === 1 ? " fires" : "s fire"}`;
+  }
+
+  function line({ i, j, share, consequent }) {
+    const label = unit.labels ? `${unit.labels[i][j]} ` : "";
+    return cells(unit.row.terms[i].label, unit.column.terms[j].label, percent(share),
+      label + digits(consequent));
+  }
+
+  function rest(hidden) {
+    if (!hidden.length) return [];
+    const sum = hidden.reduce((sum, rule) => sum + rule.share, 0);
+    return [cells(`${hidden.length} more below ${100 * LEAST} %`, "", percent(sum), "")];
+  }
+
+  const cells = (first, second, ...values) => made("tr", {},
+    made("th", { scope: "row", textContent: first }), made("td", { textContent: second }),
+    ...values.map((text) => made("td", { className: "value", textContent: text })));
+
+  const pointed = (event) => {
+    const box = place.getBoundingClientRect();
+    const value = (side, part) => rounded(side, side.ends[0] + part * (side.ends[1] - side.ends[0]));
+    move({ column: value(unit.column, (event.clientX - box.left) / box.width),
+      row: value(unit.row, (box.bottom - event.clientY) / box.height) });
+  };
+  place.onpointerdown = (event) => {
+    if (event.pointerType === "mouse") place.setPointerCapture(event.pointerId);
+    pointed(event);
+  };
+  place.onpointermove = (event) => { if (event.buttons) pointed(event); };
+  place.onkeydown = (event) => {
+    const keys = { ArrowLeft: ["column", -1], ArrowRight: ["column", 1],
+      ArrowDown: ["row", -1], ArrowUp: ["row", 1] };
+    if (!(event.key in keys) || event.altKey || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    const [key, sign] = keys[event.key], side = unit[key];
+    const step = sign * stepOf(side.ends) * (event.shiftKey ? LARGER : 1);
+    move({ [key]: rounded(side, at[key] + step) });
+  };
+  const start = ({ ends: [low, high] }, part) => low + part * (high - low);
+  move({ column: rounded(unit.column, start(unit.column, 0.6)),
+    row: rounded(unit.row, start(unit.row, 0.7)) });
+  return { unit, move, place, says, body, boxes };
+}
+
+const surfaces = [...document.querySelectorAll("script.rules")].map(explore);

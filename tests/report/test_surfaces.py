@@ -1,0 +1,270 @@
+"""The cursor on surfaces of a page: numbers by hand and as hfc explain, in a browser too."""
+
+import json
+import re
+from math import exp, inf
+
+import numpy as np
+import pytest
+from browser import shown
+
+from hfc_design import api as hfc
+from hfc_design.controllers.flc import pictures as fuzzy
+from hfc_design.controllers.kind import Shown
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design, design_json
+from hfc_design.files.machine import PlantSettings
+from hfc_design.report import page as pages
+from hfc_design.runtime.explain import explained, part
+
+LESSON = "docs/lesson.fll"
+HOSTILE = "</script><script>document.title = 'x'</script><b>\"'&"
+#: Largest part of a page that a unit may take [letters].
+LARGEST = 60_000
+
+
+@pytest.fixture(scope="module")
+def written():
+    """The page of the lesson's table, the error of which has a hostile name."""
+    design = hfc.import_(LESSON)
+    scenario = {
+        "name": "short",
+        "plant": {"name": "feed-drive"},
+        "simulation": {"duration_s": 0.2, "sample_time_s": 0.01},
+        "reference": {"kind": "ramp"},
+        "controller": {"kind": "flc"},
+    }
+    record = json.loads(design_json(design)) | {"provenance": {"scenario": scenario}}
+
+    def unknown(*_):
+        raise UserError("nobody asks")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pages, "usable", unknown)
+        patch.setattr(fuzzy, "ERROR", (HOSTILE, "BLU"))
+        return pages.design_page(Design.model_validate(record), {}).decode()
+
+
+def numbers_in(text):
+    """What the page tells its script of each surface."""
+    pattern = '(?s)<script type="application/json" class="rules">(.*?)</script>'
+    return [json.loads(found) for found in re.findall(pattern, text)]
+
+
+def degree(term, u):
+    """A triangle, or a Gaussian with a flat top."""
+    if "sigma" in term:
+        return exp(-0.5 * (max(term["low"] - u, u - term["high"], 0.0) / term["sigma"]) ** 2)
+    left, right = (term[key] is None for key in ("left", "right"))
+    up = inf if left else (u - term["left"]) / (term["centre"] - term["left"])
+    down = inf if right else (term["right"] - u) / (term["right"] - term["centre"])
+    return max(0.0, min(1.0, up, down))
+
+
+def fired(numbers, column, row):
+    """(row's term, column's term) -> share and consequent; and the output."""
+    column, row = (
+        {term["label"]: degree(term, side["enters"] * x) for term in side["terms"]}
+        for side, x in ((numbers["column"], column), (numbers["row"], row))
+    )
+    strength = np.outer([*row.values()], [*column.values()])
+    shares = strength / strength.sum()
+    rules = {
+        (a, b): (shares[i, j], numbers["table"][i][j])
+        for i, a in enumerate(row)
+        for j, b in enumerate(column)
+        if strength[i, j]
+    }
+    return rules, float((shares * numbers["table"]).sum())
+
+
+def test_the_lesson_by_hand(written):
+    """docs/lesson.fll: P is 0.5 at an error of 10 and 1/15 at a change of 1."""
+    (numbers,) = numbers_in(written)
+    rules, output = fired(numbers, 1.0, 10.0)
+    a, b = 0.5 * 14 / 15, 0.5 / 15
+    expected = {("Z", "Z"): (a, 0), ("P", "Z"): (a, 60), ("Z", "P"): (b, 60), ("P", "P"): (b, 120)}
+    assert rules.keys() == expected.keys()
+    for rule, told in expected.items():
+        assert rules[rule] == pytest.approx(told)
+    assert output == pytest.approx(34.0)
+    assert numbers["labels"][1][1:] == ["none", "more"]
+    assert numbers["said"] == "command [unit]"
+
+
+def learnt_soc():
+    record = json.loads(design_json(hfc.load_design("huang-soc")))
+    table = np.random.default_rng(3).uniform(-2.0, 2.0, (11, 11))
+    record["controller"]["table"] = table.tolist()
+    return Design.model_validate(record)
+
+
+def surface_of(design, axis="", unit=0):
+    """What a page tells its script of a unit, and the unit of the error in it."""
+    own = part(design, axis)
+    plant = PlantSettings(**own.plant.model_dump())
+    shown_of = Shown(plant.machine, plant.values(), None)
+    sections = own.kind.sections(own.controller, shown_of.of(own.axis) if own.axis else shown_of)
+    found = [x.cursor for section in sections for x in section.drawings if x.cursor]
+    return json.loads(json.dumps(found[unit]))
+
+
+#: Design, its axis, number of a unit; signals of a sample by column and row as a page shows them.
+CASES = {
+    "flc": ("jee-koren-2004-flc", "", 0, lambda c, r: {"error": r, "error_change": c}),
+    "aflc": ("jee-koren-2004-aflc", "", 0, lambda c, r: {"error": r, "error_change": c}),
+    "sliding": ("lin-gai-2009-fuzzy-sliding", "y", 0, lambda c, r: {"error": r, "error_rate": c}),
+    "soc": (learnt_soc, "", 0, lambda c, r: {"error": 1e-3 * r, "error_change": 1e-3 * c}),
+    "inside": (
+        "lin-gai-2009-fuzzy-sliding-compensated",
+        "a",
+        0,
+        lambda c, r: {"error": r, "error_rate": c},
+    ),
+    "hierarchy": (
+        "lin-lee-1999-table-1",
+        "",
+        0,
+        lambda c, r: {
+            **dict.fromkeys(("error", "error_rate", "deflection", "deflection_rate"), 0.0),
+            "spindle_velocity": 1e-3 * c,
+            "previous_spindle_velocity": 1e-3 * r,
+        },
+    ),
+}
+
+
+def asked(case):
+    """Numbers of a unit, places on its surface, and what hfc explain says of each."""
+    name, axis, unit, signals = CASES[case]
+    design = name() if callable(name) else hfc.load_design(name)
+    numbers = surface_of(design, axis, unit)
+    random, places = np.random.default_rng(7), []
+    for side in ("column", "row"):
+        low, high = numbers[side]["ends"]
+        places.append([low, high, *random.uniform(low, high, 6).tolist()])
+    pairs = [*zip(*places, strict=True)]
+    told = []
+    for column, row in pairs:
+        at = ",".join(f"{key}={x!r}" for key, x in signals(column, row).items())
+        told.append(explained(design, [at], axis)["units"][unit])
+    return numbers, pairs, told
+
+
+def same(rules, output, told):
+    """Whether these are the rules and the output that hfc explain tells."""
+    expected = {(r["row"], r["column"]): (r["share"], r["consequent"]) for r in told["rules"]}
+    for rule in rules.keys() | expected.keys():
+        found, wanted = rules.get(rule, (0.0, None)), expected.get(rule, (0.0, None))
+        assert found[0] == pytest.approx(wanted[0], abs=1e-12)
+        if found[0] > 1e-12:
+            assert found[1] == wanted[1]
+    assert output == pytest.approx(told["output"], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_it_is_what_explain_says(case):
+    numbers, places, told = asked(case)
+    for (column, row), own in zip(places, told, strict=True):
+        same(*fired(numbers, column, row), own)
+
+
+def test_the_root_tells_its_share_of_the_command():
+    """Table I of Lin & Lee: 10 V for an output of 1; what scales a law commands nothing alone."""
+    design = hfc.load_design("lin-lee-1999-table-1")
+    assert surface_of(design, unit=3)["worth"] == [10.0, "V"]
+    assert surface_of(design, unit=0)["worth"] is None
+    assert surface_of(learnt_soc())["worth"] == [5.0, "V"]
+
+
+def test_a_page_is_safe_and_grows_little(written):
+    assert "<b>" not in written
+    assert written.count("</script>") == 2
+    units = re.findall(r'(?s)<div class="surface">.*?</script>', written)
+    assert len(units) == 1
+    assert len(units[0]) < LARGEST
+
+
+def test_only_a_page_with_surfaces_has_a_script(monkeypatch):
+    monkeypatch.setattr(pages, "usable", lambda *_: {}["nobody asks"])
+    assert "<script" not in pages.design_page("pd-only", {}).decode()
+
+
+ACTIONS = """<script>
+const found = CASES.map(([unit, places]) => places.map(([c, r]) => {
+  const { rules, output } = fired(unit, c, r);
+  return [rules.map(({ i, j, share, consequent }) => [unit.row.terms[i].label,
+    unit.column.terms[j].label, share, consequent]), output];
+}));
+const own = surfaces[0], steps = [];
+const tell = () => steps.push({ row: own.boxes.row.value, column: own.boxes.column.value,
+  says: own.says.textContent, peaks: own.place.querySelectorAll(".peak").length,
+  rules: [...own.body.rows].map((line) => [...line.cells].map((cell) => cell.textContent)) });
+const type = (box, value) => { box.value = value; box.dispatchEvent(new Event("input")); };
+const press = (key, shiftKey = false) => own.place.dispatchEvent(
+  new KeyboardEvent("keydown", { key, shiftKey, cancelable: true }));
+type(own.boxes.row, 10); type(own.boxes.column, 1); tell();
+own.place.focus();
+const kept = [press("ArrowUp"), press("ArrowRight", true), press("a")]; tell();
+const box = own.place.getBoundingClientRect();
+const point = (kind, x, y, buttons) => own.place.dispatchEvent(new PointerEvent(kind, { buttons,
+  pointerType: "touch", clientX: box.left + x * box.width, clientY: box.top + y * box.height }));
+point("pointerdown", 0.5, 0.5, 1); tell();
+point("pointermove", 1, 0, 1); tell();
+point("pointermove", 0, 0, 0); type(own.boxes.row, 1e9); tell();
+document.body.textContent = JSON.stringify({ found, steps, kept, title: document.title,
+  focused: document.activeElement === own.place, bold: document.querySelector("b") !== null });
+</script>"""
+
+
+@pytest.mark.browser
+def test_the_script_says_what_explain_says(written, tmp_path):
+    told = {case: asked(case) for case in CASES}
+    cases = json.dumps([[numbers, places] for numbers, places, _ in told.values()])
+    acting = ACTIONS.replace("CASES", cases)
+    free = re.sub(r"<meta http-equiv[^>]*>", "", written)
+    (tmp_path / "page.html").write_text(free.replace("</body>", acting + "</body>"))
+    dom, said = shown(tmp_path / "page.html", tmp_path)
+    assert said == []
+    answer = json.loads(re.search(r"<body>({.*})", dom)[1].replace("&amp;", "&"))
+    for (_, _, own), found in zip(told.values(), answer["found"], strict=True):
+        for (rules, output), wanted in zip(found, own, strict=True):
+            same({(a, b): (share, x) for a, b, share, x in rules}, output, wanted)
+    typed, moved, middle, corner, beyond = answer["steps"]
+    assert typed["says"] == "command = 34 unit; 4 rules fire"
+    assert typed["peaks"] == 4
+    assert typed["rules"] == [
+        ["Z", "Z", "46.67 %", "none 0"],
+        ["P", "Z", "46.67 %", "more 60"],
+        ["Z", "P", "3.33 %", "more 60"],
+        ["P", "P", "3.33 %", "forward 120"],
+    ]
+    # The sides reach to 25 BLU and 18.75 BLU: steps of 0.1.
+    assert (moved["row"], moved["column"]) == ("10.1", "2")
+    assert answer["kept"] == [
+        False,
+        False,
+        True,
+    ]  # arrow keys do not scroll, others do what they do
+    assert answer["focused"]
+    assert (float(middle["row"]), float(middle["column"])) == (0.0, 0.0)
+    assert middle["says"] == "command = 0 unit; 1 rule fires"
+    assert (corner["row"], corner["column"]) == ("25", "18.75")
+    assert beyond["says"] == corner["says"] == "command = 120 unit; 1 rule fires"
+    assert answer["title"] != "x"
+    assert not answer["bold"]
+
+
+@pytest.mark.browser
+def test_the_page_as_it_is(written, tmp_path):
+    (tmp_path / "page.html").write_text(written)
+    dom, said = shown(tmp_path / "page.html", tmp_path)
+    assert said == []
+    assert dom.count('class="place"') == dom.count('aria-live="polite"') == 1
+    assert re.search(r'class="place" tabindex="0"[^>]*role="application"', dom)
+    bare = re.sub(r"(?s)<script>.*?</script>", "", written)
+    (tmp_path / "bare.html").write_text(bare)
+    dom, said = shown(tmp_path / "bare.html", tmp_path)
+    assert said == []
+    assert 'class="place"' not in dom
+    assert dom.count("<img") == written.count("<img")
