@@ -11,6 +11,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from hfc_design.pictures.figure import address
+from hfc_design.pictures.units import BELOW
 
 REPORT = "report.html"
 
@@ -31,12 +32,10 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
 
 def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
     """The same with the shades of a surface as pixels: a third of the letters."""
-    bands = figure.axes[0].collections
-    for own in bands:
-        own.set_rasterized(True)
+    axes = figure.axes[0]
+    axes.set_rasterization_zorder(BELOW)
     found = picture(figure)
-    for own in bands:
-        own.set_rasterized(False)
+    axes.set_rasterization_zorder(None)
     return found
 
 
