@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hfc_design.batch.page import figure_row
 from hfc_design.batch.plan import LABEL, matches
+from hfc_design.batch.published import figure_row, reproduced
 from hfc_design.batch.runs import Run, runs_below
-from hfc_design.batch.summary import reproduced
 from hfc_design.core.records import UserError
-from hfc_design.report.plots import OTHER, OWN, framed
+from hfc_design.pictures.figure import OTHER, OWN, framed
 from hfc_design.runs.run import finished_run
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.repeats import range_told

@@ -88,6 +88,8 @@ def test_one_alone_is_judged_as_one_of_many(short):
         (lambda: hfc.with_gains(RAMP, "pd", 5), "an int is no table of gains"),
         (lambda: hfc.export(FOUND, ["c"], "a"), r"\['c'\] is no format; there is c"),
         (lambda: hfc.export(FOUND, "json", 5), "an int is no path"),
+        (lambda: hfc.Scenario(name="x", plnt={}), "Scenario: plnt = {}: there is no such"),
+        (lambda: hfc.Scenario(name="a b"), "Scenario: name = 'a b': has to be 1 to 64"),
         (lambda: hfc.evaluate(hfc.Taught(FOUND, 0, 0, "V"), RAMP), r".*; its \.design is one"),
     ],
 )

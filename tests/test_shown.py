@@ -23,7 +23,7 @@ def records():
     return {
         "Robustness": spread,
         "Result": result,
-        "Findings": Findings([], [], [], []),
+        "Findings": Findings([], [], [], [], []),
         "Scenario": scenario,
         "Design": design,
         "Evaluation": found,

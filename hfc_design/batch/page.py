@@ -6,29 +6,32 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from hfc_design.batch import summary
+from hfc_design.batch import comparisons as compared
+from hfc_design.batch import structure_tables
+from hfc_design.batch.comparisons import Comparison
+from hfc_design.batch.groups import FITNESS, MERIT, Group
+from hfc_design.batch.outcome import text
 from hfc_design.batch.plan import LABEL, OWN_KEYS
-from hfc_design.batch.runs import SEED, Run, listed, text
-from hfc_design.batch.summary import FITNESS, MERIT, Comparison, Findings, Group, Reproduced
-from hfc_design.pictures.figure import LARGEST, Rows, score
-from hfc_design.report import REPORT, batch_plots, rendered
+from hfc_design.batch.published import Reproduced, figure_row, ratios
+from hfc_design.batch.runs import SEED, Run, listed
+from hfc_design.batch.summary import Findings
+from hfc_design.pictures.numbers import score
+from hfc_design.pictures.section import Drawing, Rows
+from hfc_design.report import REPORT, Page, batch_plots, rendered
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
 TASKS, DRAWN = 6, 10
 #: So many rows of each table stand on the page; the CSV files have all of them.
 GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
-#: So many ratios of published figures are drawn.
-RATIOS = 60
 #: Up to this many runs are shown at once, more only when asked for.
 UNFOLDED = 60
 
 
-def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
+def page(name: str, descriptions: Iterable[str], found: Findings, trees: Sequence[Drawing]) -> Page:
     """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
-    runs, groups, comparisons, figures = found
+    runs, groups, comparisons, figures, winners = found
     tasks = [
         _task([group for group in groups if group.task == task], comparisons, k < TASKS)
         for k, task in enumerate(dict.fromkeys(group.task for group in groups))
@@ -52,7 +55,7 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
         labelled=labelled,
         published=[figure_row(item) for item in figures],
         published_head=Reproduced._fields,
-        ratios=_ratios(figures),
+        ratios=ratios(figures),
         random=any(run.searched for run in runs),
         repeated=counts["finished"] - sum(len(group.finished) for group in groups),
         merits=any(group.measure != FITNESS for group in groups),
@@ -63,12 +66,16 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
         group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
         groups=len(groups),
         metrics=_metrics(groups[:GROUPS]),
+        winner_head=structure_tables.HEAD,
+        winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
+        winners=len(winners),
+        trees=trees,
         comparison_rows=[_comparison_row(x) for x in comparisons[:COMPARISONS] if not too_few],
         comparisons=len(comparisons),
         too_few=too_few,
-        alpha=summary.ALPHA,
-        compared=summary.COMPARED,
-        left_out=any(task["groups"] > summary.COMPARED for task in tasks),
+        alpha=compared.ALPHA,
+        compared=compared.COMPARED,
+        left_out=any(task["groups"] > compared.COMPARED for task in tasks),
         trouble_rows=[[run.path, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
         run_head=["run", "group", *keys, "seed", "state", *scores, "generations"],
@@ -76,14 +83,6 @@ def page(name: str, descriptions: Iterable[str], found: Findings) -> bytes:
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
-
-
-def _ratios(figures: Sequence[Reproduced]) -> Figure | None:
-    """The ratios that there are and that a logarithm can show."""
-    shown = [item for item in figures if 1 / LARGEST < (item.ratio or 0) < LARGEST][:RATIOS]
-    told = ((f"{item.figure} {item.quantity}".strip(), item.remark) for item in shown)
-    labels = [", ".join(filter(None, parts)) for parts in told]
-    return batch_plots.ratios(labels, [item.ratio or 0 for item in shown]) if shown else None
 
 
 def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> dict[str, Any]:
@@ -123,7 +122,7 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     against = [item for item in comparisons if item.first is best]
     if not against:
         return f"{told}."
-    shown = sum(item.holm <= summary.ALPHA for item in against)
+    shown = sum(item.holm <= compared.ALPHA for item in against)
     if len(against) > 1:
         return f"{told}; by more than chance higher than {shown} of {len(against)} others."
     lower = "The other group is lower by more than chance"
@@ -156,7 +155,7 @@ def _comparison_row(item: Comparison) -> list[str]:
     if not item.testable:
         verdict = "too few runs"
     else:
-        verdict = f"{item.first.number} is higher" if item.holm <= summary.ALPHA else "not shown"
+        verdict = f"{item.first.number} is higher" if item.holm <= compared.ALPHA else "not shown"
     pair = f"{item.first.number} and {item.second.number}"
     counts = f"{len(item.first.scores)}, {len(item.second.scores)}"
     return [pair, counts, f"{item.a12:.2f}", _p(item.p), _p(item.holm), verdict]
@@ -168,7 +167,7 @@ def _p(value: float) -> str:
 
 def _too_few(comparisons: Sequence[Comparison]) -> int:
     """Runs in each group that were needed; 0 where there are enough to show something."""
-    needed = summary.runs_needed(len(comparisons))
+    needed = compared.runs_needed(len(comparisons))
     sizes = (min(len(item.first.scores), len(item.second.scores)) for item in comparisons)
     return needed if comparisons and max(sizes) < needed else 0
 
@@ -194,17 +193,3 @@ def _score(run: Run, key: str) -> str:
         return range_told(run.ranges[key])
     value = run.score.get(key, "–")  # None: the design diverged
     return value if isinstance(value, str) else score(-np.inf if value is None else value)
-
-
-def figure_row(item: Reproduced) -> list[str]:
-    """What a reader sees of a published figure."""
-    ratio = "–" if item.ratio is None else f"{item.ratio:.2f}"
-    told = (_number(item.published), _number(item.simulated), ratio, str(item.runs))
-    return [item.figure, item.quantity, *told, item.remark]
-
-
-def _number(value: float | None) -> str:
-    """Three digits, or all that stand before the point."""
-    if value is None:
-        return "–"
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e9 else f"{value:.3g}"

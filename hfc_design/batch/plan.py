@@ -92,6 +92,10 @@ class Plan(NamedTuple):
     cells: list[Cell]
     told: Told
 
+    def folder(self, asked: Path | None) -> Path:
+        """Where its cells lie, unless another place is ``asked`` for."""
+        return asked or Path("runs") / self.name
+
 
 def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     """The cells of a batch file, in its order; cells that are the same run are one.

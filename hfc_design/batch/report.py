@@ -2,20 +2,27 @@
 
 import io
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from hfc_design.batch import folder
+from hfc_design.batch import folder, structure_tables
+from hfc_design.batch.comparisons import Comparison
+from hfc_design.batch.groups import Group
+from hfc_design.batch.outcome import JUDGED_BY, text
 from hfc_design.batch.page import page
-from hfc_design.batch.runs import JUDGED_BY, Run, batches_below, is_run, runs_below, text
-from hfc_design.batch.summary import Comparison, Findings, Group, Reproduced, findings
+from hfc_design.batch.published import Reproduced
+from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
+from hfc_design.batch.structure_tables import STRUCTURES
+from hfc_design.batch.structures import Winner
+from hfc_design.batch.summary import Findings, findings
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
+from hfc_design.report.paper import Paper
 from hfc_design.runs.run import finished_run
 
 RUNS, GROUPS, COMPARISONS, PARQUET = "runs.csv", "groups.csv", "comparisons.csv", "runs.parquet"
@@ -25,8 +32,17 @@ Rows = Iterable[Sequence[object]]
 QUARTILES = ("lower_quartile", "median", "upper_quartile")
 
 
-def report(path: Path, each: bool = False, parquet: bool = False) -> None:
+def report(
+    path: Path,
+    each: bool = False,
+    parquet: bool = False,
+    tell: Callable[[Path, Sequence[Winner]], None] = structure_tables.tell,
+    paper: Paper | None = None,
+) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
+
+    ``tell`` is called with the page and the structures that won; ``paper`` is what of the page is
+    wanted for a paper.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is
@@ -36,8 +52,8 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
     if is_run(path):
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
-        write_page(*finished_run(path), path)
-        print(path / REPORT)
+        write_page(*finished_run(path), path, paper=paper)
+        tell(path / REPORT, [])
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
     with folder.waited(path, "report") if batch else nullcontext():
@@ -49,8 +65,12 @@ def report(path: Path, each: bool = False, parquet: bool = False) -> None:
         found = findings(path, runs)
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
-        write_whole(path / REPORT, page(path.resolve().name, filter(None, told), found))
-    print(path / REPORT)
+        trees = structure_tables.trees(path, found.winners)
+        content = page(path.resolve().name, filter(None, told), found, trees)
+        write_whole(path / REPORT, content.html)
+        if paper:
+            paper.write(content)
+    tell(path / REPORT, found.winners)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")
 
@@ -81,6 +101,8 @@ def _write_tables(out: Path, found: Findings, parquet: bool) -> None:
     }
     if found.figures:
         rows[PUBLISHED] = [Reproduced._fields, *found.figures]
+    if found.winners:
+        rows[STRUCTURES] = structure_tables.csv_rows(found.winners)
     for name, table in rows.items():
         write_whole(out / name, csv_text(table).encode())
     if parquet:

@@ -3,26 +3,25 @@
 Only what a summary needs is read; whatever is damaged is told beside the run and stops nothing.
 """
 
-import json
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from math import isfinite
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from hfc_design.batch import folder
+from hfc_design.batch.outcome import Ended, ended, history, text
 from hfc_design.batch.plan import SCENARIO
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError, in_a_line
-from hfc_design.core.texts import LARGEST_TABLE, content, decoded, json_of, toml_of
+from hfc_design.core.texts import content, decoded, toml_of
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
 State = folder.State | Literal["unreadable"]
-SEED, JUDGED_BY = "run.seed", "judged_by"
+SEED = "run.seed"
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
 
@@ -40,6 +39,7 @@ class Run(NamedTuple):
     searched: bool = True  # else its design was given, and nothing is random
     judged_by: str = ""  # title of the merit; "" where an earlier version made the run
     ranges: dict[str, Json] = {}  # of a fitness or merit that is chaotic; ``score`` has its lowest
+    structure: str = ""  # of its design; "" where its kind has but one
 
     def setting(self, key: str) -> str:
         """A setting as a reader sees it, a dash where there is none."""
@@ -124,80 +124,22 @@ def _told_apart(runs: list[Run], known: set[str]) -> list[Run]:
 
 
 def _read(path: Path, top: Path, settings: Json, state: State, reason: str = "") -> Run:
-    score: dict[str, float | None] = {}
-    judged_by, best, searched = "", np.empty(0), not (path / GIVEN).exists()
-    ranges: dict[str, Json] = {}
+    end, best, searched = Ended({}, "", {}, ""), np.empty(0), not (path / GIVEN).exists()
     if state == "finished":
         try:
-            score, judged_by, ranges = _score(path)
+            end = ended(path)
         except ValueError as error:
             state, reason = "unreadable", _told(DESIGN, error)
     if (path / HISTORY).exists() or (state == "finished" and searched):
         try:
-            best = _best(path)
+            best = history(path)
         except ValueError as error:
             reason = f"{reason}; {_told(HISTORY, error)}".removeprefix("; ")
     if state in ("running", "broken off") and not reason:
         reason = f"after {len(best)} generations" if len(best) else "before the first checkpoint"
     page = (path / REPORT).exists()
-    told = (settings, state, reason, score, best, page, searched, judged_by, ranges)
-    return Run(_below(path, top), *told)
-
-
-def _score(path: Path) -> tuple[dict[str, float | None], str, dict[str, Json]]:
-    """Fitness, merit and metrics in a run's design, what the merit is, and ranges of chaos.
-
-    Where fitness or merit are chaotic they are the lowest of their repeats.
-
-    Raises:
-        ValueError: the file is no design with a score.
-    """
-    design = json_of(decoded(content(path / DESIGN)))
-    score = design.get("score") if isinstance(design, dict) else None
-    if not isinstance(score, dict):
-        raise ValueError("has no score")
-    judged_by, ranges = score.pop(JUDGED_BY, ""), _ranges(score)
-    found = {key: _number(value) for key, value in score.items() if key != SCENARIO}
-    if found.get("fitness") is None and score.get("fitness", "") is not None:
-        raise ValueError("has no fitness that is a number")  # null: the design diverged
-    lowest = {key: one["lowest"] for key, one in ranges.items()}
-    return {"fitness": None} | found | lowest, text(judged_by), ranges
-
-
-def _ranges(score: Json) -> dict[str, Json]:
-    """Takes what it says of chaos out of a score: key -> the ends of its range."""
-    score.pop("chaotic", None)
-    told = score.pop("repeats", None)
-    each = told.items() if isinstance(told, dict) else ()
-    return {
-        key: {end: _number(one.get(end)) for end in ("lowest", "highest")}
-        for key, one in each
-        if key in ("fitness", "merit") and isinstance(one, dict)
-    }
-
-
-def _number(value: object) -> float | None:
-    return float(value) if isinstance(value, (int, float)) and isfinite(value) else None
-
-
-def _best(path: Path) -> Floats:
-    """Best merit so far, (generations,), nan while everything failed.
-
-    Raises:
-        ValueError: a row is damaged or missing.
-    """
-    lines = decoded(content(path / HISTORY, LARGEST_TABLE)).splitlines()
-    names, *rows = (line.split(",") for line in lines or [""])
-    if not rows or "best" not in names:
-        raise ValueError("has no column best or no generation")
-    numbers = np.empty(len(rows))
-    for k, row in enumerate(rows):
-        if len(row) != len(names) or row[0] != str(k):
-            raise ValueError(f"row {k + 2} is damaged")
-        numbers[k] = float(row[names.index("best")])
-    if np.isinf(numbers).any():
-        raise ValueError("a score is no number")
-    return numbers
+    how = (end.judged_by, end.ranges, end.structure)
+    return Run(_below(path, top), settings, state, reason, end.score, best, page, searched, *how)
 
 
 def _told(file: str, error: ValueError) -> str:
@@ -208,12 +150,6 @@ def _told(file: str, error: ValueError) -> str:
 def listed(counts: Mapping[Any, int]) -> str:
     """How many there are of each state."""
     return ", ".join(f"{count} {state}" for state, count in counts.items())
-
-
-def text(value: object) -> str:
-    """A setting as a reader sees it."""
-    told = value if isinstance(value, str) else json.dumps(value, default=str)
-    return told.encode(errors="replace").decode()
 
 
 def _below(path: Path, top: Path) -> str:

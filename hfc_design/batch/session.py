@@ -13,11 +13,10 @@ from rich.table import Table
 from hfc_design.batch import folder, report
 from hfc_design.batch.plan import LABEL, Cell, read_batch
 from hfc_design.batch.runs import listed
-from hfc_design.batch.work import Outcome, Place, run_cells
+from hfc_design.batch.work import Outcome, Place, begin, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, harmless
-from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
@@ -53,13 +52,11 @@ def batch(
         RunError: cells failed, or the batch was interrupted.
     """
     plan = read_batch(path, changes)
-    cells, target = plan.cells, out or Path("runs") / plan.name
+    cells, target = plan.cells, plan.folder(out)
     if dry_run:
         _show_plan(cells, target)
         return
-    for cell in cells if at_once else ():
-        check_memory(cell.scenario, cell.design, min(at_once, len(cells)))
-    folder.note_plan(target, plan)
+    begin(plan, target, at_once)
     watch = Watch(cells)
     try:
         here = nullcontext(Place(watch.generation))

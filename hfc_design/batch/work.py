@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from hfc_design.batch import folder
-from hfc_design.batch.plan import Cell
+from hfc_design.batch.plan import Cell, Plan
 from hfc_design.core.checkpoint import tidy, write_whole
 from hfc_design.core.lock import Overtaken
 from hfc_design.core.records import RunError, in_a_line
 from hfc_design.runs import run as design
+from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
 
 #: Seconds between looks at cells that other batches are at.
@@ -61,6 +62,18 @@ class Place:
     def done(self, tasks: Collection[Any]) -> Iterable[tuple[Any, Outcome]]:
         """Tasks that are done and what became of their cells; waits a little for the first."""
         return [(task, task()) for task in tasks]
+
+
+def begin(plan: Plan, out: Path, at_once: int) -> None:
+    """Note the cells in the folder, of which so many will run at once here; 0: none will.
+
+    Raises:
+        UserError: a cell needs more memory than there is.
+        RunError: the folder cannot be written.
+    """
+    for cell in plan.cells if at_once else ():
+        check_memory(cell.scenario, cell.design, min(at_once, len(plan.cells)))
+    folder.note_plan(out, plan)
 
 
 def run_cells(

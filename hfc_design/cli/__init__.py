@@ -13,8 +13,9 @@ from hfc_design.cli.exchange import export, import_
 from hfc_design.cli.identifying import identify
 from hfc_design.cli.insight import explain, list_, stability
 from hfc_design.cli.plotting import plot
+from hfc_design.cli.reporting import report
 from hfc_design.cli.showing import show
-from hfc_design.cli.simulating import batch, report, score, simulate
+from hfc_design.cli.simulating import batch, score, simulate
 from hfc_design.cli.starting import init
 from hfc_design.cli.trading import pick
 from hfc_design.cli.training import train

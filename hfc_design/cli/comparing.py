@@ -5,6 +5,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,8 +13,10 @@ import click
 
 from hfc_design.cli.named import DESIGN, SCENARIO, named
 from hfc_design.cli.options import Texts, as_json, force, knowing_plugins, memory, output, setting
+from hfc_design.cli.papers import Papers, for_a_paper
 
 if TYPE_CHECKING:
+    from hfc_design.report.paper import Paper
     from hfc_design.simulation.comparison import Comparison
 
 SCENARIO_HELP = (
@@ -52,6 +55,7 @@ PAGE, TABLE, NUMBERS = "report.html", "comparison.csv", "comparison.json"
 )
 @output("--out", folder=True, help="Folder for page, CSV and JSON.")
 @output("--html", help="Write the page alone.")
+@for_a_paper
 @output("--plot", help="Draw the errors on all machines.")
 @output("--csv", "csv_file", help="A row for each design, motion and machine.")
 @force
@@ -71,6 +75,7 @@ def compare(
     plot: Path | None,
     csv_file: Path | None,
     as_json: bool,
+    papers: Papers,
 ) -> None:
     """Put DESIGNS side by side: built-in names, design files, run folders.
 
@@ -86,10 +91,14 @@ def compare(
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import labelled
-    from hfc_design.pictures.figure import save
+    from hfc_design.pictures.files import save
     from hfc_design.report.comparison.plots import machines as machines_drawn
     from hfc_design.simulation.comparing import compare
 
+    if out is not None:
+        paper = papers(out, "")
+    else:
+        paper = papers(*((html.parent, f"{html.stem}-") if html else (Path(), "comparison-")))
     where = [load_scenario(name, changes) for name in scenarios]
     if designs and not where:
         first = next(iter(labelled(designs).values()))
@@ -103,7 +112,8 @@ def compare(
     options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
     again = ["hfc", "compare", *designs]
     again += [part for option, values in options.items() for x in values for part in (option, x)]
-    written = _written(found, harmless(shlex.join(again)), {out: "", html: PAGE, csv_file: TABLE})
+    wanted = {out: "", html: PAGE, csv_file: TABLE}
+    written = _written(found, harmless(shlex.join(again)), wanted, paper)
     if plot is not None:
         save(machines_drawn(found), plot)
         written.append(plot)
@@ -129,7 +139,9 @@ def _shares(values: Texts) -> dict[str, float]:
     return found
 
 
-def _written(found: "Comparison", again: str, wanted: dict[Path | None, str]) -> list[Path]:
+def _written(
+    found: "Comparison", again: str, wanted: dict[Path | None, str], paper: "Paper | None"
+) -> list[Path]:
     """Write what is wanted of it, "" for a folder of everything; where that is."""
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.records import writing
@@ -137,8 +149,9 @@ def _written(found: "Comparison", again: str, wanted: dict[Path | None, str]) ->
     from hfc_design.report.comparison.page import page
     from hfc_design.report.comparison.tables import rows
 
+    drawn = cache(lambda: page(found, again))
     made: dict[str, Callable[[], str | bytes]] = {
-        PAGE: lambda: page(found, again),
+        PAGE: lambda: drawn().html,
         TABLE: lambda: csv_text(rows(found)),
         NUMBERS: lambda: json.dumps(found.numbers(), indent=1) + "\n",
     }
@@ -150,4 +163,4 @@ def _written(found: "Comparison", again: str, wanted: dict[Path | None, str]) ->
     for path, name in paths.items():
         content = made[name]()
         write_whole(path, content.encode() if isinstance(content, str) else content)
-    return list(paths)
+    return [*paths, *(paper.write(drawn()) if paper else ())]

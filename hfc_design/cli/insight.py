@@ -2,16 +2,12 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from hfc_design.cli.named import DESIGN
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
 from hfc_design.cli.showing import listed
-
-if TYPE_CHECKING:
-    from hfc_design.stability.loop_report import Loops
 
 #: What is listed -> kind of it in the reference.
 LISTED = {
@@ -100,53 +96,17 @@ def stability(
     and the hierarchy at rest, the factors on the gain, the lag and the delay at which it begins to
     swing.
     """
+    from hfc_design.calls.stability import stability
     from hfc_design.core.records import UserError
-    from hfc_design.stability import report
-    from hfc_design.stability.stable_range import stable_range
 
-    given = {key: value for key, value in options.items() if value is not None}
-    if design is None:
-        if others:
-            raise UserError("--change needs a DESIGN")
-        points: report.Points = {}
-        drive = {"gain": 28.3, "time_constant": 0.055, "sample_time": 0.01} | given
-    else:
-        from hfc_design.controllers.kind import needed
-        from hfc_design.files.machine import PlantSettings  # with JAX
-        from hfc_design.files.pairing import load_design, open_loops
-
-        own = load_design(design, others)
-        plant = PlantSettings(**dict(own.plant))
-        if loops := open_loops(own, plant, own.limits):
-            if given:
-                option = next(iter(given)).replace("_", "-")
-                raise UserError(f"--{option}: design {own.name} is judged on its own drive")
-            _show_margins(loops, own.controller.sample_time_s, plot, as_json)
-            return
-        lacks = "no flc, aflc or soflc, and neither pid+ff, lqr or lqi nor with a linear part"
-        points = needed(own.kind.table_gains, own, lacks)(own.controller)
-        axes = [(axis.drive, axis.parameters) for axis in plant.each()]
-        told = f"design {own.name} is for the plant {own.plant.name}"
-        drive = report.drive_of(told, axes, own.controller.sample_time_s, given)
-    found = stable_range(**drive)
+    if design is None and others:
+        raise UserError("--change needs a DESIGN")
+    found = stability(design, others, **options)
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
 
-        save(report.stability_figure(found, points), plot)
+        save(found.figure(), plot)
     if as_json:
-        click.echo(json.dumps(report.numbers(found, points)))
+        click.echo(json.dumps(found.numbers()))
     else:
-        report.show(found, points)
-
-
-def _show_margins(loops: "Loops", sample_time: float, plot: Path | None, as_json: bool) -> None:
-    from hfc_design.stability import loop_report
-
-    if plot is not None:
-        from hfc_design.pictures.figure import save
-
-        save(loop_report.loop_figure(loops, sample_time), plot)
-    if as_json:
-        click.echo(json.dumps(loop_report.numbers(loops, sample_time)))
-    else:
-        loop_report.show(loops, sample_time)
+        found.show()

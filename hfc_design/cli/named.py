@@ -54,6 +54,20 @@ FITNESS = Named("objective", "hfc_design.fitness")
 CONTROLLER = Named("controller", "hfc_design.controllers")
 STRATEGY = Named("strategy", "hfc_design.strategies")
 FORMAT = Named("format")
+ALL = {one.kind: one for one in (SCENARIO, DESIGN, PLANT, FITNESS, CONTROLLER, STRATEGY)}
+
+
+class NamedOfKind(click.types.StringParamType):
+    """A name of the kind that the argument before it says."""
+
+    name = "name"
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """The names of that kind."""
+        kind = str(ctx.params.get("kind"))
+        return ALL.get(kind, Named(kind)).shell_complete(ctx, param, incomplete)
 
 
 class NamedOption(click.Option):

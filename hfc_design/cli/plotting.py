@@ -26,7 +26,7 @@ def plot(design: str, what: str, others: Texts, unit: str | None, axis: str, out
     controller with others inside it is those that are drawn.
     """
     from hfc_design.files.pairing import load_design
-    from hfc_design.pictures.figure import save
+    from hfc_design.pictures.files import save
     from hfc_design.report.designs import picture
 
     save(picture(load_design(design, others), what, unit, axis), out)

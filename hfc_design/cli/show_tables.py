@@ -1,5 +1,6 @@
 """The tables of ``hfc show``, which fit 60 columns and more."""
 
+import re
 from collections.abc import Sequence
 from itertools import groupby
 
@@ -24,6 +25,8 @@ READ = "signal", "metric"
 WORDS = "error, command, load and signal in a unit: those of the plant, see hfc show plant NAME"
 #: Letters of a value in a table.
 LONGEST = 24
+#: Letters of a key in a line; one that is longer goes on in the next, behind a dot.
+KEY = 34
 
 
 def show_list(kind: str, found: Sequence[Entry]) -> None:
@@ -77,7 +80,7 @@ def _table(title: str, found: Sequence[Entry], prefix: str) -> None:
         default = told(one.default, one.unit) if one.default is not None else _without(one)
         allowed = f"; {one.allowed}" if one.allowed and one.allowed not in one.meaning else ""
         of = f" ({one.name})" if one.kind not in ("key", "design-key") and not title else ""
-        table.add_row(one.key.removeprefix(prefix), default, one.meaning + allowed + of)
+        table.add_row(dotted(one.key.removeprefix(prefix)), default, one.meaning + allowed + of)
     terminal().print(table)
     if any(word in one.unit for one in found for word in ("error", "command", "load", "signal")):
         terminal().print(WORDS, highlight=False)
@@ -90,9 +93,19 @@ def columns(title: str, *names: str) -> Table:
         last = name == names[-1]
         table.add_column(name, overflow="fold", ratio=2 if last else None)
     for column in table.columns[:-1]:
-        column.max_width = 34
+        column.max_width = KEY
     table.padding = (0, 1, 0, 0)
     return table
+
+
+def dotted(key: str) -> str:
+    """A key in lines of at most ``KEY`` letters, that break behind dots: no word is cut."""
+    lines = [""]
+    for word in re.findall(r"[^.]+\.?|\.", key):
+        if lines[-1].strip() and len(lines[-1] + word) > KEY:
+            lines.append("  ")
+        lines[-1] += word
+    return "\n".join(lines)
 
 
 def _without(one: Entry) -> str:
@@ -129,20 +142,20 @@ def show_scenario(
     for one in found:
         if one.where == FILE and not one.key.startswith("motions") and one.key != "description":
             default = "" if one.default is None else told(one.default, one.unit)
-            here.add_row(one.key, told(one.value, one.unit), default)
+            here.add_row(dotted(one.key), told(one.value, one.unit), default)
     out.print(here)
     if motions:
         out.print()
         table = columns("motions", "motion", "key", "value", "from")
         for motion, rows in motions:
             for k, one in enumerate(rows):
-                table.add_row("" if k else motion, one.key, _brief(one.value), one.where)
+                table.add_row("" if k else motion, dotted(one.key), _brief(one.value), one.where)
         out.print(table)
     out.print()
     rest = columns("left at its default", "key", "value", "meaning")
     for one in found:
         if one.where != FILE:
-            rest.add_row(one.key, told(one.value, one.unit), one.meaning)
+            rest.add_row(dotted(one.key), told(one.value, one.unit), one.meaning)
     out.print(rest)
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hfc_design.cli.named import NamedOfKind
 from hfc_design.cli.options import as_json, knowing_plugins
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ KINDS = (*PLUGINS, "scenario", "design", "reference", "metric", "format", "key")
 
 @click.command(short_help="What a plant, controller, scenario or key is, with units.")
 @click.argument("kind", metavar="KIND", type=click.Choice(KINDS))
-@click.argument("name", required=False)
+@click.argument("name", required=False, type=NamedOfKind())
 @as_json
 @knowing_plugins
 def show(kind: str, name: str | None, as_json: bool) -> None:

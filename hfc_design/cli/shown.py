@@ -180,7 +180,7 @@ def score_usable(
         print(f"{design.name} on {scenario.name}")
         show_usable(found.numbers())
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
         from hfc_design.report.usable_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
@@ -240,7 +240,7 @@ def score_spread(
     if not found.usable:
         print(WARNING, file=sys.stderr)
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
         from hfc_design.report.batch_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)

@@ -1,7 +1,6 @@
 """Commands that simulate: score and simulate one design; batch many, for report."""
 
 from functools import partial
-from os.path import exists, isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ from hfc_design.cli.options import (
     PATH,
     as_json,
     force,
-    free,
     knowing_plugins,
     memory,
     on_scenario,
@@ -111,7 +109,7 @@ def simulate(
     for note in notes(where, {found.name: evaluation}):
         click.echo(note, err=True)
     if plot is not None:
-        from hfc_design.pictures.figure import save
+        from hfc_design.pictures.files import save
         from hfc_design.report import plots
 
         save(plots.motion(evaluation, f"{found.name} on {where.name}"), plot)
@@ -126,45 +124,6 @@ def simulate(
         FORMATS["json"].write(learned_in(found, where, evaluation), learned_file)
     if csv_file is None and plot is None and learned_file is None:
         click.echo(trajectory_csv(evaluation), nl=False)
-
-
-@click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
-@click.argument("place", metavar="FOLDER|DESIGN", type=PATH)
-@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
-@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
-@output("--out", help="Page of a lone DESIGN [default: NAME.html].")
-@force
-@knowing_plugins
-def report(place: Path, each: bool, parquet: bool, out: Path | None) -> None:
-    """Write report.html of a run FOLDER, or of all runs below a FOLDER.
-
-    Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
-    the same numbers as runs.csv, groups.csv and comparisons.csv.
-
-    Of a DESIGN, a built-in name or a design file, NAME.html: what a run's page has without how it
-    was found, on the scenario that it was made for.
-    """
-    from hfc_design.core.records import UserError
-    from hfc_design.files.design import builtin_designs
-
-    if not (exists(place) or str(place) in builtin_designs()):
-        raise UserError(f"{place}: is no folder, no design file and no built-in design")
-    if isdir(place):
-        from hfc_design.batch.report import report
-
-        if out is not None:
-            raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")
-        report(place, each, parquet)
-        return
-    if each or parquet:
-        raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
-    path = out or free(Path(f"{place.stem}.html"))
-
-    from hfc_design.core.checkpoint import write_whole
-    from hfc_design.report.page import design_page
-
-    write_whole(path, design_page(str(place)))
-    click.echo(path)
 
 
 @click.command(short_help="Run every cell of a batch FILE: scenarios x seeds x settings.")

@@ -39,6 +39,10 @@ class OuterDesign(ControllerRecord):
             return dict(kind.axes(self.inner))
         return dict.fromkeys(axes if kind.law else ("",), self.inner)
 
+    def structure(self) -> str:
+        """That of what is inside."""
+        return kinds().get(self.inner.kind).structure(self.inner)
+
     def with_inside(self, records: dict[str, ControllerRecord]) -> Self:
         """The same with these controllers inside, by the names of axes or "" for all."""
         first, *others = records.values()

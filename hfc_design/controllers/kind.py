@@ -160,7 +160,7 @@ def reach_of(gains: dict[str, float], limit: float | None) -> dict[str, float]:
 
 def numbers(record: ControllerRecord, shown: Shown) -> list[Any]:
     """The section of a report on a controller that says nothing else of itself."""
-    from hfc_design.pictures.figure import Listing, Section  # which draw
+    from hfc_design.pictures.section import Listing, Section  # which draw
 
     own: Json = record.model_dump(exclude={"kind", "sample_time_s"})
     found = {key.rpartition(".")[2]: value for key, value in flat(own).items()}
@@ -205,6 +205,8 @@ class Kind:
     axes: Callable[[Own], dict[str, Own]] | None = None
     #: What a search can do with it: (settings, target) -> Genome.
     genome: Callable[[Own, Target], Any] | None = None
+    #: The structure of a record as ``Genome.notation`` tells it; "": its kind has but one.
+    structure: Callable[[Own], str] = lambda record: ""
     #: How many units of its hierarchy matter: (record of one, gains of a population) -> (n,).
     units: Callable[[Own, Gains], Integers] | None = None
     #: Signals that its law reads at a sample, an argument of the C code each; None: any.
@@ -235,7 +237,7 @@ class Kind:
     #: where the record has none.
     open_loop: Callable[[Own, Any, Parameters], Any] | None = None
     #: What ``hfc plot`` draws: (record, drive) -> "surface", "terms", "tables", "tree", as far as
-    #: there are, -> name of a unit -> ``pictures.figure.Drawn``; the last one where none is named.
+    #: there are, -> name of a unit -> ``pictures.section.Drawn``; the last one where none is named.
     pictures: Callable[[Own, Any], dict[str, dict[str, Any]]] | None = None
     #: What a report shows: (record, Shown) -> sections.
     sections: Callable[[Own, Shown], list[Any]] = numbers

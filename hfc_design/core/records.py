@@ -40,6 +40,18 @@ def ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+class Asked(type(BaseModel)):  # type: ignore[misc]
+    """Of a record that scripts make by its name: its faults are the lines that a file would get."""
+
+    def __call__(cls, *given: Any, **fields: Any) -> Any:
+        """A record; UserError: it is not allowed."""
+        try:
+            return super().__call__(*given, **fields)
+        except ValidationError as error:
+            again = cls.model_validate
+            raise UserError(*explained(error, fields, again)).within(cls.__name__) from None
+
+
 class Record(BaseModel):
     """An immutable record; unknown keys are refused."""
 

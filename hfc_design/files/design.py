@@ -20,6 +20,7 @@ from hfc_design.core.faults import inside
 from hfc_design.core.numbers import finite
 from hfc_design.core.plugins import chosen, resuming, uses
 from hfc_design.core.records import (
+    Asked,
     Finite,
     Label,
     Name,
@@ -118,7 +119,7 @@ class PlantRecord(Record):
 Told = Annotated[dict[str, JsonValue], writable]
 
 
-class Design(Record):
+class Design(Record, metaclass=Asked):
     """A design file as a whole."""
 
     format: Literal["hfc-design"] = "hfc-design"  # says that this is a design file

@@ -12,7 +12,7 @@ from pydantic import Field, SerializeAsAny, model_validator
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.plugins import chosen
-from hfc_design.core.records import Name, Record, UserError
+from hfc_design.core.records import Asked, Name, Record, UserError
 from hfc_design.core.shown import line, table
 from hfc_design.files.design import Limits
 from hfc_design.files.following import check_following, motion_of, reference_of
@@ -55,7 +55,7 @@ class RunSettings(Record):
     polish: int = Field(0, ge=0, le=100_000, exclude_if=not_)
 
 
-class Scenario(Record):
+class Scenario(Record, metaclass=Asked):
     """Everything that a design run needs, with the defaults of LL section 4."""
 
     name: Name  # of the scenario; left out: that of its file

@@ -6,7 +6,7 @@ fitness that asks for a small error at a calm command.
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tomli_w
@@ -14,9 +14,11 @@ import tomli_w
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.identify.identified import Identified
 from hfc_design.identify.recording import Recording
 from hfc_design.logs.steps import noise_of
+
+if TYPE_CHECKING:
+    from hfc_design.identify.result import Identified
 
 #: Least tolerance of a parameter that the log tells: friction is another one when it is warm.
 #: The largest one, also of what the log does not tell.
@@ -27,7 +29,7 @@ OTHERS = 0.1
 DIGITS = 6
 
 
-def tolerances(found: Identified) -> dict[str, float]:
+def tolerances(found: "Identified") -> dict[str, float]:
     """Of each parameter half its interval as a share of its value, within bounds."""
     known, shares = found.known, {}
     each = zip(found.free.names, known.value, known.low, known.high, strict=True)
@@ -38,7 +40,7 @@ def tolerances(found: Identified) -> dict[str, float]:
     return shares
 
 
-def plant(found: Identified) -> Json:
+def plant(found: "Identified") -> Json:
     """The machine as it was identified."""
     data: Json = found.scenario.plant.model_dump(mode="json", exclude_unset=True)
     each = zip(found.free.names, found.known.value, strict=True)
@@ -50,23 +52,24 @@ def plant(found: Identified) -> Json:
     return {**data, "axes": {**every, name: {**every.get(name, {}), **value}}}
 
 
-def scenario_text(found: Identified, name: str, from_file: bool) -> str:
-    """The scenario as TOML; ``from_file``: it has motions and fitness already.
+def scenario_text(found: "Identified") -> str:
+    """The scenario as TOML; motions and fitness are made unless there was a scenario.
 
     Raises:
         UserError: it is no scenario with these parameters.
     """
-    data = _own(found) if from_file else _made(found)
+    made = found.task.made
+    data = _made(found) if made else _own(found)
     data["plant"] = plant(found)
     robust = data.get("robust", {"spread": OTHERS, "first": 8, "machines": 8, "elite": 8})
     data["robust"] = {**robust, "tolerances": {**robust.get("tolerances", {}), **tolerances(found)}}
-    told = {"name": called(name), "description": f"{found.scenario.plant.name} by its log"}
+    told = {"name": called(found.log), "description": f"{found.scenario.plant.name} by its log"}
     data = {**told, **data}
     notes = []
     try:
         load_scenario(data)
     except UserError as error:
-        if not from_file:
+        if made:
             raise
         del data["robust"]  # its fitness ranks one machine alone
         notes = [f"# Without [robust]: {str(error).splitlines()[0]}"]
@@ -76,12 +79,12 @@ def scenario_text(found: Identified, name: str, from_file: bool) -> str:
     return "\n".join(head) + "\n" + tomli_w.dumps(data)
 
 
-def _own(found: Identified) -> Json:
+def _own(found: "Identified") -> Json:
     data: Json = found.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
     return {key: value for key, value in data.items() if key not in ("name", "description")}
 
 
-def _made(found: Identified) -> Json:
+def _made(found: "Identified") -> Json:
     """Motions like those of the log."""
     told, scenario = found.told, found.scenario
     axis = scenario.plant.each()[found.axis]
@@ -163,7 +166,7 @@ def _fastest(told: Recording) -> tuple[float, float]:
     return speed, max(float(np.quantile(np.abs(change), 0.99)), speed)
 
 
-def _limit(found: Identified) -> float:
+def _limit(found: "Identified") -> float:
     """The largest command of the drive, or, where it has no limit, of the log."""
     axis = found.scenario.plant.each()[found.axis]
     low, high = axis.drive.largest_commands(axis.parameters, found.scenario.limits.command)

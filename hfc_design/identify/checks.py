@@ -10,7 +10,7 @@ from hfc_design.core.numbers import Floats
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.identify.certainty import Certainty
-from hfc_design.identify.fit import offs
+from hfc_design.identify.fit import Fit, offs
 from hfc_design.identify.loop import loop
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -84,6 +84,8 @@ def doubts(name: str, found: Found, known: Certainty, told: Recording, pushed: b
             f"NOT USABLE: the best replay is {100 * share:.3g} % of the motion off (rms); is it "
             "this machine, and are the columns and units right?"
         )
+    if told.command is not None:
+        notes += beyond(fit, told.command)
     if pushed:
         notes.append(
             "DOUBTFUL: the axes of this machine push one another, and one is replayed alone: what "
@@ -104,6 +106,20 @@ def doubts(name: str, found: Found, known: Certainty, told: Recording, pushed: b
             f"the command acts {ms:.2g} ms {word} than its samples say ({fit.late:+.2f} samples)"
         )
     return notes
+
+
+def beyond(fit: Fit, command: Floats) -> list[str]:
+    """What to say where the drive does not take all of a recorded command."""
+    drive = fit.free.drive
+    low, high = drive.largest_commands(fit.free.parameters(fit.numbers))
+    share = float(np.mean((command < low) | (command > high)))
+    if not share:
+        return []
+    return [
+        f"{100 * share:.2g} % of the commands are beyond the {low:.4g} to {high:.4g} "
+        f"{drive.units['command']} that the drive takes, and act as those: is that limit, and is "
+        "the unit of the command right?"
+    ]
 
 
 def strangers(checks: Sequence[Check], logs: dict[str, Recording]) -> list[str]:

@@ -1,83 +1,23 @@
 """A machine and its log -> what the log tells of the machine, checked on a second log."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
-from hfc_design.files.design import Design
-from hfc_design.files.scenario import Scenario
-from hfc_design.identify.advice import Advice, advice
+from hfc_design.identify.advice import advice
 from hfc_design.identify.bounds import fault
-from hfc_design.identify.certainty import Certainty, certainty
-from hfc_design.identify.checks import Check, checked, doubts, how_of, strangers
+from hfc_design.identify.certainty import certainty
+from hfc_design.identify.checks import checked, doubts, strangers
 from hfc_design.identify.fit import Fit
-from hfc_design.identify.free import Free, free
+from hfc_design.identify.free import Free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.loop import loop
-from hfc_design.identify.profile import Profile, profiles
+from hfc_design.identify.profile import profiles
 from hfc_design.identify.recording import Recording
+from hfc_design.identify.result import Identified
 from hfc_design.identify.search import Found, Tell, bandwidths, by_command, by_loop
-
-
-class Task(NamedTuple):
-    """What is to be identified, and how."""
-
-    scenario: Scenario  # its plant with the values to start from, sensors, limits
-    axis: int  # which one
-    design: Design | None  # the controller in the loop that recorded the logs
-    names: Sequence[str] | None  # parameters that are looked for; None: all that may be
-    bandwidth: float | None  # of the observer [Hz]; 0: open loop; None: that of the least residual
-    seed: int = 0
-
-
-class Identified(NamedTuple):
-    """Everything that a log tells."""
-
-    scenario: Scenario
-    axis: int
-    found: Found
-    known: Certainty
-    states: tuple[str, ...]  # of each parameter, see ``Kept``
-    profiles: tuple[Profile, ...]
-    checks: tuple[Check, ...]
-    advice: Advice | None
-    told: Recording
-    notes: tuple[str, ...]
-
-    @property
-    def free(self) -> Free:
-        """The parameters that were looked for."""
-        return self.found.fit.free
-
-    @property
-    def how(self) -> str:
-        """How the log was replayed."""
-        return how_of(self.found)
-
-    @property
-    def position_unit(self) -> str:
-        """Of the residual."""
-        return self.free.drive.units["error"]
-
-
-def looked_for(task: Task) -> Free:
-    """The parameters that are looked for.
-
-    Raises:
-        UserError: one is unknown, or has no value to start from.
-    """
-    start = task.scenario.plant.each()[task.axis]
-    changes = start.parameters._asdict()
-    nominal = start.drive.parameters()._asdict()
-    own = {key: value for key, value in changes.items() if value != nominal[key]}
-    try:
-        return free(start.drive, own, task.names)
-    except ValueError as error:
-        raise UserError(f"--free {error}") from None
+from hfc_design.identify.task import Task, looked_for
 
 
 def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: None) -> Identified:
@@ -113,9 +53,7 @@ def identify(task: Task, logs: dict[str, Recording], tell: Tell = lambda line: N
     pushed = task.scenario.machine.forces is not None
     against = *doubts(name, found, known, told, pushed), *strangers(checks, logs)
     notes = (*filter(None, [note]), *against, *told.notes, *filter(None, [wanted.rest()]))
-    return Identified(
-        task.scenario, task.axis, found, known, states, worst, checks, next_one, told, notes
-    )
+    return Identified(name, task, found, known, states, worst, checks, next_one, told, notes)
 
 
 def _found(task: Task, wanted: Free, name: str, told: Recording, tell: Tell) -> Found:

@@ -1,200 +1,64 @@
-"""The page and the record of an identification."""
+"""The page of an identification, and the folder that it lies in."""
 
 import json
-from typing import Any
+from pathlib import Path
 
-import numpy as np
-
-from hfc_design.core.numbers import Json
+from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.plugins import given
-from hfc_design.identify import plots
-from hfc_design.identify.aim import tolerances
-from hfc_design.identify.certainty import CONFIDENCE, Combination
-from hfc_design.identify.identified import Identified
-from hfc_design.identify.kept import HELD
+from hfc_design.core.records import writing
+from hfc_design.identify import plots, words
+from hfc_design.identify.aim import scenario_text
+from hfc_design.identify.certainty import CONFIDENCE
 from hfc_design.identify.profile import LIMIT
-from hfc_design.pictures.figure import Rows, readable, small_address
-from hfc_design.report import rendered
-
-HEADS = ["parameter", "unit", "began", "found", "from", "to", "told?"]
-
-
-def parameter_rows(found: Identified) -> Rows:
-    """Of each parameter its value and the ends of its interval."""
-    known, free = found.known, found.free
-    units = free.drive.parameter_units
-    rows = []
-    for k, name in enumerate(free.names):
-        start = float(getattr(free.start, name))
-        numbers = [f"{x:.5g}" for x in (start, known.value[k])]
-        told = known.error[k] < 2.0 and found.states[k] != HELD
-        ends = [f"{x:.5g}" if told else "–" for x in (known.low[k], known.high[k])]
-        rows.append([name, units.get(name, ""), *numbers, *ends, found.states[k]])
-    return rows
+from hfc_design.identify.record import numbers
+from hfc_design.identify.result import Identified
+from hfc_design.pictures.files import small_address
+from hfc_design.report import REPORT, Page, rendered
 
 
-def interval_line(found: Identified) -> str:
-    """What the ends of the intervals mean."""
-    line = f"from and to are the ends of the {100 * CONFIDENCE:g} % interval, if the model is right"
-    each = zip(found.free.names, found.states, strict=True)
-    held = ", ".join(name for name, state in each if state == HELD)
-    return f"{line}; where 'given', if what is held ({held}) is right" if held else line
+def write(found: Identified, path: Path, command: str) -> None:
+    """Write the folder: page, numbers, and the scenario for a search.
 
+    ``command`` is how the page says that it was made.
 
-def check_rows(found: Identified) -> Rows:
-    """Of each replay what it is off, before and after."""
-    rows = []
-    for check in found.checks:
-        cells = [_read(found, x) for x in (check.before, check.after)]
-        rows.append([check.log, check.how, *cells])
-    return rows
-
-
-#: So many combinations are told that the log does not tell, and parameters of each.
-COMBINATIONS, TOGETHER = 4, 3
-
-
-def untold_lines(found: Identified) -> list[str]:
-    """What the log does not tell, in words."""
-    lines = [_untold(one) for one in found.known.untold[:COMBINATIONS]]
-    if len(found.known.untold) > COMBINATIONS:
-        more = len(found.known.untold) - COMBINATIONS
-        lines.append(f"and {more} more such combinations: look for fewer parameters with --free")
-    return lines
-
-
-def _untold(one: Combination) -> str:
-    change = f"{100 * one.change:.2g} %" if one.change < 10.0 else f"a factor of {one.change:.2g}"
-    (first, _), *others = sorted(one.shares.items(), key=lambda item: -abs(item[1]))
-    if not others:
-        return f"{first} is only known to {change}"
-    rest = f" and {len(others) - TOGETHER} more" if len(others) > TOGETHER else ""
-    shown = others[:TOGETHER]
-    told = ", ".join(f"{name} ({100 * one.change * x:+.2g} %)" for name, x in shown)
-    return f"{first} may change by {change} if others do too: {told}{rest}"
-
-
-NOTHING = (
-    "no sine of the command would tell much more; measure other signals too, as the current, or "
-    "look for fewer parameters with --free"
-)
-
-
-def advice_line(found: Identified) -> str:
-    """What to record next; "" if there is nothing to say."""
-    one = found.advice
-    if one is None:
-        untold = not all(found.known.told)
-        return NOTHING if untold else ""
-    units = found.free.drive.units
-    gains = ", ".join(
-        f"{name} from ±{100 * a:.2g} % to ±{100 * b:.2g} %" for name, (a, b) in one.errors.items()
-    )
-    factor, small = readable(found.position_unit, one.travel)
-    return (
-        f"{one.duration:g} s of a sine of the command of {one.amplitude:.3g} {units['command']} at "
-        f"{one.frequency:g} Hz (the axis goes {factor * one.travel:.3g} {small} to and fro, at up "
-        f"to {one.speed:.3g} {units['error_rate']}) would tell {gains} (standard errors)"
-    )
-
-
-def verdict(found: Identified) -> str:
-    """What came out, in a sentence."""
-    told, one = found.known.told, found.checks[0]
-    count = f"{sum(told) or 'none'} of {len(told)} parameters that were looked for"
-    before, after = (_read(found, x) for x in (one.before, one.after))
-    return (
-        f"the log tells {count}, and the replay is {after} off (rms); it was {before} with the "
-        "values that it began with"
-    )
-
-
-def _read(found: Identified, position: float) -> str:
-    """A position with a unit that it is easy to read in."""
-    factor, unit = readable(found.position_unit, position)
-    return f"{factor * position:.3g} {unit}"
-
-
-def agreeing_line(found: Identified) -> str:
-    """How far the starts agree."""
-    return (
-        f"{found.found.fit.agreeing} of the ten best of a hundred starts end at the same residual; "
-        f"replayed under: {found.how}"
-    )
-
-
-def record(found: Identified, log: str) -> str:
-    """The record as JSON: what ``found`` tells, in numbers."""
-    known, free = found.known, found.free
-    told: Json = {
-        name: {
-            "value": float(known.value[k]),
-            "low": float(known.low[k]),
-            "high": float(known.high[k]),
-            "told": found.states[k],
-            "began": float(getattr(free.start, name)),
-            "tolerance": tolerances(found)[name],
-            "unit": free.drive.parameter_units.get(name, ""),
-        }
-        for k, name in enumerate(free.names)
+    Raises:
+        UserError, RunError: it cannot be written, or is not what a scenario can hold.
+    """
+    texts = {
+        "scenario.toml": scenario_text(found).encode(),
+        "identified.json": (json.dumps(numbers(found), indent=1) + "\n").encode(),
+        REPORT: page(found, command).html,
     }
-    late = found.told.sample_time * np.array([found.found.fit.late, *known.late])
-    data: Json = {
-        "format": "hfc-design-identified",
-        "version": 1,
-        "log": log,
-        "plant": free.drive.name,
-        "confidence": CONFIDENCE,
-        "parameters": told,
-        "command_late_s": dict(zip(("value", "low", "high"), map(float, late), strict=True)),
-        "replayed_under": found.how,
-        "position_unit": found.position_unit,
-        "rms": dict(zip(found.told.outputs, map(float, found.found.fit.rms), strict=True)),
-        "checks": [
-            {"log": one.log, "how": one.how, "rms_before": one.before, "rms": one.after}
-            for one in found.checks
-        ],
-        "untold": untold_lines(found),
-        "record_next": advice_line(found),
-        "notes": list(found.notes),
-    }
-    return json.dumps(_finite(data), indent=1) + "\n"
-
-
-def _finite(part: Any) -> Any:
-    """Numbers that are none become null."""
-    if isinstance(part, dict):
-        return {key: _finite(value) for key, value in part.items()}
-    if isinstance(part, list):
-        return [_finite(one) for one in part]
-    lost = isinstance(part, float) and not np.isfinite(part)
-    return None if lost else part
+    with writing(path):
+        path.mkdir(parents=True, exist_ok=True)
+    for name, content in texts.items():
+        write_whole(path / name, content)
 
 
 def _is_doubt(note: str) -> bool:
     return note.startswith(("DOUBTFUL", "NOT USABLE"))
 
 
-def page(found: Identified, log: str, command: str) -> bytes:
+def page(found: Identified, command: str) -> Page:
     """One file that needs nothing else."""
     units = found.free.drive.parameter_units
     return rendered(
         "identified.html.j2",
         small_address,
-        log=log,
+        log=found.log,
         plant=found.free.drive.name,
-        heads=HEADS,
-        rows=parameter_rows(found),
+        heads=words.HEADS,
+        rows=words.parameter_rows(found),
         confidence=100 * CONFIDENCE,
-        intervals=interval_line(found),
-        agreeing=agreeing_line(found),
+        intervals=words.interval_line(found),
+        agreeing=words.agreeing_line(found),
         how=found.how,
         doubts=[note for note in found.notes if _is_doubt(note)],
         notes=[note for note in found.notes if not _is_doubt(note)],
-        untold=untold_lines(found),
-        advice=advice_line(found),
-        checks=check_rows(found),
-        verdict=verdict(found),
+        untold=words.untold_lines(found),
+        advice=words.advice_line(found),
+        checks=words.check_rows(found),
+        verdict=words.verdict(found),
         replayed=plots.replayed(found),
         closely=plots.closely(found),
         checked=plots.checked(found),

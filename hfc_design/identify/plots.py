@@ -9,10 +9,11 @@ from scipy.signal import welch
 from hfc_design.core.numbers import Floats
 from hfc_design.identify.certainty import CONFIDENCE
 from hfc_design.identify.checks import Check
-from hfc_design.identify.identified import Identified
 from hfc_design.identify.profile import LIMIT, Profile
+from hfc_design.identify.result import Identified
 from hfc_design.pictures.curves import thinned
-from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain, readable
+from hfc_design.pictures.figure import OTHER, OWN, above, finish, framed, gridded, plain
+from hfc_design.pictures.numbers import readable
 
 #: A spectrum is the mean of those of parts: that many at least, of so many samples at most.
 PARTS, SEGMENT = 4, 8192

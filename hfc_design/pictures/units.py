@@ -8,7 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, colour_strip, framed, round_above
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    STRIP,
+    WIDTH,
+    colour_strip,
+    framed,
+    round_above,
+)
 
 #: Points a side that a surface is computed at, and that terms are drawn with.
 POINTS = 81
@@ -33,7 +41,7 @@ def surface(
         title: stands above.
         meaning: what the colours stand for, with its unit.
     """
-    figure = framed(4.0, top=0.35, right=0.95)
+    figure = framed(4.0, top=0.35, right=STRIP)
     axes = figure.subplots()
     low, high = float(values.min()), float(values.max())
     if low * high > 0.0:  # of one sign: what differs is told by all colours

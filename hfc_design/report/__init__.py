@@ -2,21 +2,34 @@
 
 import base64
 import hashlib
-from collections.abc import Callable
-from functools import partial
+import re
+from collections.abc import Callable, Container, Iterable, Sequence
 from importlib.resources import files
+from itertools import chain, count
+from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from hfc_design.pictures.figure import address
+from hfc_design.pictures.files import address
+from hfc_design.pictures.section import Listing
 from hfc_design.pictures.units import BELOW
 
 REPORT = "report.html"
+#: Letters of the name of a file.
+LONGEST = 60
 
 
-def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values: object) -> bytes:
+class Page(NamedTuple):
+    """A page, and what stands on it by names that files can have, in its order."""
+
+    html: bytes
+    figures: dict[str, Figure]
+    tables: dict[str, Listing]
+
+
+def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values: object) -> Page:
     """The page of a template; everything that stands in the values is escaped.
 
     ``picture`` is how a figure becomes the address of an image.
@@ -24,10 +37,31 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
     environment = Environment(
         loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters["picture"] = picture
-    environment.filters["shaded_picture"] = partial(_shaded, picture)
+    figures: dict[str, Figure] = {}
+    tables: dict[str, Listing] = {}
+
+    def drawn(figure: Figure, called: str, shaded: bool = False) -> str:
+        figures[_free(called, figures)] = figure
+        return _shaded(picture, figure) if shaded else picture(figure)
+
+    def kept(called: str, caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+        listing = Listing(str(caption), [*map(str, head)], [[*map(str, row)] for row in rows])
+        tables[_free(called, tables)] = listing
+        return ""
+
+    environment.filters["picture"] = drawn
     environment.filters["digest"] = digest
-    return environment.get_template(name).render(**values).encode()
+    environment.globals["kept"] = kept
+    html = environment.get_template(name).render(**values).encode()
+    return Page(html, figures, tables)
+
+
+def _free(called: str, taken: Container[str]) -> str:
+    """A name for a file: letters and digits of what it is called, with a number if need be."""
+    letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
+    name = letters[:LONGEST].rstrip("-") or "unnamed"
+    names = chain([name], (f"{name}-{k}" for k in count(2)))
+    return next(one for one in names if one not in taken)
 
 
 def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:

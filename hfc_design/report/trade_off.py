@@ -6,17 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
-from hfc_design.pictures.figure import (
-    OTHER,
-    OWN,
-    Drawing,
-    Listing,
-    Section,
-    framed,
-    gridded,
-    readable,
-    score,
-)
+from hfc_design.pictures.figure import OTHER, OWN, framed, gridded
+from hfc_design.pictures.numbers import readable, score
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.runs.front import Front, marks
 
 #: Rows that are shown of a front; ``front.csv`` has all.

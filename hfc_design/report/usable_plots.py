@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from hfc_design.pictures.figure import OTHER, OWN, drawable, framed, gridded, plain, readable
+from hfc_design.pictures.figure import OTHER, OWN, drawable, framed, gridded, plain
+from hfc_design.pictures.numbers import readable
 from hfc_design.simulation.in_use import Usable
 
 #: Share of the machines that a panel shows: a few that run away would make the others a line.

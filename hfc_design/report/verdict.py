@@ -6,7 +6,7 @@ import numpy as np
 
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judge
-from hfc_design.pictures.figure import score
+from hfc_design.pictures.numbers import score
 from hfc_design.report.comparison.tables import short
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.repeats import range_told

@@ -26,6 +26,7 @@ from hfc_design.controllers.controller import (
 from hfc_design.controllers.kind import ControllerRecord, Kind, needed
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
+from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design, named_design
 from hfc_design.files.learning import learned
 
@@ -119,10 +120,19 @@ class Controller:
 
 
 class Machine:
-    """The controllers of every axis of a machine, for kinds that see all of it too."""
+    """The controllers of every axis of a machine, for kinds that see all of it too.
+
+    ``axes`` names them in order; left out they are those of the design's ``plant.axes``, or one.
+
+    Raises:
+        UserError: the limits are of axes by name, and nothing names all of the machine's.
+    """
 
     def __init__(self, design: AnyDesign, axes: tuple[str, ...] = ()):
         self.design = design = named_design(design)
+        if (named := design.limits.axes) and not (axes or design.plant.axes):
+            told = f"{design.name}: limits.axes are of {', '.join(named)}, plant.axes names none"
+            raise UserError(f"{told}; name all of the machine's: Machine(design, ('x', 'y'))")
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = kind.gains(design.controller)

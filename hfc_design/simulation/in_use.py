@@ -1,10 +1,12 @@
 """What can be said about using a design: in each motion, in a line, as plain numbers."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.repeats import Repeats, chaos_told
@@ -14,6 +16,9 @@ UNSTABLE = (
     "at rest its linear loop swings by itself (hfc stability tells more, a motion that holds a "
     "position would show it)"
 )
+
+#: What no drive does, in whatever unit a table has it.
+RUNAWAY = 1e9
 
 
 class InMotion(NamedTuple):
@@ -41,6 +46,19 @@ class Usable(NamedTuple):
     units: dict[str, str]  # of the measures
     loop_stable: bool | None  # of the nominal machine at rest, where there is a linear loop
     repeats: Repeats  # of the merit of the nominal machine, in float64
+
+    def __repr__(self) -> str:
+        return line("Usable", self._told())
+
+    def _repr_html_(self) -> str:
+        each = {f"{one.name}: keep everything": float(one.good.mean()) for one in self.motions}
+        return table(self.answer, self._told() | each)
+
+    def _told(self) -> dict[str, object]:
+        low, high = self.interval
+        share = float(self.good.mean())
+        told = {"yes": self.yes, "spread": self.spread, "machines": len(self.good)}
+        return {**told, "share": share, "share_from": low, "share_to": high}
 
     @property
     def good(self) -> Mask:
@@ -111,6 +129,16 @@ class Usable(NamedTuple):
             "units": self.units,
             "motions": {one.name: _motion_numbers(one) for one in self.motions},
         }
+
+
+def measured(value: float | None, factor: float, write: Callable[[float], str], none: str) -> str:
+    """A measure times ``factor`` as a table has it; one that no drive has is of one that ran away.
+
+    ``none`` stands for what was never finite.
+    """
+    if value is None:
+        return none
+    return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
 
 
 def merit_told(found: Json) -> str:

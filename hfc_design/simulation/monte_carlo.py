@@ -125,6 +125,9 @@ def robustness(
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
+    if scenario.motions:
+        told = f"{scenario.name} has several motions: take usable(design, scenario), or one of them"
+        raise UserError(f"{told}, scenario.motion({scenario.motions[0].name!r})")
     check_draw(spread, samples, seed)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)

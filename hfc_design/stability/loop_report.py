@@ -1,22 +1,65 @@
 """Margins of linear loops, as ``hfc stability`` and the page show them."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from rich.table import Table
 
 from hfc_design.core.console import show_whole
 from hfc_design.core.numbers import Json
+from hfc_design.core.shown import line, table
 from hfc_design.stability.margins import Margins, OpenLoop, margins
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # takes longer than all the rest
 
-#: Loops by the names of their axes, "" where there is one; and each one's sample time [s].
+#: Loops by the names of their axes, "" where there is one.
 Loops = Mapping[str, OpenLoop]
 NONE = "none"
 ABOUT = "Near the speed at which friction slides; none: no change of that kind makes the loop swing"
+
+
+class LoopMargins(NamedTuple):
+    """Margins of the linear loops of a design."""
+
+    loops: Loops
+    sample_time: float  # [s]
+
+    def __repr__(self) -> str:
+        told: dict[str, object] = {}
+        for axis, loop in self.loops.items():
+            own = margins(loop)
+            name = f"{axis}_" if axis else ""
+            told |= {f"{name}stable": own.stable, f"{name}gain_up": own.gain_up}
+            told[f"{name}phase_deg"] = own.phase
+        return line("LoopMargins", told)
+
+    def _repr_html_(self) -> str:
+        told: dict[str, object] = {}
+        for axis, loop in self.loops.items():
+            own = rows(margins(loop), self.sample_time)
+            told |= {f"{axis}: {name}" if axis else name: text for name, text in own}
+        return table("linear loop, opened at the command", told)
+
+    def numbers(self) -> Json:
+        """What ``hfc stability --json`` prints."""
+        return numbers(*self)
+
+    def figure(self) -> "Figure":
+        """Magnitude and phase of the open loops."""
+        return loop_figure(*self)
+
+    def show(self) -> None:
+        """Print the margins as a table, a column for each axis."""
+        shown = Table(caption=about(self.loops), caption_justify="left")
+        shown.add_column("linear loop, opened at the command", no_wrap=True)
+        for axis in self.loops:
+            shown.add_column(axis or "value", justify="right")
+        each = [rows(margins(loop), self.sample_time) for loop in self.loops.values()]
+        for own in zip(*each, strict=True):
+            shown.add_row(own[0][0], *(text for _, text in own))
+        show_whole(shown)
 
 
 def numbers(loops: Loops, sample_time: float) -> Json:
@@ -51,18 +94,6 @@ def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
 
 def _told(value: float | None) -> str:
     return NONE if value is None else f"{value:.4g}"
-
-
-def show(loops: Loops, sample_time: float) -> None:
-    """Print the margins as a table, a column for each axis."""
-    table = Table(caption=about(loops), caption_justify="left")
-    table.add_column("linear loop, opened at the command", no_wrap=True)
-    for axis in loops:
-        table.add_column(axis or "value", justify="right")
-    each = [rows(margins(loop), sample_time) for loop in loops.values()]
-    for own in zip(*each, strict=True):
-        table.add_row(own[0][0], *(text for _, text in own))
-    show_whole(table)
 
 
 def loop_figure(loops: Loops, sample_time: float) -> "Figure":

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from itertools import cycle
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from rich.table import Table
@@ -11,6 +11,7 @@ from rich.table import Table
 from hfc_design.core.console import show_whole
 from hfc_design.core.numbers import Json, Parameters
 from hfc_design.core.records import UserError
+from hfc_design.core.shown import line, table
 from hfc_design.stability.stable_range import StableRange
 
 if TYPE_CHECKING:
@@ -27,6 +28,38 @@ MARKERS = "os^Dv*"
 BEYOND = 4.0
 #: Height of a line of the legend [in].
 LINE = 0.19
+
+
+class StableGains(NamedTuple):
+    """Gains that keep a feed drive stable, and those of rule tables beside them [unit/BLU]."""
+
+    range: StableRange
+    points: Points  # of the design's tables; none without a design
+
+    def __repr__(self) -> str:
+        inside = {name: self.range.contains(*point) for name, point in self.points.items()}
+        told = {"k1_bound": self.range.k1_bound, "k1_linear": self.range.k1_linear}
+        return line("StableGains", {**told, **inside})
+
+    def _repr_html_(self) -> str:
+        return table("stable range, JK04 section 3; gains in unit/BLU", rows(self))
+
+    def numbers(self) -> Json:
+        """What ``hfc stability --json`` prints."""
+        return numbers(*self)
+
+    def figure(self) -> "Figure":
+        """The bound of K_2 against K_1 (JK04 fig. 4)."""
+        return stability_figure(*self)
+
+    def show(self) -> None:
+        """Print the numbers as a table."""
+        shown = Table(caption="gains in unit/BLU", caption_justify="left")
+        shown.add_column("stable range, JK04 section 3", no_wrap=True)
+        shown.add_column("value", justify="right")
+        for name, value in rows(self).items():
+            shown.add_row(name, value)
+        show_whole(shown)
 
 
 def drive_of(
@@ -63,13 +96,10 @@ def numbers(found: StableRange, points: Points) -> Json:
     }
 
 
-def show(found: StableRange, points: Points) -> None:
-    """Print the numbers as a table."""
-    table = Table(caption="gains in unit/BLU", caption_justify="left")
-    table.add_column("stable range, JK04 section 3", no_wrap=True)
-    table.add_column("value", justify="right")
-    data = numbers(found, points)
-    rows = {
+def rows(gains: StableGains) -> dict[str, str]:
+    """The numbers as people read them."""
+    found, data = gains.range, gains.numbers()
+    values = {
         "K_0 [BLU/unit]": found.k0,
         "a": found.a,
         "b": found.b,
@@ -79,12 +109,11 @@ def show(found: StableRange, points: Points) -> None:
         "K_1 below, eq. 21, sign corrected": found.k1_theorem,
         **{f"K_2 below, at K_1 = {p['k1']:.5g}": p["k2"] for p in data["k2_bounds"]},
     }
-    for name, value in rows.items():
-        table.add_row(name, f"{value:.6g}")
+    told = {name: f"{value:.6g}" for name, value in values.items()}
     for name, point in data["points"].items():
         where = "inside" if point["inside"] else "outside"
-        table.add_row(f"{name}: K_1, K_2", f"{point['k1']:.4g}, {point['k2']:.4g} {where}")
-    show_whole(table)
+        told[f"{name}: K_1, K_2"] = f"{point['k1']:.4g}, {point['k2']:.4g} {where}"
+    return told
 
 
 def stability_figure(found: StableRange, points: Points) -> "Figure":

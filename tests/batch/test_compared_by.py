@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from run_folders import PRESETS, batch_folder, hfc, table
 
+from hfc_design.batch.comparisons import compared
+from hfc_design.batch.groups import grouped, quartiles
 from hfc_design.batch.runs import runs_below
-from hfc_design.batch.summary import compared, grouped, quartiles
 
 HARD = "fitness, LL eq. 5 / (1 + 300 stick share)"
 

@@ -7,8 +7,9 @@ import pytest
 import scipy.stats
 from run_folders import PRESETS, batch_folder, hfc, run_folder
 
+from hfc_design.batch.comparisons import compared, runs_needed, smallest_p
+from hfc_design.batch.groups import grouped
 from hfc_design.batch.runs import runs_below
-from hfc_design.batch.summary import compared, grouped, runs_needed, smallest_p
 
 
 def test_groups_by_hand(tmp_path):

@@ -40,6 +40,9 @@ def completed(*words, shell=BashComplete):
         (["design", "--controller"], sorted(KINDS.built_in)),
         (["design", "--fitness"], sorted(OBJECTIVES.built_in)),
         (["export", "pd-only", "--to"], sorted(FORMATS)),
+        (["show", "scenario"], builtin_names()),
+        (["show", "plant"], sorted(ALL_PLANTS.built_in)),
+        (["show", "format"], sorted(FORMATS)),
     ],
 )
 def test_every_name_is_offered(shell, words, names):

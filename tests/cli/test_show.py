@@ -46,6 +46,15 @@ def test_it_fits(asked, width, monkeypatch):
     assert max(map(len, done.stdout.splitlines())) <= width
 
 
+@pytest.mark.parametrize("width", [60, 80])
+def test_no_word_of_a_key_is_cut(width, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(width))
+    shown = hfc("show", "scenario", "c-axis-practical").stdout
+    lines = [line.rstrip() for line in shown.splitlines()]
+    folded = [k for k, line in enumerate(lines) if line.startswith("fitness.tolerances.rms_error.")]
+    assert [lines[k].split()[0][-1] + lines[k + 1] for k in folded] == [".  tolerance", ".  weight"]
+
+
 def test_a_plant_with_units_and_source(monkeypatch):
     monkeypatch.setenv("COLUMNS", "120")
     lines = [" ".join(line.split()) for line in hfc("show", "plant", "c-axis").stdout.splitlines()]

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from scipy.io import savemat
 
 from hfc_design.cli import main
-from hfc_design.cli.identified_logs import called
 from hfc_design.core.records import UserError
+from hfc_design.identify.sources import called
 from hfc_design.logs.reading import read_log
 
 TIME = np.arange(400) * 1e-3

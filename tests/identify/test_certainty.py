@@ -10,9 +10,9 @@ from hfc_design.identify.certainty import certainty, covariance_of
 from hfc_design.identify.fit import VAGUE, Fit, Problem, fitted, settled
 from hfc_design.identify.free import free
 from hfc_design.identify.kept import kept
-from hfc_design.identify.page import NOTHING, _untold
 from hfc_design.identify.replay import replay
 from hfc_design.identify.search import Found
+from hfc_design.identify.words import NOTHING, _untold
 from plants import PLANTS
 
 STEPS, LEFT = 4000, 0.9  # samples; what is left of a disturbance after a sample

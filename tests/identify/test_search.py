@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from carts import recorded
 
-from hfc_design.identify.checks import Check, strangers
+from hfc_design.identify.checks import Check, beyond, strangers
+from hfc_design.identify.fit import Fit
+from hfc_design.identify.free import free
 from hfc_design.identify.search import bandwidths
+from plants.positioning_stage import POSITIONING_STAGE
 
 WAVE = np.sin(0.05 * np.arange(4000))
 
@@ -32,6 +35,15 @@ def test_observers_that_do_not_are_refused():
             bandwidths(told, wanted)
     with pytest.raises(ValueError, match="has 99 samples, an observer needs 100"):
         bandwidths(recorded(WAVE[:99], WAVE[:99]), None)
+
+
+def test_commands_that_the_drive_does_not_take_are_told():
+    """Two of five are beyond the amplifier's 2 V; one at the limit is not."""
+    wanted = free(POSITIONING_STAGE, {"highest_voltage": 2.0}, ("mass",))
+    fit = Fit(wanted, wanted.begun, *[WAVE] * 3, 1)
+    (line,) = beyond(fit, np.array([-2.5, -2.0, 0.0, 1.0, 7.0]))
+    assert line.startswith("40 % of the commands are beyond the -2 to 2 V that the drive takes")
+    assert not beyond(fit, np.array([-2.0, 0.0, 2.0]))
 
 
 def test_a_log_that_is_replayed_far_worse_is_of_another_machine():

@@ -22,7 +22,7 @@ from hfc_design import runtime
 from hfc_design.cli import main
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats import code
-from hfc_design.report.plots import errors
+from hfc_design.report.errors import errors
 
 HERE = Path(__file__).parent
 OWN = ("--plant", "toy_machine:MACHINE", "--use", "toy_kind:KIND")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.pictures.figure import image
+from hfc_design.pictures.files import image
 from hfc_design.report import batch_plots
 
 

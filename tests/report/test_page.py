@@ -17,9 +17,11 @@ from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.pictures.curves import SLICES
-from hfc_design.pictures.figure import image, save
+from hfc_design.pictures.files import image, save
 from hfc_design.report import batch_plots, plots
-from hfc_design.report.page import _sections, write_page
+from hfc_design.report.errors import errors
+from hfc_design.report.page import write_page
+from hfc_design.report.parts import sections
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluating import evaluate
@@ -203,7 +205,7 @@ def test_plots_of_a_diverged_evaluation(report):
     for evaluation in (diverged(scenario), nothing_but_nan(diverged(scenario))):
         drawing = image(plots.response(evaluation, "lost"), "svg").decode()
         assert "lost (diverged at" in drawing
-        assert image(plots.errors({"lost": evaluation}), "png")
+        assert image(errors({"lost": evaluation}), "png")
 
 
 def test_response_shows_a_load_only_where_there_is_one(report):
@@ -253,7 +255,7 @@ def test_diagrams_need_a_hierarchy(report):
     own = report[0][1]
     names = {name: load_design(name) for name in ("pd-only", "lin-lee-1999-table-1")}
     drawn = [
-        sum(len(section.drawings) for section in _sections(design, own.evaluation, report[0][0]))
+        sum(len(section.drawings) for section in sections(design, own.evaluation, report[0][0]))
         for design in names.values()
     ]
     assert drawn == [0, 9]  # a tree, four tables and four surfaces

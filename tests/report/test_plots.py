@@ -5,15 +5,18 @@ import pytest
 
 from hfc_design.motion import contour as contours
 from hfc_design.motion.trajectories import Circle, Polyline
-from hfc_design.pictures.figure import WIDTH, finish, framed, image, logarithmic
+from hfc_design.pictures.figure import WIDTH, finish, framed, logarithmic
+from hfc_design.pictures.files import image
 from hfc_design.report import plots
+from hfc_design.report.contours import contour as picture
+from hfc_design.report.errors import errors, motion_errors
 from hfc_design.simulation.evaluating import evaluate
 
 
 def contour(trajectory, time, actual, title):
     """The picture of a machine at ``actual`` (2, steps) [mm] that counts in BLU of 0.01 mm."""
     positions = (actual - trajectory.samples(time).position[:, :1]) / 0.01
-    return plots.contour(contours.contour(trajectory, time, positions, "BLU", 0.01), time, title)
+    return picture(contours.contour(trajectory, time, positions, "BLU", 0.01), time, title)
 
 
 def lines_of(axes):
@@ -94,7 +97,7 @@ def test_errors_beside_rivals_in_every_motion():
     moves = [{"name": "ramp"}, {"name": "creep", "duration_s": 0.2}, {"name": "c", "weight": 2.0}]
     scenario = {"name": "three", "simulation": {"duration_s": 0.3}, "motions": moves}
     both = {name: evaluate(name, scenario) for name in ("pd-only", "lin-lee-1999-table-1")}
-    figure = plots.motion_errors(both)
+    figure = motion_errors(both)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_title("left") for axes in shown] == ["ramp", "creep", "c"]
     assert len(figure.axes) == 4  # the place of a fourth stays empty
@@ -141,7 +144,7 @@ def test_a_program_of_five_axes_has_both_errors_off_its_path_and_every_axis():
     assert [text.get_text() for text in legend.get_texts()] == ["axis", "reference"]
     error = figure.axes[0].lines[0].get_ydata()
     assert max(error) == found.metrics["max_contour_error_mm"]
-    labels = [axes.get_ylabel() for axes in plots.errors({"PID": found}).axes]
+    labels = [axes.get_ylabel() for axes in errors({"PID": found}).axes]
     assert labels[:3] == [
         "largest contour error [mm]",
         "largest orientation error [deg]",

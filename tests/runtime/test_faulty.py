@@ -55,6 +55,17 @@ def test_a_signal_that_is_missing_moves_no_axis():
     assert machine.step(good) == other.step(good)
 
 
+def test_limits_of_axes_that_nothing_else_names():
+    """Of one axis alone nobody knows which others the machine has."""
+    design = hfc.load_design(PID).model_dump(mode="json")
+    design["limits"] = {"axes": {"y": {"command": 5.0}}}
+    design = Design.model_validate(design)
+    with pytest.raises(hfc.UserError, match=r"limits.axes are of y, plant.axes names none"):
+        Machine(design)
+    both = Machine(design, ("x", "y")).step({"x": {"error": 50.0}, "y": {"error": 50.0}})
+    assert both["x"] > both["y"] == 5.0
+
+
 class Coupled(NamedTuple):
     """Pushes each axis by the sum of all errors so far, and towards the path."""
 

@@ -16,8 +16,9 @@ from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Ramp
 from hfc_design.motion.samples import Simulation
-from hfc_design.pictures.figure import image
+from hfc_design.pictures.files import image
 from hfc_design.report import plots
+from hfc_design.report.errors import errors
 from hfc_design.report.verdict import BASELINES, Baseline
 from hfc_design.simulation.evaluating import evaluate
 from hfc_design.simulation.evaluation import trajectory_csv
@@ -89,7 +90,7 @@ def test_pictures_are_labelled_in_the_units_of_the_drive(evaluation):
         assert f">{label}<" in drawing
     for label in ("rad]", "[V]", "deflection", "spindle"):
         assert label not in drawing
-    assert "largest error [BLU]" in image(plots.errors({"a": evaluation}), "svg").decode()
+    assert "largest error [BLU]" in image(errors({"a": evaluation}), "svg").decode()
 
 
 def test_the_control_is_told_whole_blu_and_judged_by_the_exact_path():

@@ -7,7 +7,7 @@ from hfc_design.controllers.flc.pictures import rule_table, terms
 from hfc_design.controllers.flc.record import FuzzyRecord
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import SCALARS
-from hfc_design.pictures.figure import Drawing, Section
+from hfc_design.pictures.section import Drawing, Section
 
 JUDGES = "It judges the rules that fired a sample ago by what became of the error, and moves them. "
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from hfc_design.controllers.cross_coupled.law import CrossMemory
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign, CrossCoupledSettings
-from hfc_design.controllers.inner import INSIDE
+from hfc_design.controllers.inner import INSIDE, OuterDesign
 from hfc_design.controllers.kind import Kind, Member, Template, later, remembered
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.numbers import Json
@@ -42,6 +42,7 @@ KIND = Kind(
     genome=later("hfc_design.controllers.cross_coupled.genome", "CrossCoupledGenome"),
     learnt=_learnt,
     inside=INSIDE,
+    structure=OuterDesign.structure,
     path=True,
     reads=_reads,
     reach=CrossCoupledDesign.reach,

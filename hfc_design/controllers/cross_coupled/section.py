@@ -2,7 +2,7 @@
 
 from hfc_design.controllers.cross_coupled.record import CrossCoupledDesign
 from hfc_design.controllers.kind import Shown, kinds
-from hfc_design.pictures.figure import Listing, Section
+from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
     "The command of each axis is that of its own controller, what the velocity of its reference "

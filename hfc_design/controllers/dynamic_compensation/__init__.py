@@ -6,7 +6,7 @@ from hfc_design.controllers.dynamic_compensation.record import (
     CompensationDesign,
     CompensationSettings,
 )
-from hfc_design.controllers.inner import INSIDE
+from hfc_design.controllers.inner import INSIDE, OuterDesign
 from hfc_design.controllers.kind import Kind, Template, later, remembered
 from hfc_design.controllers.per_axis import learnt
 from hfc_design.core.numbers import Json, Memory
@@ -42,6 +42,7 @@ KIND = Kind(
     genome=later("hfc_design.controllers.dynamic_compensation.genome", "CompensationGenome"),
     learnt=_learnt,
     inside=INSIDE,
+    structure=OuterDesign.structure,
     reads=lambda record: list(dict.fromkeys(["error", "reference_rate", *record.inner_reads()])),
     reach=CompensationDesign.reach,
     saved=remembered(lambda record: []),

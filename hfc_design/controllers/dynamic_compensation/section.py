@@ -2,7 +2,7 @@
 
 from hfc_design.controllers.dynamic_compensation.record import CompensationDesign
 from hfc_design.controllers.kind import Shown, kinds
-from hfc_design.pictures.figure import Listing, Section
+from hfc_design.pictures.section import Listing, Section
 
 ABOUT = (
     "Beside the command of its own controller each axis is commanded in proportion to its error, "

@@ -13,7 +13,9 @@ from hfc_design.controllers.flc.names import NamesRecord
 from hfc_design.controllers.flc.record import FuzzyRecord, Terms
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
-from hfc_design.pictures.figure import OTHER, OWN, Drawn, framed, heat_map
+from hfc_design.pictures.figure import OTHER, OWN, framed
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.section import Drawn
 from plants import Drive
 
 ERROR, CHANGE = ("error e", "BLU"), ("change of error", "BLU per sample")

@@ -6,7 +6,7 @@ from hfc_design.controllers import surfaces
 from hfc_design.controllers.flc.pictures import rule_table, surface, terms
 from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
 from hfc_design.controllers.kind import Shown
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.stability import report as stability
 from hfc_design.stability.stable_range import stable_range
 

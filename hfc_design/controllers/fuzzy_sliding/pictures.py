@@ -16,14 +16,15 @@ from hfc_design.pictures import units
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
-    Drawn,
+    STRIP,
     colour_strip,
     drawable,
     finish,
     framed,
     gridded,
-    heat_map,
 )
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.section import Drawn
 from plants import Drive
 
 #: Terms and surfaces are drawn up to this share of the outermost centre.
@@ -96,7 +97,7 @@ def phase_plane(
 
 def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
     """The moves (steps, 7, 7) as a picture: a column a moment, a row a rule."""
-    figure = framed(4.6, top=0.35, right=0.95)
+    figure = framed(4.6, top=0.35, right=STRIP)
     axes, count = figure.subplots(), len(LABELS)
     steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
     values = drawable(moves[steps]).reshape(len(steps), -1).T

@@ -10,7 +10,7 @@ from hfc_design.controllers.fuzzy_sliding.pictures import over_time, phase_plane
 from hfc_design.controllers.fuzzy_sliding.record import SlidingDesign
 from hfc_design.controllers.kind import Shown
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 
 ABOUT = (
     "The command is what the rules conclude from the error and its rate, and a part that pushes "

@@ -20,6 +20,7 @@ KIND = Kind(
     gains=HierarchicalDesign.gains,
     law=lambda record, limit: hierarchical(layout_of(record), record.sample_time_s, limit),
     genome=later("hfc_design.controllers.hierarchical.linear_genome", "genome_of"),
+    structure=HierarchicalDesign.structure,
     units=units_that_matter,
     reads=reads,
     reach=HierarchicalDesign.reach,

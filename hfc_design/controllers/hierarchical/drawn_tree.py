@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from hfc_design.controllers.controller import units_of
 from hfc_design.controllers.hierarchical.law import PREVIOUS
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
+from hfc_design.pictures.displayed import Displayed
 from hfc_design.pictures.figure import OTHER, OWN, WIDTH
 from plants import Drive
 
@@ -20,7 +21,7 @@ def drawn_tree(controller: HierarchicalDesign, drive: Drive) -> Figure:
     """
     units = {f"unit-{unit.id}": unit for unit in controller.units}
     scales = {item.name: item.scale for item in controller.inputs}
-    figure = Figure()
+    figure = Displayed()
     axes = figure.add_axes((0, 0, 1, 1))
     leaves: list[str] = []
     deepest = 0

@@ -159,10 +159,7 @@ class HierarchicalGenome(Genome):
 
     def notation(self, structure: int) -> str:
         """A tree as nested pairs (column input, row input)."""
-        values = [name.replace("_", " ") for name in self.names]
-        for unit in self.trees[structure]:
-            values.append(f"({values[unit.column]}, {values[unit.row]})")
-        return values[-1]
+        return hierarchy.notation(self.names, (unit[1:] for unit in self.trees[structure]))
 
 
 def vectors(population: Hierarchies) -> Floats:

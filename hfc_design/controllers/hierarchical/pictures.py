@@ -14,8 +14,9 @@ from hfc_design.controllers.hierarchical.rules import units as rule_units
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures import units
-from hfc_design.pictures.figure import Drawn, heat_map
-from hfc_design.pictures.figure import readable as in_unit
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.pictures.numbers import readable as in_unit
+from hfc_design.pictures.section import Drawn
 from plants import Drive
 
 #: The terms are drawn up to here; inputs end at 1, outputs of units go on.

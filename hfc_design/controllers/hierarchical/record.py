@@ -19,7 +19,7 @@ from hfc_design.controllers.hierarchical.law import (
     Term,
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, reachable
+from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Target, reach_of
 from hfc_design.controllers.linear.record import (
     FeedForwardRecord,
@@ -191,6 +191,12 @@ class HierarchicalDesign(ControllerRecord):
         return [
             (names.index(unit.column_input), names.index(unit.row_input)) for unit in self.units
         ]
+
+    def structure(self) -> str:
+        """The tree as the genome tells it; "" of a single unit, which has no other."""
+        if len(self.units) == 1:
+            return ""
+        return notation([item.name for item in self.inputs], self.sources())
 
     @property
     def canonical(self) -> bool:

@@ -4,7 +4,8 @@ import numpy as np
 
 from hfc_design.controllers.hierarchical.loop import factor
 from hfc_design.controllers.hierarchical.record import HierarchicalDesign
-from hfc_design.pictures.figure import OTHER, OWN, Drawing, finish, framed
+from hfc_design.pictures.figure import OTHER, OWN, finish, framed
+from hfc_design.pictures.section import Drawing
 
 #: Of the inputs of a hierarchy, six at most.
 STYLES = ((OWN, "-"), (OTHER, "-"), ("0.35", "-"), (OWN, ":"), (OTHER, ":"), ("0.35", ":"))

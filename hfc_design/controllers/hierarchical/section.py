@@ -13,7 +13,7 @@ from hfc_design.controllers.hierarchical.record import HierarchicalDesign
 from hfc_design.controllers.hierarchical.schedule_section import schedule
 from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.linear import section as linear
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 
 UNITS = (
     "What a unit says is the average of the consequents of its rules, each as heavy as it fires; "

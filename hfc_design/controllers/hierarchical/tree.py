@@ -6,7 +6,7 @@ each with the source of its column and of its row input. Source s < i is externa
 source i + k is the output of the k-th unit of the list.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from itertools import combinations
 from typing import Any, NamedTuple, TypeAlias
@@ -125,6 +125,17 @@ def decode(gene: Sequence[int]) -> Tree | None:
         if passed is not None:
             entering[(unit - 1) // 2].append(passed)
     raise AssertionError("unit 0 is always reached")
+
+
+def notation(names: Sequence[str], sources: Iterable[tuple[int, int]]) -> str:
+    """A tree as nested pairs (column input, row input).
+
+    ``names`` are those of the inputs, ``sources`` the column and row source of each unit.
+    """
+    values = [name.replace("_", " ") for name in names]
+    for column, row in sources:
+        values.append(f"({values[column]}, {values[row]})")
+    return values[-1]
 
 
 @cache

@@ -7,7 +7,7 @@ from hfc_design.controllers.kind import ControllerRecord, Shown
 from hfc_design.controllers.linear.model import open_loop
 from hfc_design.controllers.linear.record import LinearDesign, WeightedDesign, resonator_name
 from hfc_design.core.records import UserError
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 from hfc_design.stability import loop_report
 from hfc_design.stability.margins import OpenLoop, margins
 

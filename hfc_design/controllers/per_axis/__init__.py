@@ -70,6 +70,12 @@ class PerAxisDesign(ControllerRecord):
         """The gains of each axis."""
         return tuple(kinds().get(own.kind).gains(own) for own in self.axes.values())
 
+    def structure(self) -> str:
+        """That of each axis, its kind where it has but one; "" where all have."""
+        found = {axis: kinds().get(own.kind).structure(own) for axis, own in self.axes.items()}
+        each = (f"{axis}: {found[axis] or own.kind}" for axis, own in self.axes.items())
+        return ", ".join(each) if any(found.values()) else ""
+
 
 def learnt(
     record: ControllerRecord, axes: tuple[str, ...], memory: Memory
@@ -149,6 +155,7 @@ KIND = Kind(
     controller=_controller,
     genome=later("hfc_design.controllers.per_axis.genome", "PerAxisGenome"),
     axes=lambda record: record.axes,
+    structure=PerAxisDesign.structure,
     learnt=_learnt,
     sections=_sections,
 )

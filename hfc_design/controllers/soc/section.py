@@ -8,7 +8,7 @@ from hfc_design.controllers.soc.law import HIGHEST, SETS, SocMemory, soc
 from hfc_design.controllers.soc.pictures import surface, tables
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures.figure import Drawing, Listing, Section
+from hfc_design.pictures.section import Drawing, Listing, Section
 
 #: The rules are drawn after these shares of the motion.
 SHARES = (0.02, 0.25, 1.0)

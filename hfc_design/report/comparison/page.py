@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from hfc_design.pictures.figure import small_address
-from hfc_design.report import inside, plots, rendered
+from hfc_design.pictures.files import small_address
+from hfc_design.report import Page, inside, rendered
 from hfc_design.report.comparison import traces
 from hfc_design.report.comparison.plots import contours, machines, motions, ratios
 from hfc_design.report.comparison.tables import (
@@ -13,6 +13,7 @@ from hfc_design.report.comparison.tables import (
     failures,
     lines,
 )
+from hfc_design.report.errors import errors
 from hfc_design.simulation.comparison import Bout, Comparison
 
 STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css")
@@ -20,7 +21,7 @@ STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css
 PRINTED = 5
 
 
-def page(comparison: Comparison, command: str = "") -> bytes:
+def page(comparison: Comparison, command: str = "") -> Page:
     """The page; the same comparison gives the same bytes. ``command`` is what makes it again."""
     names = list(comparison.designs)
     moved = [bout for bout in comparison.bouts if bout.scenario is not None]
@@ -81,6 +82,6 @@ def _moved(comparison: Comparison, bout: Bout, shown: list[traces.Panel]) -> dic
         "description": bout.scenario.description,
         "every": lines(bout, every=True),
         "contour": contours(bout),
-        "errors": plots.errors({name: one.motion for name, one in bout.found.items()}),
+        "errors": errors({name: one.motion for name, one in bout.found.items()}),
         "curves": [motions(bout, shown[k : k + PRINTED]) for k in range(0, len(shown), PRINTED)],
     }

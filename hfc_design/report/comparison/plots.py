@@ -18,7 +18,7 @@ from hfc_design.pictures.figure import above, finish, framed, gridded, plain, ro
 from hfc_design.report.batch_plots import COLOURS, STYLES
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
-from hfc_design.report.plots import POINTS, SHARE, SMALLEST, beside
+from hfc_design.report.contours import POINTS, SHARE, SMALLEST, beside
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
 #: Slices of time of a curve that is printed.
@@ -49,13 +49,13 @@ def ratios(comparison: Comparison) -> Figure:
     bouts = comparison.bouts
     each = {
         "error, rms": [bout.compared()[:1] for bout in bouts],
-        "change of the command, rms": [
+        "change of the\ncommand, rms": [
             [key for key in bout.compared() if "_change" in key] for bout in bouts
         ],
     }
     drawn = {title: keys for title, keys in each.items() if any(keys)}
     rows = len(bouts) * (len(others) + 1) - 1
-    top = 0.15 + _top(len(others), 2)
+    top = 0.28 + _top(len(others), 2)
     figure = framed(0.55 + top + 0.2 * rows, top=top, left=1.75)
     space = {"wspace": 0.1}
     columns = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw=space)[0]

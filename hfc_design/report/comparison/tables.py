@@ -8,7 +8,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.statistics import Interval
-from hfc_design.pictures.figure import readable
+from hfc_design.pictures.numbers import readable
 from hfc_design.simulation.comparison import (
     HALF,
     NEARLY_ALL,
@@ -32,6 +32,11 @@ class Line(NamedTuple):
     of: str  # which machine
     cells: list[str]
     best: list[int]  # the designs that are the best here; none where all are alike
+
+    @property
+    def row(self) -> list[str]:
+        """Its cells from the left to the right."""
+        return [self.metric, self.of, *self.cells]
 
 
 def lines(bout: Bout, every: bool = False) -> list[Line]:

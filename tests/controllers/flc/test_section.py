@@ -19,7 +19,8 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.report.page import _sections, write_page
+from hfc_design.report.page import write_page
+from hfc_design.report.parts import sections
 from hfc_design.report.verdict import summary
 from hfc_design.runs.run import Result, new_run
 from hfc_design.runtime import Controller
@@ -119,7 +120,7 @@ def test_adapted_table_is_that_of_a_plain_transcription(report):
     scenario, result, _, _ = report[0]
     design, own = result.design, result.evaluation
     title = "What the adaptation made of it"
-    titles = [section.title for section in _sections(design, own, scenario)]
+    titles = [section.title for section in sections(design, own, scenario)]
     if design.controller.kind == "flc":
         assert title not in titles
         return
@@ -143,9 +144,9 @@ def test_adapted_table_is_that_of_a_plain_transcription(report):
         np.testing.assert_allclose(record.table().error_terms, expected.a, atol=1e-9)
         np.testing.assert_allclose(record.table().change_terms, expected.b, atol=1e-9)
     noisy = scenario.model_copy(update={"sensors": SensorSettings(noise=0.3)})
-    assert title not in [section.title for section in _sections(design, own, noisy)]
+    assert title not in [section.title for section in sections(design, own, noisy)]
     lost = own._replace(diverged=True)
-    assert title not in [section.title for section in _sections(design, lost, scenario)]
+    assert title not in [section.title for section in sections(design, lost, scenario)]
 
 
 @pytest.mark.browser
@@ -163,7 +164,7 @@ def test_only_what_adapts_has_an_adapted_table():
     with pytest.raises(ValueError, match="kind flc does not adapt"):
         Controller(load_design("jee-koren-2004-flc")).adapted()
     design, scenario = load_design("pd-only"), load_scenario("c-axis-ramp")
-    (section,) = _sections(design, evaluate(design, scenario), scenario)
+    (section,) = sections(design, evaluate(design, scenario), scenario)
     assert section.listing.caption == "Gains of the kind pd."
     assert section.drawings == []
 

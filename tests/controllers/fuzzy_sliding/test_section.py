@@ -6,7 +6,7 @@ from sliding import PID, sliding
 
 from hfc_design.controllers.fuzzy_sliding.section import learning, sections
 from hfc_design.controllers.kind import Shown
-from hfc_design.pictures.figure import image
+from hfc_design.pictures.files import image
 from hfc_design.runtime import Controller
 from plants import FEED_DRIVE, side_by_side
 

@@ -41,11 +41,11 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def written(spindles):
-    return page(spindles, "hfc compare <a> b").decode()
+    return page(spindles, "hfc compare <a> b").html.decode()
 
 
 def test_the_same_comparison_gives_the_same_bytes(spindles, written):
-    assert page(spindles, "hfc compare <a> b").decode() == written
+    assert page(spindles, "hfc compare <a> b").html.decode() == written
 
 
 def test_names_are_only_text(written):
@@ -84,7 +84,7 @@ def test_it_is_small_and_says_what_is_compared(written, tables):
     assert len(written) < 450_000
     assert "8 others" in written.replace("\n", " ")
     assert "<code>hfc compare &lt;a&gt; b</code>" in written
-    other = page(tables).decode()
+    other = page(tables).html.decode()
     assert other.count("times enlarged") == 2
     assert "Again:" not in other
 
@@ -146,6 +146,6 @@ def test_without_scripts_and_in_the_dark_the_pictures_stand_there(written, tmp_p
 
 @pytest.mark.browser
 def test_on_a_phone(spindles, tmp_path):
-    (tmp_path / "page.html").write_bytes(page(spindles))
+    (tmp_path / "page.html").write_bytes(page(spindles).html)
     # What all do in all motions, the ratios, the errors of two motions; not what is for print.
     assert phone.figures_that_fit(tmp_path / "page.html", tmp_path) == 4

@@ -11,7 +11,8 @@ import pytest
 from matplotlib.projections.polar import PolarAxes
 
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import address, framed, image, small_address
+from hfc_design.pictures.figure import framed
+from hfc_design.pictures.files import address, image, small_address
 from hfc_design.report.comparison.plots import (
     BAR,
     _few_decades,
@@ -21,7 +22,7 @@ from hfc_design.report.comparison.plots import (
     ratios,
 )
 from hfc_design.report.comparison.traces import data, extremes, panels
-from hfc_design.report.plots import SHARE
+from hfc_design.report.contours import SHARE
 from hfc_design.simulation.comparing import compare
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.pictures.figure import readable
+from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import difference_row, failures, lines, rows
 from hfc_design.simulation.comparing import _differences
 from hfc_design.simulation.comparison import Bout, Comparison, Side

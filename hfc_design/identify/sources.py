@@ -1,10 +1,10 @@
-"""The logs that ``hfc identify`` is given: what they are called, their columns, their signals."""
+"""The logs that ``identify`` is given: what they are called, their columns, their signals."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.cli.options import Texts
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import about
 from hfc_design.files.scenario import Scenario
@@ -34,7 +34,7 @@ class Source(NamedTuple):
 
 
 def sources(
-    log: Path, drive: Drive, columns: Texts, others: Texts, check_log: Path | None
+    log: Path, drive: Drive, columns: Sequence[str], others: Sequence[str], check_log: Path | None
 ) -> dict[str, Source]:
     """The logs by their names, with what the user says of their columns.
 

@@ -1,0 +1,67 @@
+"""Whether groups of runs differ by more than chance."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import combinations, count
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import mannwhitneyu
+
+from hfc_design.batch.groups import Group
+from hfc_design.core.statistics import holm
+
+#: A difference counts as shown where the corrected p is not above this.
+ALPHA = 0.05
+#: So many groups of a task are compared with each other: those with the highest medians.
+COMPARED = 20
+#: Up to this many runs in the smaller group, and without ties, p is exact.
+EXACT = 8
+
+
+class Comparison(NamedTuple):
+    """Two groups of the same task; the first one's median is not the lower one."""
+
+    first: Group
+    second: Group
+    a12: float  # Vargha & Delaney's effect size: share of pairs where the first is higher
+    p: float  # two-sided Mann-Whitney U test
+    holm: float  # p after Holm's correction for all comparisons
+
+    @property
+    def testable(self) -> bool:
+        """Whether so few runs could show any difference, however large it is."""
+        return smallest_p(len(self.first.scores), len(self.second.scores)) <= ALPHA
+
+
+def compared(groups: Sequence[Group]) -> list[Comparison]:
+    """Every two groups of a task that have at least two finished runs each."""
+    tasks: dict[str, list[Group]] = defaultdict(list)
+    for group in groups:
+        if len(group.scores) >= 2:
+            tasks[group.task].append(group)
+    pairs = [pair for inside in tasks.values() for pair in combinations(inside[:COMPARED], 2)]
+    a12, p = np.empty(len(pairs)), np.empty(len(pairs))
+    alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
+    for k, (first, second) in enumerate(pairs):
+        both = np.concatenate([first.scores, second.scores])
+        ties = len(np.unique(both)) < len(both)
+        alike[len(first.scores), len(second.scores), ties].append(k)
+    for (own, other, ties), places in alike.items():  # one call for thousands of pairs
+        x = np.stack([pairs[k][0].scores for k in places])
+        y = np.stack([pairs[k][1].scores for k in places])
+        exact = min(own, other) <= EXACT and not ties
+        found = mannwhitneyu(x, y, axis=1, method="exact" if exact else "asymptotic")
+        a12[places], p[places] = found.statistic / (own * other), found.pvalue
+    return [Comparison(*pair, *v) for pair, *v in zip(pairs, a12, p, holm(p), strict=True)]
+
+
+def smallest_p(own: int, other: int) -> float:
+    """The p of two groups of that many runs where every run of one beats every run of the other."""
+    return min(2 / comb(own + other, own), 1.0)
+
+
+def runs_needed(comparisons: int) -> int:
+    """Runs in each group with which a difference can be shown among so many comparisons."""
+    return next(n for n in count(2) if comparisons * smallest_p(n, n) <= ALPHA)

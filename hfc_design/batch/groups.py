@@ -1,0 +1,108 @@
+"""Runs that differ in nothing but the seed belong together: their scores and metrics."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hfc_design.batch.plan import LABEL, SCENARIO
+from hfc_design.batch.runs import SEED, Run
+from hfc_design.core.numbers import Floats
+
+#: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
+MERIT, FITNESS = "merit", "fitness"
+#: What keys begin with that the fitness depends on.
+OF_FITNESS = "fitness."
+Quartiles = tuple[float, float, float]
+
+
+class Group(NamedTuple):
+    """Runs with the same settings and different seeds."""
+
+    number: int  # from 1; what tables and pictures call it
+    task: str  # what the score is of; scores of different tasks do not compare
+    measure: str  # what is compared: title of the merit of all runs of the task, or fitness
+    settings: dict[str, str]  # those that differ somewhere among all groups
+    runs: list[Run]
+    finished: list[Run]  # one a seed: run again, it would give the same and tell nothing more
+    scores: Floats  # (finished,) in float64; -inf where a design diverged
+    quartiles: Quartiles  # of the scores; nan without a finished run
+
+    @property
+    def key(self) -> str:
+        """Which of the numbers of a run is compared."""
+        return FITNESS if self.measure == FITNESS else MERIT
+
+    @property
+    def median(self) -> float:
+        """Median of the final score."""
+        return self.quartiles[1]
+
+    def metrics(self) -> dict[str, Quartiles]:
+        """Quartiles of each metric over the finished runs that have it."""
+        values: dict[str, list[float]] = defaultdict(list)
+        for run in self.finished:
+            for key, value in run.score.items():
+                if value is not None:
+                    values[key].append(value)
+        return {key: quartiles(np.array(found)) for key, found in values.items()}
+
+    @property
+    def label(self) -> str:
+        """Its number and what sets it apart from the other groups of its task."""
+        named = (k for k in self.settings if k != SCENARIO and not k.startswith(OF_FITNESS))
+        own = [f"{key.rpartition('.')[2]} {self.settings[key]}" for key in named]
+        if LABEL in self.settings:
+            own = [self.settings[LABEL]]
+        return f"{self.number}: {', '.join(own)}" if own else str(self.number)
+
+
+def grouped(runs: Sequence[Run]) -> list[Group]:
+    """The groups, task by task, the highest median first."""
+    known = [run for run in runs if run.settings]
+    keys = dict.fromkeys(key for run in known for key in run.settings if key != SEED)
+    differing = [key for key in keys if len({run.setting(key) for run in known}) > 1]
+    tasks: dict[str, dict[tuple[str, ...], list[Run]]] = {}
+    for run in known:
+        members = tasks.setdefault(_task(run, differing), {})
+        members.setdefault(tuple(run.setting(key) for key in differing), []).append(run)
+    found: list[Group] = []
+    for task, members in tasks.items():
+        finished = [run for inside in members.values() for run in inside if run.state == "finished"]
+        judge, *others = {run.judged_by for run in finished} or {FITNESS}
+        # Runs of an earlier version do not name their judge.
+        measure = FITNESS if others else judge or FITNESS
+        groups = [
+            _group(task, measure, dict(zip(differing, own, strict=True)), inside)
+            for own, inside in members.items()
+        ]
+        found += sorted(groups, key=lambda group: (np.isnan(group.median), -group.median))
+    return [group._replace(number=k) for k, group in enumerate(found, 1)]
+
+
+def _task(run: Run, differing: Sequence[str]) -> str:
+    """The scenario, and what else the fitness depends on."""
+    own = [f"{key} {run.setting(key)}" for key in differing if key.startswith(OF_FITNESS)]
+    return ", ".join([run.setting(SCENARIO), *own])
+
+
+def _group(task: str, measure: str, settings: dict[str, str], runs: list[Run]) -> Group:
+    once: dict[str, Run] = {}
+    for run in runs:
+        if run.state == "finished":
+            once.setdefault(run.setting(SEED), run)
+    group = Group(0, task, measure, settings, runs, list(once.values()), np.empty(0), (np.nan,) * 3)
+    found = [run.score.get(group.key) for run in group.finished]
+    scores = np.array([-np.inf if value is None else value for value in found], float)
+    return group._replace(scores=scores, quartiles=quartiles(scores))
+
+
+def quartiles(values: Floats) -> Quartiles:
+    """Lower quartile, median and upper quartile, which may be -inf; nan of nothing."""
+    if not len(values):
+        return np.nan, np.nan, np.nan
+    with np.errstate(invalid="ignore"):  # between -inf and what is finite
+        found = np.quantile(values, (0.25, 0.5, 0.75))
+    low, median, high = np.nan_to_num(found, nan=-np.inf, neginf=-np.inf).tolist()
+    return low, median, high

@@ -1,0 +1,92 @@
+"""The structures that won, as a reader sees them: at a terminal, on the page, in the CSV file."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from rich.text import Text
+
+from hfc_design.batch.structures import Winner
+from hfc_design.core.console import plain_table, show_whole, terminal
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.pairing import load_design
+from hfc_design.pictures.numbers import score
+from hfc_design.pictures.section import Drawing
+from hfc_design.report.designs import picture
+
+STRUCTURES = "structures.csv"
+STRUCTURE, GROUP = "structure", "group"
+#: Of the page; at a terminal each group has a table of its own.
+HEAD = [STRUCTURE, GROUP, "runs", "share [%]", "best", "median"]
+#: At a terminal so many structures of a group are told, and of so many groups.
+LISTED, TABLES = 3, 6
+#: Of so many groups the most frequent structure is drawn: of those that come first.
+DRAWN = 6
+
+
+def row(one: Winner) -> list[str]:
+    """What a reader sees of a structure, as in ``HEAD``."""
+    low, high = (100 * end for end in one.interval)
+    share = f"{100 * one.share:.0f} ({low:.0f} to {high:.0f})"
+    which = [one.structure, str(one.group.number)]
+    return [*which, f"{len(one.runs)} of {one.searches}", share, score(one.best), score(one.median)]
+
+
+def csv_rows(found: Iterable[Winner]) -> Iterable[list[object]]:
+    """All of it in full precision."""
+    counted = ["runs", "searches", "share", "share_low", "share_high"]
+    yield ["group", "task", "measure", "structure", *counted, "best", "median", "best_run"]
+    for one in found:
+        which = [one.group.number, one.group.task, one.group.measure, one.structure]
+        shares = [len(one.runs), one.searches, one.share, *one.interval]
+        yield [*which, *shares, one.best, one.median, one.runs[0].path]
+
+
+def tell(page: Path, found: Sequence[Winner]) -> None:
+    """Print the first structures of each group, if there are any, and where the page is."""
+    groups: dict[int, list[Winner]] = {}
+    for one in found:
+        groups.setdefault(one.group.number, []).append(one)
+    shown = [inside[:LISTED] for inside in groups.values()][:TABLES]
+    for inside in shown:
+        group = inside[0].group
+        label = f"structures that won in {group.task}, group {group.label}"
+        table = plain_table(title=Text(label), title_style="")
+        places = [k for k, name in enumerate(HEAD) if name != GROUP]
+        for k in places:
+            table.add_column(HEAD[k], justify="right" if k else "left")
+        for one in inside:
+            cells = row(one)
+            table.add_row(*(Text(cells[k]) for k in places))
+        show_whole(table)
+        terminal().print()
+    if others := len(found) - sum(map(len, shown)):
+        terminal().print(f"{others} more structures are in {STRUCTURES}")
+    print(page)
+
+
+def trees(path: Path, found: Sequence[Winner]) -> list[Drawing]:
+    """The most frequent structure of each of the first groups below ``path``.
+
+    Drawn as its best run has it; not of a kind without such a picture, nor where the design cannot
+    be read here.
+    """
+    first = {one.group.number: one for one in reversed(found)}
+    drawn = []
+    for _, one in sorted(first.items())[:DRAWN]:
+        with suppress(UserError):
+            drawn += list(_drawn(one, load_design(str(path / one.runs[0].path))))
+    return drawn
+
+
+def _drawn(one: Winner, design: Design) -> Iterator[Drawing]:
+    """The tree of each axis that has one of its own."""
+    parts = {part.kind.structure(part.controller): axis for axis, part in design.by_axis().items()}
+    for axis in (axis for structure, axis in parts.items() if structure):
+        which = f"group {one.group.label}" + (f", axis {axis}" if axis else "")
+        count = f"{len(one.runs)} of {one.searches} searches ended with it, the best of them was"
+        if len(one.runs) == 1 < one.searches:
+            count = "no two searches ended with the same structure; this is that of the best,"
+        told = f"{which[0].upper()}{which[1:]}: {count} {one.runs[0].path}, whose scales it has."
+        yield Drawing(picture(design, "tree", axis=axis), f"Structure that won in {which}", told)

@@ -1,0 +1,1 @@
+"""What scripts call, and where the command line does the same, the command line too."""

@@ -1,0 +1,45 @@
+"""Designs out to other programs, and back."""
+
+from pathlib import Path
+from typing import Any
+
+from hfc_design.core.arguments import path_of
+from hfc_design.core.records import UserError
+from hfc_design.core.wording import one_of
+from hfc_design.files.design import AnyDesign, Design
+from hfc_design.files.pairing import load_design
+from hfc_design.formats import FORMATS, check_score
+
+
+def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) -> Path:
+    """Write a design in a format, "json" for the design file itself; see ``hfc list formats``.
+
+    Raises:
+        UserError: no such format, or not for this kind of controller; or the design's score says
+            that it diverged, and it is not wanted ``anyway``.
+        RunError: ``path`` cannot be written.
+    """
+    if to not in [*FORMATS]:  # which need not be a text
+        raise UserError(f"{to!r} is no format; {one_of(to, FORMATS)}")
+    place, design = path_of(path), load_design(found)
+    check_score(design, anyway)
+    FORMATS[to].write(design, place)
+    return place
+
+
+def import_(path: str | Path, **wish: Any) -> Design:
+    """A design of another program's controller file, as ``hfc import`` makes it.
+
+    ``wish`` has what ``formats.reading.Wish`` does: ``plant`` and ``like`` by name,
+    ``signals`` {input of the file: signal}, ``sample_time`` [s], ``terms`` (rows, columns).
+
+    Raises:
+        UserError: the file cannot be read, or holds what a design cannot.
+    """
+    from hfc_design.formats.reading import Wish, imported
+
+    if unknown := sorted(wish.keys() - {*Wish._fields}):
+        raise UserError(
+            f"import_: no such option {unknown[0]!r}; there is {', '.join(Wish._fields)}"
+        )
+    return imported(Path(path), Wish(**wish))

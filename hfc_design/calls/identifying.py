@@ -1,0 +1,81 @@
+"""A machine's parameters from its log, for a script."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from hfc_design.core.arguments import path_of
+from hfc_design.core.dotted import Changes
+from hfc_design.files.design import AnyDesign
+from hfc_design.files.named_scenario import AnyScenario
+from hfc_design.identify.asking import answered, asked
+from hfc_design.identify.page import write
+from hfc_design.identify.result import Identified
+
+
+def identify(
+    log: str | Path,
+    plant: str | None = None,
+    *,
+    scenario: AnyScenario | None = None,
+    changes: Changes = (),
+    axis: str | None = None,
+    controller: AnyDesign | None = None,
+    free: Sequence[str] | None = None,
+    bandwidth: float | None = None,
+    columns: Sequence[str] = (),
+    sample_time: float | None = None,
+    check_log: str | Path | None = None,
+    check_columns: Sequence[str] = (),
+    seed: int = 0,
+    folder: str | Path | None = None,
+    on_step: Callable[[str], None] = lambda line: None,
+) -> Identified:
+    """Find the parameters of a machine that make it do what a log has recorded.
+
+    What ``hfc identify`` does. The plant is simulated under the recorded command from a hundred
+    starts. The result shows itself as a table; ``numbers()`` is what ``identified.json`` holds,
+    ``for_design()`` the scenario for a search, ``plot`` draws the replay beside the log.
+
+    Args:
+        log: CSV with a header, a log of LinuxCNC, .mat up to version 7, .npy or .npz.
+        plant: its machine by name; not needed with a scenario or a controller.
+        scenario: plant, values to start from, sensors, limits; that of the controller if left out.
+        changes: of the scenario, by dotted keys.
+        axis: which one, of a machine of several.
+        free: parameters to look for; all but exact ones and those that are 0 if left out.
+        controller: the one in the loop that recorded the log: its loop is replayed too.
+        bandwidth: of the observer [Hz]; 0 replays in open loop; the best of 50, 20 and 5 Hz if
+            left out.
+        columns: which column a signal is, and its unit, as in "position=qm [m]".
+        sample_time: of the log [s], where it does not say it.
+        check_log: another log, which the result is checked on.
+        check_columns: the columns of that where they differ.
+        seed: of the starts.
+        folder: where page, numbers and scenario are written; nothing is if left out.
+        on_step: is called with a line at every step.
+
+    Raises:
+        UserError: there is no such machine, axis or parameter; the log cannot be read or has not
+            what is needed, or no replay of it stays finite.
+        RunError: the folder cannot be written.
+    """
+    place = None if folder is None else path_of(folder)
+    other = None if check_log is None else path_of(check_log)
+    question = asked(
+        path_of(log),
+        plant=plant,
+        scenario=scenario,
+        changes=changes,
+        axis=axis,
+        controller=controller,
+        free=free,
+        bandwidth=bandwidth,
+        columns=columns,
+        check_log=other,
+        check_columns=check_columns,
+        seed=seed,
+    )
+    found = answered(question, sample_time, on_step)
+    if place is not None:
+        write(found, place, "hfc_design.api.identify")
+    return found

@@ -1,0 +1,98 @@
+"""A controller for a scenario: searched, picked from a front, or by hand."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.arguments import path_of, wanted
+from hfc_design.core.lock import alone
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
+from hfc_design.runs.front import chosen
+from hfc_design.runs.individuals import design_with
+from hfc_design.runs.problem import check_memory
+from hfc_design.runs.run import (
+    CONFIG,
+    Result,
+    finished_run,
+    front_needed,
+    new_run,
+    opened_run,
+    picked,
+    run,
+)
+from hfc_design.search.loop import Search
+
+
+def design(
+    scenario: AnyScenario,
+    folder: str | Path | None = None,
+    on_generation: Callable[[Search], None] = lambda search: None,
+    anyway: bool = False,
+) -> Result:
+    """Search a controller: its design file, what it does on the scenario, and the search.
+
+    With ``folder`` it leaves a run folder and a report there, as ``hfc design`` does. Called
+    again for a run of the same scenario that was stopped, it goes on; ``anyway`` even if other
+    versions of packages or own parts began it.
+
+    Raises:
+        UserError: the folder holds a run of another scenario.
+        RunError: everything diverged; the folder cannot be written or is in use, or its checkpoint
+            is damaged or of other versions.
+    """
+    scenario = load_scenario(scenario)
+    if folder is None:
+        with TemporaryDirectory() as name:
+            own = new_run(scenario, Path(name))
+            return run(own, Path(name), on_generation)
+    from hfc_design.report.page import write_page
+
+    check_memory(scenario)
+    place = path_of(folder)
+    with alone(place):
+        if (place / CONFIG).exists():
+            own = opened_run(place)
+            # The folder holds copies of the files that a scenario names.
+            one, other = (renamed(x, lambda key, file: Path(key)) for x in (own, scenario))
+            if one != other:
+                raise UserError(f"{place}: holds a run of another scenario; name another folder")
+        else:
+            own = new_run(scenario, place)
+        result = run(own, place, on_generation, anyway)
+        write_page(own, result, place)
+        return result
+
+
+def pick(
+    folder: str | Path, point: int | None = None, nearest: Mapping[str, float | str] | None = None
+) -> Design:
+    """The design of a point of the front that the run in a folder has found.
+
+    That of a number in its ``front.csv``, the one nearest to costs (objective -> a number or a
+    text with a unit), or else the knee.
+
+    Raises:
+        UserError: there is no finished run, no front, or no such point.
+        RunError: a file of the run is damaged.
+    """
+    place = path_of(folder)
+    scenario, result = finished_run(place)
+    front = front_needed(place, result)
+    return picked(scenario, result, chosen(front, scenario, point, nearest))[0]
+
+
+def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> Design:
+    """A design by hand: a controller of kind pd, pid, pid+ff or an own law with these gains.
+
+    Raises:
+        UserError: no such kind, or it has other gains.
+    """
+    of_gains = KINDS.get(kind).of_gains
+    if of_gains is None:
+        raise UserError(f"a controller of kind {kind} is no list of gains")
+    wanted(gains, Mapping, "table of gains and their values")
+    return design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))

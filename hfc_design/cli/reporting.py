@@ -1,0 +1,92 @@
+"""The command that writes pages: of a run, of many runs, of a lone design."""
+
+import shlex
+from os.path import exists, isdir
+from pathlib import Path
+
+import click
+
+from hfc_design.cli.named import SCENARIO, named
+from hfc_design.cli.options import (
+    PATH,
+    SCENARIO_HELP,
+    Texts,
+    changing_design,
+    force,
+    free,
+    knowing_plugins,
+    output,
+    setting,
+)
+from hfc_design.cli.papers import Papers, for_a_paper
+
+
+@click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
+@click.argument("place", metavar="FOLDER|DESIGN", type=PATH)
+@changing_design
+@named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
+@setting
+@click.option("--each", is_flag=True, help="Also write the page of every run that lacks one.")
+@click.option("--parquet", is_flag=True, help="Also write runs.parquet (needs pyarrow).")
+@output("--out", help="Page of a lone DESIGN [default: NAME.html].")
+@for_a_paper
+@force
+@knowing_plugins
+def report(
+    place: Path,
+    others: Texts,
+    scenario: str | None,
+    changes: Texts,
+    each: bool,
+    parquet: bool,
+    out: Path | None,
+    papers: Papers,
+) -> None:
+    """Write report.html of a run FOLDER, or of all runs below a FOLDER.
+
+    Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
+    the same numbers as runs.csv, groups.csv and comparisons.csv.
+
+    Of a DESIGN, a built-in name or a design file, NAME.html: what a run's page has without how it
+    was found, on the scenario that it was made for. With --scenario, --set or --change the same of
+    a run's design.
+
+    --figures and --latex write the folders figures and latex into FOLDER, of a DESIGN NAME-figures
+    and NAME-latex beside the page.
+    """
+    from hfc_design.core.records import UserError, harmless
+    from hfc_design.files.design import builtin_designs
+
+    if not (exists(place) or str(place) in builtin_designs()):
+        raise UserError(f"{place}: is no folder, no design file and no built-in design")
+    elsewhere = bool(scenario or changes or others)
+    if isdir(place) and not elsewhere:
+        from hfc_design.batch.report import report
+
+        if out is not None:
+            raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")
+        report(place, each, parquet, paper=papers(place, ""))
+        return
+    if each or parquet:
+        raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
+    path = out or free(Path(f"{place.stem}.html"))
+    paper = papers(path.parent, f"{path.stem}-")
+
+    from hfc_design.core.checkpoint import write_whole
+    from hfc_design.core.plugins import uses
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import load_design, own_scenario
+    from hfc_design.report.page import design_page
+
+    name = str(place)
+    design = load_design(name, others)
+    where = load_scenario(scenario, changes) if scenario else own_scenario(design, name, changes)
+    asked = {"--change": others, "--scenario": (scenario,) if scenario else (), "--set": changes}
+    again = ["hfc", "score", name]
+    again += [part for option, values in asked.items() for one in values for part in (option, one)]
+    line = harmless(shlex.join(again)) + uses(design.provenance.get("plugins"))
+    page = design_page(design, where, line)
+    write_whole(path, page.html)
+    if paper:
+        paper.write(page)
+    click.echo(path)

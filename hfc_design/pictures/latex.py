@@ -1,0 +1,50 @@
+"""Texts for LaTeX; nothing in them is a command."""
+
+import re
+
+from hfc_design.core.records import harmless
+
+#: What stands for a letter that means something to TeX, or that its fonts may not have.
+LETTERS = {
+    "\\": r"\textbackslash{}",
+    **{letter: "\\" + letter for letter in "{}$&#%_"},
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "`": r"\textasciigrave{}",
+    "'": r"{'}",  # two of them would be one quotation mark
+    '"': "''",
+    "\N{MINUS SIGN}": "$-$",
+    "\N{EN DASH}": "--",
+    "\N{EM DASH}": "---",
+    "\N{HYPHEN}": "-",
+    "\N{NO-BREAK SPACE}": "~",
+    "\N{RIGHT SINGLE QUOTATION MARK}": "'",
+    "\N{HORIZONTAL ELLIPSIS}": r"\ldots{}",
+    "\N{MICRO SIGN}": r"\textmu{}",
+    "\N{DEGREE SIGN}": r"\textdegree{}",
+    "\N{SUPERSCRIPT TWO}": "$^2$",
+    "\N{SUPERSCRIPT THREE}": "$^3$",
+    "\N{PLUS-MINUS SIGN}": r"$\pm$",
+    "\N{MULTIPLICATION SIGN}": r"$\times$",
+    "\N{MIDDLE DOT}": r"$\cdot$",
+    "\N{SQUARE ROOT}": r"$\surd$",
+    "\N{INFINITY}": r"$\infty$",
+    "\N{LESS-THAN OR EQUAL TO}": r"$\leq$",
+    "\N{GREATER-THAN OR EQUAL TO}": r"$\geq$",
+    "\N{RIGHTWARDS ARROW}": r"$\rightarrow$",
+    **{chr(0x2080 + digit): f"$_{digit}$" for digit in range(10)},
+}
+#: Of two dashes or commas in a row TeX would make another sign.
+_SPECIAL = re.compile("|".join([*map(re.escape, LETTERS), "-(?=-)", ",(?=,)"]))
+
+
+def escaped(text: str) -> str:
+    """A text that LaTeX prints as it is.
+
+    Letters beyond Latin are left as they are: LuaLaTeX and XeLaTeX print those that the font has.
+    """
+    plain = harmless(re.sub(r"\s+", " ", text))
+    return _SPECIAL.sub(lambda found: LETTERS.get(found[0], f"{found[0]}{{}}"), plain)

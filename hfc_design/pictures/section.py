@@ -1,0 +1,35 @@
+"""What a part of a page is made of: tables, figures, and both under a heading."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from matplotlib.figure import Figure
+
+Rows = list[list[str]]  # of a table
+Drawn = Callable[[], Figure]  # a figure once it is asked for
+
+
+class Listing(NamedTuple):
+    """A table; its first column names the rows."""
+
+    caption: str
+    head: list[str]
+    rows: Rows
+
+
+class Drawing(NamedTuple):
+    """A figure, what it is for those who cannot see it, and its caption."""
+
+    figure: Figure
+    alt: str
+    caption: str
+    cursor: Any = None  # of ``controllers.surfaces``: what a report tells under a cursor on it
+
+
+class Section(NamedTuple):
+    """A part of the page under its own heading."""
+
+    title: str
+    text: str  # "" for none
+    listing: Listing | None
+    drawings: list[Drawing]

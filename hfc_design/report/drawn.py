@@ -1,0 +1,48 @@
+"""How much of a motion is drawn, and the errors off a path and their units."""
+
+import numpy as np
+
+from hfc_design.core.numbers import Floats, Mask
+from hfc_design.simulation.evaluation import AxisMotion, Evaluation
+
+#: A diverged motion is not drawn once its error is this many times the largest reference.
+RUNAWAY = 10.0
+
+
+def path_errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """The same of the path of a program of any axes."""
+    path = evaluation.contour
+    if path is None or not path.any_axes:
+        return []
+    found = [("contour", 1.0, path.unit, path.error)]
+    return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
+
+
+def error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:
+    """Factor and unit in which the errors of an axis are easy to read."""
+    unit = axis.drive.units["error"]
+    if unit != "rad":
+        return 1.0, unit
+    largest = np.abs(axis.motion.error[: drawn_samples(evaluation)]).max()
+    return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
+
+
+def drawn_samples(evaluation: Evaluation) -> int:
+    """Number of samples before a diverged motion runs away, at least one; else all."""
+    if not evaluation.diverged:
+        return len(evaluation.time)
+    if evaluation.contour is not None:
+        kept = np.isfinite(evaluation.contour.error)
+    else:
+        kept = np.logical_and.reduce([_in_hand(axis) for axis in evaluation.axes])
+    return len(kept) if kept.all() else max(int(np.argmin(kept)), 1)
+
+
+def _in_hand(axis: AxisMotion) -> Mask:
+    """(steps,) whether an axis does not run away."""
+    limit = RUNAWAY * np.abs(axis.reference).max() or RUNAWAY
+    kept = np.isfinite(axis.motion.command)
+    error: Floats = axis.motion.error
+    for values in (error, axis.readings.get("deflection", error)):
+        kept &= np.abs(values) < limit  # nan is not
+    return kept

@@ -1,0 +1,106 @@
+"""Errors of a design beside those of others, logarithmic."""
+
+from collections.abc import Mapping
+from itertools import chain, cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from hfc_design.core.numbers import Floats
+from hfc_design.pictures.figure import (
+    OWN,
+    above,
+    drawable,
+    finish,
+    framed,
+    gridded,
+    logarithmic,
+    plain,
+)
+from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
+from hfc_design.simulation.evaluation import Evaluation
+
+RIVALS: tuple[dict[str, Any], ...] = tuple(
+    {"color": color, "lw": 1.2, "ls": style}
+    for color, style in (
+        *(("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":")),
+        *(("#56B4E9", "-"), ("#000000", "--")),
+    )
+)
+
+
+def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
+    """As ``errors``, a small panel for each axis in each motion, two in a row."""
+    first = next(iter(evaluations.values()))
+    pairs = [(name, k) for name, own in first.motions.items() for k in range(len(_errors(own)))]
+    rows = -(-len(pairs) // 2)
+    top = 0.45 + 0.2 * -(-len(evaluations) // 2)  # the legend
+    figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
+    shape = {"hspace": 0.6, "wspace": 0.28}
+    panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
+    for place, (panel, (name, k)) in enumerate(zip(panels, pairs, strict=False)):
+        each = {label: one.motions[name] for label, one in evaluations.items()}
+        what, unit = _draw_errors(panel, each, k)
+        gridded(panel, "time [s]" if place + 2 >= len(pairs) else "")
+        panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
+        panel.set_title(f"error [{unit}]", fontsize=9, loc="right")
+        panel.tick_params(labelsize=8)
+        panel.xaxis.set_major_locator(MaxNLocator(nbins=4))
+        logarithmic(panel)
+        panel.margins(x=0)
+    for panel in panels[len(pairs) :]:
+        panel.set_visible(False)
+    above(figure, panels[0])
+    return figure
+
+
+def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
+    """Largest error in each hundredth of the time, logarithmic; the first stands out.
+
+    The contour error of an X-Y machine, else the tracking error, a panel for each axis; of a
+    program of any axes both.
+
+    Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
+    """
+    first = next(iter(evaluations.values()))
+    count = len(_errors(first))
+    top = max(0.65, 0.25 + 0.2 * -(-len(evaluations) // 2))  # the legend
+    figure = framed(2.65 * count + 0.5 + top, top=top)
+    panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for k, axes in enumerate(panels):
+        what, unit = _draw_errors(axes, evaluations, k)
+        label = f"largest {what} error".replace("  ", " ")
+        finish(axes, f"{label} [{unit}]", "time [s]" if k + 1 == count else "")
+        logarithmic(axes)
+        axes.margins(x=0)
+    above(figure, panels[0])
+    return figure
+
+
+def _errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
+    """Of each error that a motion is judged by: of what, factor, unit then, values."""
+    path = evaluation.contour
+    if path is not None and not path.any_axes:
+        return [("", 1.0, path.unit, path.error)]
+    found = path_errors(evaluation)
+    for axis in evaluation.axes:
+        name = axis.name if len(evaluation.axes) > 1 else ""
+        found.append((name, *error_unit(evaluation, axis), axis.motion.error))
+    return found
+
+
+def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> tuple[str, str]:
+    """A curve for each design of error ``k`` of ``_errors``; of what it is, and its unit."""
+    what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
+    styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
+    for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
+        drawn = drawn_samples(evaluation)
+        starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
+        error = _errors(evaluation)[k][3][:drawn]
+        largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
+        label = f"{name} (diverged)" if evaluation.diverged else name
+        axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
+    return what, unit

@@ -1,0 +1,47 @@
+"""Figures and tables of a page as files for a paper."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from hfc_design.core.records import UserError
+from hfc_design.formats.writing import write
+from hfc_design.pictures.column import in_column
+from hfc_design.pictures.files import image
+from hfc_design.report import Page
+from hfc_design.report.latex import table
+
+#: Millimetres in an inch.
+INCH = 25.4
+
+
+class Paper(NamedTuple):
+    """What of a page is wanted for a paper, and where."""
+
+    kind: str  # of the files of figures: pdf, svg or pgf
+    width: float  # of a column [mm]
+    figures: Path | None  # folder; None: no figures
+    tables: Path | None  # folder; None: no tables
+
+    def write(self, page: Page) -> list[Path]:
+        """Write what is wanted, and say where; the figures of the ``page`` change their size.
+
+        Raises:
+            UserError: there is an image in a figure, which a pgf cannot have.
+            RunError: a folder cannot be written.
+        """
+        if self.figures is not None:
+            write(self.figures, dict(map(self._file, page.figures, page.figures.values())))
+        if self.tables is not None:
+            told = {f"{name}.tex": table(name, own) for name, own in page.tables.items()}
+            write(self.tables, told)
+        return [path for path in (self.figures, self.tables) if path is not None]
+
+    def _file(self, name: str, figure: Figure) -> tuple[str, bytes]:
+        """Name and content."""
+        in_column(figure, self.width / INCH)
+        try:
+            return f"{name}.{self.kind}", image(figure, self.kind)
+        except UserError as error:
+            raise error.within(name) from None

@@ -1,0 +1,83 @@
+"""What the page of a design tells in its parts: use, bounds, structures, the controller."""
+
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from hfc_design.controllers.kind import Shown
+from hfc_design.core.numbers import Json
+from hfc_design.core.plugins import own_code
+from hfc_design.core.records import UserError
+from hfc_design.files.design import Design
+from hfc_design.files.machine import SensorSettings
+from hfc_design.files.pairing import with_converter
+from hfc_design.files.scenario import Scenario
+from hfc_design.pictures.numbers import score
+from hfc_design.pictures.section import Listing, Section
+from hfc_design.report.in_use import in_use
+from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
+from hfc_design.runs.individuals import genome_of
+from hfc_design.search.loop import Archive
+from hfc_design.simulation.evaluation import Evaluation
+
+#: This many structures are listed.
+BEST = 10
+
+
+def first_metrics(own: Evaluation, scenario: Scenario) -> Collection[str]:
+    """What stands in the first table: all, or of several motions what counts and their errors."""
+    if not own.motions:
+        return [*scenario.judge().titles.values(), *own.metrics]
+    each = own.motions.items()
+    errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in each)
+    return [*scenario.judge().titles.values(), *errors]
+
+
+def whether_used(numbers: Callable[[], Json]) -> Json | None:
+    """Whether a design can be used; None if nobody can say, or what says so was edited."""
+    with suppress(UserError, KeyError, TypeError, AttributeError, ValueError):
+        return in_use(numbers())
+    return None
+
+
+def how_near(folder: Path) -> Json | None:
+    """How near the design comes to what any controller could do; None if nobody has asked."""
+    found = kept_attained(folder)
+    if found is None:
+        return None
+    own = {"told": attained_told(found), "left_out": left_out(found), "rows": attained_rows(found)}
+    return own | {"heads": ["motion", *HEADS]}
+
+
+def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
+    """The best structures of the search and their scores; None where there is but one."""
+    genome = genome_of(scenario)
+    if genome.structures == 1:
+        return None
+    best = (-archive.score).argsort(kind="stable")[:BEST]
+    order = best[np.isfinite(archive.score[best])]
+    trees = archive.population.tree
+    return Listing(
+        "The best structures, each with the best that the search "
+        f"(in {scenario.run.precision}) found for it; the controller above is the best of them in "
+        "float64. A unit is written (column input, row input).",
+        ["structure", scenario.judge().title],
+        [[genome.notation(int(trees[k])), score(archive.score[k])] for k in order],
+    )
+
+
+def sections(design: Design, own: Evaluation, scenario: Scenario) -> list[Section]:
+    """What there is to say about a controller of this kind; UserError: a user's own cannot."""
+    plant = scenario.plant
+    # With sensors of the scenario's own nobody knows what the control has measured.
+    known = scenario.sensors == SensorSettings() and not own.diverged
+    signals = {axis.name: axis.told() for axis in own.axes} if known else None
+    limits, axes = with_converter(scenario, design).limits, plant.machine.axes
+    delays = tuple(limits.of(axis).delay_samples for axis in axes)
+    largest = tuple(design.limits.of(axis).command for axis in axes)
+    shown = Shown(plant.machine, plant.values(), signals, delays, largest)
+    kinds = [("controller", part.kind.name) for part in (design, *design.by_axis().values())]
+    with own_code(", sections of the report (the design is saved)", *kinds):
+        return [Section(*section) for section in design.kind.sections(design.controller, shown)]

@@ -1,0 +1,137 @@
+"""Which structures won over the seeds: a made-up batch, counted by hand."""
+
+import json
+
+import numpy as np
+import pytest
+from run_folders import batch_folder, hfc, table
+
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design
+from hfc_design.runs.individuals import genome_of
+
+#: The trees of Tables I and II, as LL sections 4.1 and 4.2 tell them in words.
+ONE = "((((spindle velocity, previous spindle velocity), deflection), error), deflection rate)"
+TWO = "(((error, previous spindle velocity), deflection), (spindle velocity, deflection rate))"
+TABLE_1 = "lin-lee-1999-table-1"
+DESIGNS = {ONE: TABLE_1, TWO: "lin-lee-1999-table-2", "": "pd-only"}
+RACE = [(10.0, ONE), (14.0, TWO), (11.0, ONE), (13.0, TWO), (12.0, ONE)]
+#: 95 % Clopper-Pearson intervals as tables print them.
+PRINTED = {(3, 5): (0.147, 0.947), (2, 5): (0.053, 0.853), (1, 2): (0.013, 0.987)}
+
+
+def made(folder, fitness, structure):
+    """Let the run in a folder have ended with a design of a structure."""
+    design = json.loads(design_json(load_design(DESIGNS[structure])))
+    score = json.loads((folder / "design.json").read_text())["score"]
+    (folder / "design.json").write_text(json.dumps(design | {"score": score}))
+    assert score["fitness"] == fitness
+
+
+def batch_of(out, *groups):
+    """A batch of searches: (settings, (fitness, structure) of each seed) of each group."""
+    names = iter(batch_folder(out, [(own, [x for x, _ in runs]) for own, runs in groups]))
+    for _, runs in groups:
+        for fitness, structure in runs:
+            made(out / next(names), fitness, structure)
+
+
+@pytest.fixture
+def counted(tmp_path):
+    """Of one task a group with two structures, and one without any."""
+    one, other = {"search.preset": "race"}, {"search.preset": "other"}
+    batch_of(tmp_path, (one, RACE), (other, [(1.0, ""), (2.0, "")]))
+    return tmp_path
+
+
+def test_counts_by_hand(counted):
+    done = hfc("report", counted)
+    assert done.exit_code == 0
+    first, second = table(counted / "structures.csv")
+    assert [first[key] for key in ("group", "structure", "runs", "searches")] == [
+        "1",
+        ONE,
+        "3",
+        "5",
+    ]
+    assert [second[key] for key in ("structure", "runs", "searches")] == [TWO, "2", "5"]
+    assert [float(first[key]) for key in ("share", "best", "median")] == [0.6, 12.0, 11.0]
+    assert [float(second[key]) for key in ("share", "best", "median")] == [0.4, 14.0, 13.5]
+    assert first["best_run"] == "0000000000000004"  # the fifth has 12
+    for row in (first, second):
+        found = float(row["share_low"]), float(row["share_high"])
+        assert found == pytest.approx(PRINTED[int(row["runs"]), 5], abs=6e-4)
+
+
+def test_terminal_and_page_have_them(counted):
+    done = hfc("report", counted)
+    lines = done.stdout.splitlines()
+    assert lines[-1] == str(counted / "report.html")
+    assert lines[0].rstrip() == "structures that won in c-axis-ramp, group 1: preset race"
+    (row,) = (line for line in lines if "3 of 5" in line)
+    assert row.split()[-6:] == ["60", "(15", "to", "95)", "12.0", "11.0"]
+    page = (counted / "report.html").read_text()
+    assert page.count('alt="Structure that won in group 1: preset race"') == 1  # its tree
+    assert "3 of 5 searches ended with it, the best of them was 0000000000000004" in page
+    assert "Structure that won in group 2" not in page
+    assert f'<th scope="row">{TWO}</th>' in page
+
+
+def test_no_table_where_there_is_but_one_structure(tmp_path):
+    batch_of(tmp_path, ({"scenario": "a"}, [(1.0, ""), (2.0, "")]))
+    done = hfc("report", tmp_path)
+    assert done.stdout == f"{tmp_path / 'report.html'}\n"
+    assert not (tmp_path / "structures.csv").exists()
+    assert "Which structures won" not in (tmp_path / "report.html").read_text()
+
+
+def test_who_does_not_count(tmp_path):
+    """A given design, a repeated seed, a damaged controller; one that diverged does, as such."""
+    batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO), (8.0, TWO), (0.0, TWO)]))
+    given, damaged, diverged = (tmp_path / f"{k:016x}" for k in (1, 2, 3))
+    (given / "given.json").write_text("{}")
+    for folder in (damaged, diverged):
+        data = json.loads((folder / "design.json").read_text())
+        if folder is diverged:
+            data["score"]["fitness"] = None
+        else:
+            data["controller"]["units"][0]["row_input"] = "no such signal"
+        (folder / "design.json").write_text(json.dumps(data))
+    plan = json.loads((tmp_path / "batch.json").read_text())
+    plan["cells"]["0123456789abcdef"] = plan["cells"][f"{0:016x}"]
+    (tmp_path / "batch.json").write_text(json.dumps(plan))
+    (tmp_path / "0123456789abcdef").symlink_to(tmp_path / f"{0:016x}")
+    assert hfc("report", tmp_path).exit_code == 0
+    rows = table(tmp_path / "structures.csv")
+    assert [(row["structure"], row["runs"], row["searches"]) for row in rows] == [
+        (ONE, "1", "2"),
+        (TWO, "1", "2"),
+    ]
+    assert [row["best"] for row in rows] == ["3.0", "-inf"]
+    assert float(rows[0]["share_low"]) == pytest.approx(PRINTED[1, 2][0], abs=6e-4)
+
+
+def test_a_record_tells_its_structure_as_the_genome_does():
+    scenario = load_scenario("c-axis-ramp")
+    genome, kind = genome_of(scenario), KINDS.get(scenario.controller.kind)
+    told = set()
+    for k in range(0, genome.structures, 13):
+        own = genome.record(genome.fresh(np.array([k]), np.random.default_rng(0)))
+        record = kind.record.model_validate(own | {"sample_time_s": 0.001})
+        assert kind.structure(record) == genome.notation(k)
+        told.add(genome.notation(k))
+    assert len(told) == 9
+
+
+def test_a_structure_of_each_axis_and_one_inside():
+    first, second = (load_design(name).controller.model_dump() for name in (TABLE_1, "pd-only"))
+    axes = {"kind": "per-axis", "sample_time_s": 0.001, "axes": {"x": first, "y": second}}
+    record = KINDS.get("per-axis").record.model_validate(axes)
+    assert KINDS.get("per-axis").structure(record) == f"x: {ONE}, y: pd"
+    inner = {key: value for key, value in first.items() if key != "sample_time_s"}
+    around = load_design("huang-cross-coupled").controller.model_dump()
+    assert KINDS.get("cross-coupled").structure(load_design("huang-cross-coupled").controller) == ""
+    record = KINDS.get("cross-coupled").record.model_validate(around | {"inner": inner})
+    assert KINDS.get("cross-coupled").structure(record) == ONE
