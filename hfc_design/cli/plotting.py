@@ -19,11 +19,11 @@ UNIT_HELP = "Unit of a hierarchy to draw, as unit-1 [default: the root]."
 @force
 @knowing_plugins
 def plot(design: str, what: str, others: Texts, unit: str | None, axis: str, out: Path) -> None:
-    """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
+    """Draw what a DESIGN is: its surface, terms, tables or tree.
 
-    The output of a fuzzy unit over its two inputs as colours or in space, the membership of its
-    terms, its rule table as colours with the names of the terms, or which unit reads what. Of a
-    controller with others inside it is those that are drawn.
+    WHAT is surface or surface-3d: the output of a fuzzy unit over its two inputs, as colours or in
+    space; terms: their degrees; tables: its rules as colours with the names of the terms; tree:
+    which unit reads what. Of a controller with others inside, those are drawn.
     """
     from hfc_design.files.pairing import load_design
     from hfc_design.pictures.files import save
