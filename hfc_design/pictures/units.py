@@ -24,6 +24,8 @@ POINTS = 81
 BANDS = 12
 #: Of those points so many are one step of a surface in space.
 EVERY = 2
+#: What stands so low in the picture of a surface are its shades.
+BELOW = 0.0
 
 
 def surface(
@@ -43,14 +45,14 @@ def surface(
     axes = figure.subplots()
     low, high = float(values.min()), float(values.max())
     if low * high > 0.0:  # of one sign: what differs is told by all colours
-        filled = axes.contourf(column, row, values, BANDS, cmap="viridis")
+        filled = axes.contourf(column, row, values, BANDS, cmap="viridis", zorder=-1)
         ticks = MaxNLocator(7)
     else:
         limit = max(-low, high) or 1.0
         division = round_above(limit / BANDS)
         count = int(np.ceil(limit / division + 0.5))
         levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
-        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r")
+        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r", zorder=-1)
         ticks = MaxNLocator(7, symmetric=True)
     filled.set_edgecolor("face")  # else white hairlines show between the bands
     axes.axhline(0.0, color="0.3", lw=0.6)
