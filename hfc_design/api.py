@@ -50,8 +50,8 @@ from hfc_design.simulation.comparison import Comparison
 from hfc_design.simulation.ensemble import Judgements, evaluate_many
 from hfc_design.simulation.evaluating import evaluate, learned_in
 from hfc_design.simulation.evaluation import Evaluation, trajectory_csv
-from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.in_use import Usable
+from hfc_design.simulation.monte_carlo import Robustness, robustness
 from hfc_design.simulation.teaching import Taught, taught
 from hfc_design.simulation.usable import usable
 from hfc_design.stability.loop_report import LoopMargins
