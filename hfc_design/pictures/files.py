@@ -37,13 +37,13 @@ def save(figure: Figure, path: Path) -> None:
     write_whole(path, image(figure, kind))
 
 
-def image(figure: Figure, kind: str) -> bytes:
+def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:
     """The figure as a file of a kind in ``FORMATS``, or as pgf; the same gives the same bytes."""
     if kind == "pgf":
         return picture(figure)
     buffer = io.BytesIO()
     with matplotlib.rc_context(SETTINGS):
-        figure.savefig(buffer, format=kind, dpi=160, metadata=FORMATS[kind])
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata=FORMATS[kind])
     return buffer.getvalue()
 
 
