@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 Loops = Mapping[str, OpenLoop]
 NONE = "none"
 ABOUT = (
-    "Near the speed at which friction slides, without sensors, rest and limits: what an observer, a "
-    "filter or a converter lags has to be well within the delay margin; none: no change of that "
+    "Near the speed at which friction slides, without sensors, rest and limits: what an observer, "
+    "a filter or a converter lags has to be well within the delay margin; none: no change of that "
     "kind makes the loop swing"
 )
 
