@@ -8,15 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import (
-    OTHER,
-    OWN,
-    STRIP,
-    WIDTH,
-    colour_strip,
-    framed,
-    round_above,
-)
+from hfc_design.pictures.displayed import Displayed
+from hfc_design.pictures.figure import OTHER, OWN, STRIP, WIDTH, colour_strip, framed, round_above
 
 #: Points a side that a surface is computed at, and that terms are drawn with.
 POINTS = 81
@@ -67,7 +60,7 @@ def solid(
     column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
 ) -> Figure:
     """The same as a surface in space; the output is its height."""
-    figure = Figure(figsize=(WIDTH, 4.6))
+    figure = Displayed(figsize=(WIDTH, 4.6))
     axes: Any = figure.add_axes((0.0, 0.02, 0.88, 0.9), projection="3d")
     limit = float(np.abs(values).max()) or 1.0
     cut = slice(None, None, EVERY)
