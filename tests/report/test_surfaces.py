@@ -5,9 +5,9 @@ import re
 from math import exp, inf
 from pathlib import Path
 
+import browser
 import numpy as np
 import pytest
-from browser import shown
 
 from hfc_design import api as hfc
 from hfc_design.controllers.flc import pictures as fuzzy
@@ -231,7 +231,7 @@ def test_the_script_says_what_explain_says(written, tmp_path):
     acting = ACTIONS.replace("CASES", cases)
     free = re.sub(r"<meta http-equiv[^>]*>", "", written)
     (tmp_path / "page.html").write_text(free.replace("</body>", acting + "</body>"))
-    dom, said = shown(tmp_path / "page.html", tmp_path)
+    dom, said = browser.shown(tmp_path / "page.html", tmp_path)
     assert said == []
     answer = json.loads(re.search(r"<body>({.*})", dom)[1].replace("&amp;", "&"))
     for (_, _, own), found in zip(told.values(), answer["found"], strict=True):
@@ -265,13 +265,15 @@ def test_the_script_says_what_explain_says(written, tmp_path):
 @pytest.mark.browser
 def test_the_page_as_it_is(written, tmp_path):
     (tmp_path / "page.html").write_text(written)
-    dom, said = shown(tmp_path / "page.html", tmp_path)
+    dom, said = browser.shown(tmp_path / "page.html", tmp_path)
     assert said == []
     assert dom.count('class="place"') == dom.count('aria-live="polite"') == 1
     assert re.search(r'class="place" tabindex="0"[^>]*role="application"', dom)
     bare = re.sub(r"(?s)<script>.*?</script>", "", written)
     (tmp_path / "bare.html").write_text(bare)
-    dom, said = shown(tmp_path / "bare.html", tmp_path)
+    dom, said = browser.shown(tmp_path / "bare.html", tmp_path)
     assert said == []
     assert 'class="place"' not in dom
     assert dom.count("<img") == written.count("<img")
+    on_paper = [browser.printed(tmp_path / name, tmp_path) for name in ("page.html", "bare.html")]
+    assert on_paper[0] == on_paper[1]
