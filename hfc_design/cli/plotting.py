@@ -38,7 +38,7 @@ OF_ONE = ("others", "unit", "axis")
 @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
 @setting
 @click.option("--motion", help=MOTION_HELP)
-@output("--out", required=True, help="The picture (png, svg, pdf or pgf).")
+@output("--out", required=True, help="The picture (png, svg or pdf).")
 @force
 @memory
 @knowing_plugins
