@@ -71,6 +71,7 @@ def design(
     """
     from hfc_design.cli import shown
     from hfc_design.cli.usable_table import settling_told, show_usable
+    from hfc_design.core.console import busy
     from hfc_design.core.lock import alone
     from hfc_design.report.page import write_page
     from hfc_design.report.verdict import BASELINES
@@ -83,7 +84,8 @@ def design(
         found = run.new_run(found, folder)
     result, summary = _searched(found, folder, anyway, quiet)
     told = _near_the_best(found, result, folder)
-    rivals = write_page(found, result, folder)
+    with nullcontext() if quiet else busy("the report, on machines that no search has seen"):
+        rivals = write_page(found, result, folder)
     use = run.kept_use(folder)
     show_usable(use)
     if line := settling_told(use, found.constraints):

@@ -61,7 +61,7 @@ def solid(
 ) -> Figure:
     """The same as a surface in space; the output is its height."""
     figure = Displayed(figsize=(WIDTH, 4.6))
-    axes: Any = figure.add_axes((0.0, 0.02, 0.88, 0.9), projection="3d")
+    axes: Any = figure.add_axes((0.0, 0.0, 0.9, 1.0), projection="3d")
     limit = float(np.abs(values).max()) or 1.0
     cut = slice(None, None, EVERY)
     x, y = np.meshgrid(column[cut], row[cut])
@@ -76,9 +76,10 @@ def solid(
     for axis, label in ((axes.xaxis, labels[0]), (axes.yaxis, labels[1]), (axes.zaxis, meaning)):
         axis.set_label_text(label, fontsize=9)
         axis.set_tick_params(labelsize=8, pad=0)
+        axis.set_major_locator(MaxNLocator(5))
     axes.set_box_aspect(None, zoom=0.85)  # else the labels are cut off
     axes.view_init(elev=28.0, azim=-125.0)
-    axes.set_title(title, fontsize=11, y=0.95)
+    axes.set_title(title, fontsize=11, y=0.93)
     return figure
 
 
