@@ -14,7 +14,7 @@ from hfc_design.controllers.flc.pictures import rule_table, surface
 from hfc_design.controllers.hierarchical.drawn_tree import drawn_tree
 from hfc_design.controllers.surfaces import flat
 from hfc_design.pictures.files import save
-from hfc_design.report import batch_plots, plots
+from hfc_design.report import plots, searches
 from hfc_design.report.errors import errors
 from hfc_design.runs.run import finished_run
 from plants import C_AXIS
@@ -32,7 +32,7 @@ def drawn(run: Path) -> dict[str, Figure]:
         "rules": rule_table(unit.controller, f"rules of {unit.name}"),
         "surface": flat(surface(unit.controller, "what they command, between them too")),
         "hierarchy": drawn_tree(hfc.load_design(PUBLISHED).controller, C_AXIS),
-        "search": batch_plots.history(result.search.history, scenario.judge().title),
+        "search": searches.history(result.search.history, scenario.judge().title),
         "fitness": errors({"designed": result.evaluation, **ramp}),
     }
 

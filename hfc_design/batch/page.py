@@ -18,7 +18,7 @@ from hfc_design.batch.runs import SEED, Run, listed
 from hfc_design.batch.summary import Findings
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Drawing, Rows
-from hfc_design.report import REPORT, Page, batch_plots, rendered
+from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -95,7 +95,7 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
     convergence = outcomes = None
     if curves:
         labels = [drawn[k].label for k in curves]
-        convergence = batch_plots.convergence(labels, list(curves.values()), list(curves))
+        convergence = searches.convergence(labels, list(curves.values()), list(curves))
     if any(np.isfinite(group.scores).any() for group in drawn):
         scores = {group.number: group.scores for group in drawn}
         outcomes = batch_plots.outcomes(scores, groups[0].key)

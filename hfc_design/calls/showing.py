@@ -60,7 +60,7 @@ def plot(found: Any, path: str | Path | None = None, title: str = "") -> "Figure
 
 def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.identify.plots import replayed
-    from hfc_design.report import batch_plots, plots, usable_plots
+    from hfc_design.report import batch_plots, plots, searches, usable_plots
     from hfc_design.report.comparison.plots import machines
 
     titled: dict[type, Callable[[Any, str], Figure]] = {
@@ -79,12 +79,13 @@ def _drawn(found: Any, title: str) -> "Figure":
         return figure
     if found.search is None:
         raise UserError("nothing was searched; plot its .evaluation")
-    return batch_plots.history(found.search.history, title)
+    return searches.history(found.search.history, title)
 
 
 def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
-    """What a design is as a figure: "surface", "terms", "tables" or "tree", as ``hfc plot`` has it.
+    """What a design is as a figure, as ``hfc plot`` has it.
 
+    ``what`` is "surface", "surface-3d", "terms", "tables" or "tree", as far as the kind has it;
     ``unit`` is the fuzzy unit of a hierarchy, as in "unit-1", the root if none is named; ``axis``
     that of a controller whose axes differ. Axes have the units of the plant.
 

@@ -1,32 +1,120 @@
-"""The command that draws a design: surfaces, terms, rule tables, the hierarchy."""
+"""The command that draws: what a design is, or several designs or searches over one another."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from hfc_design.cli.options import Texts, changing_design, force, knowing_plugins, output
+from hfc_design.cli.named import DESIGN, SCENARIO, named
+from hfc_design.cli.options import (
+    Texts,
+    changing_design,
+    force,
+    knowing_plugins,
+    memory,
+    output,
+    setting,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 UNIT_HELP = "Unit of a hierarchy to draw, as unit-1 [default: the root]."
+SCENARIO_HELP = "Of motion: scenario [default: the first design's own]."
+MOTION_HELP = "Which one, of a scenario of several [default: the first]."
+#: What takes several designs or folders, and the options that belong to it.
+CONVERGENCE, MOTION = "convergence", "motion"
+OPTIONS = {CONVERGENCE: (), MOTION: ("scenario", "changes", "motion")}
+#: Of what a lone design is.
+OF_ONE = ("others", "unit", "axis")
 
 
-@click.command()
-@click.argument("design")
+@click.command(short_help="Draw what a DESIGN is, or several over one another.")
+@click.argument("names", metavar="DESIGN|FOLDER...", nargs=-1, required=True, type=DESIGN)
 @click.argument("what", metavar="WHAT")
 @changing_design
 @click.option("--unit", help=UNIT_HELP)
 @click.option("--axis", default="", help="Of a controller with several: the axis to draw.")
+@named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
+@setting
+@click.option("--motion", help=MOTION_HELP)
 @output("--out", required=True, help="The picture (png, svg or pdf).")
 @force
+@memory
 @knowing_plugins
-def plot(design: str, what: str, others: Texts, unit: str | None, axis: str, out: Path) -> None:
-    """Draw what a DESIGN is: WHAT is surface, terms, tables or tree.
+def plot(
+    names: Texts,
+    what: str,
+    others: Texts,
+    unit: str | None,
+    axis: str,
+    scenario: str | None,
+    changes: Texts,
+    motion: str | None,
+    out: Path,
+) -> None:
+    """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
 
-    The output of a fuzzy unit over its two inputs, the membership of its terms, its rule table
-    as colours with the names of the terms, or which unit reads what.
+    The output of a fuzzy unit over its two inputs as colours or in space, the membership of its
+    terms, its rule table as colours with the names of the terms, or which unit reads what. Of a
+    controller with others inside it is those that are drawn.
+
+    Several over one another: WHAT is motion, of designs in one scenario, on the machine of the
+    first: positions, errors and commands, and how far each is off a path; or convergence, of run
+    folders and of folders of runs: the best so far in each generation, of many runs the median of
+    each group over a band between its quartiles.
     """
     from hfc_design.files.pairing import load_design
     from hfc_design.pictures.files import save
     from hfc_design.report.designs import picture
 
-    save(picture(load_design(design, others), what, unit, axis), out)
+    _check(names, what)
+    if what == CONVERGENCE:
+        from hfc_design.batch.converging import convergence
+
+        figure = convergence([Path(name) for name in names])
+    elif what == MOTION:
+        figure = _motions(names, scenario, changes, motion)
+    else:
+        figure = picture(load_design(names[0], others), what, unit, axis)
+    save(figure, out)
     click.echo(out)
+
+
+def _check(names: Texts, what: str) -> None:
+    """Refuse options and numbers of names that do not belong to what is drawn."""
+    from hfc_design.core.records import UserError
+
+    context = click.get_current_context()
+    flags = {option.name: option.opts[0] for option in context.command.params}
+    allowed = OPTIONS.get(what, OF_ONE)
+    for key in {*OF_ONE, *OPTIONS[MOTION]} - {*allowed}:
+        if context.params[key]:
+            raise UserError(f"{flags[key]}: is not for {what}")
+    if what == MOTION and len(names) == 1:
+        raise UserError(f"{MOTION} draws several designs; hfc simulate {names[0]} --plot draws one")
+    if what not in OPTIONS and len(names) > 1:
+        raise UserError(f"{what}: draws one design; {CONVERGENCE} and {MOTION} draw several")
+
+
+def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | None) -> "Figure":
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import own_scenario
+    from hfc_design.files.together import differences, labelled, on_one_machine
+    from hfc_design.report.overlaid import motions
+    from hfc_design.simulation.evaluating import evaluate
+    from hfc_design.simulation.score_tables import notes
+
+    designs = labelled(names)
+    first = next(iter(designs.values()))
+    where = load_scenario(scenario, changes) if scenario else own_scenario(first, names[0], changes)
+    shared = on_one_machine(designs, where)
+    for name, design in designs.items():
+        for note in differences(design, where, shared):
+            click.echo(f"{name}: {note}", err=True)
+    if motion is not None or shared.motions:
+        shared = shared.motion(motion)
+    evaluations = {name: evaluate(design, shared) for name, design in designs.items()}
+    for note in notes(shared, evaluations):
+        click.echo(note, err=True)
+    return motions(evaluations, shared.name)

@@ -8,7 +8,7 @@ from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import merit_told
+from hfc_design.simulation.in_use import measured, merit_told
 from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
@@ -48,7 +48,7 @@ def show_usable(found: Json | None) -> None:
             (100, told["limit_share"]["largest"]),
         ]
         mark = "" if one.get("asked_of") != "nominal" else " *"
-        table.add_row(name + mark, *(_short(factor, value) for factor, value in cells))
+        table.add_row(name + mark, *(measured(x, factor, _short, "-") for factor, x in cells))
     show_whole(table)
 
 
@@ -100,8 +100,5 @@ def _caption(found: Json) -> str:
     return "\n".join(lines)
 
 
-def _short(factor: float, value: float | None) -> str:
-    if value is None:
-        return "-"
-    value *= factor
+def _short(value: float) -> str:
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"

@@ -12,11 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis, Tick
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.offsetbox import PackerBase
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 
+from hfc_design.pictures.room import apart, fit, lower
+
 #: What letters, lines and margins of a page become.
 SMALLER = 0.8
+#: What gaps between columns become; numbers stand there, whose letters may be the least already.
+GAPS = 0.9
 #: Of the letters of a paper's figure [pt].
 LEAST, MOST = 7.0, 9.0
 
@@ -40,6 +45,11 @@ def in_column(figure: Figure, width: float) -> None:
         _smaller(artist)
     for axis in figure.findobj(Axis):
         _smaller_ticks(axis)
+    lower(figure, width / (SMALLER * before))
+    for axes in figure.axes:
+        apart(axes)
+    for legend in [*figure.legends]:
+        fit(figure, legend)
 
 
 def _places(figure: Figure, before: float, width: float) -> Place:
@@ -57,7 +67,7 @@ def _box(figure: Figure, axes: Axes, place: Place, width: float) -> tuple[float,
     if spec is None:
         return place(box.x0), place(box.x1)
     *_, lefts, rights = spec.get_gridspec().get_grid_positions(figure)
-    gaps = SMALLER * before / width * (lefts[1:] - rights[:-1])
+    gaps = GAPS * before / width * (lefts[1:] - rights[:-1])
     start, end = place(lefts[0]), place(rights[-1])
     widths = (rights - lefts) * (end - start - gaps.sum()) / (rights - lefts).sum()
     begins = start + np.concatenate([[0.0], (widths[:-1] + gaps).cumsum()])
@@ -93,6 +103,9 @@ def _smaller(artist: Any) -> None:
             artist.xyann = (SMALLER * artist.xyann[0], SMALLER * artist.xyann[1])
     elif isinstance(artist, Line2D | Patch):
         artist.set_linewidth(SMALLER * artist.get_linewidth())
+    elif isinstance(artist, PackerBase):  # of a legend
+        artist.pad = artist.pad and SMALLER * artist.pad
+        artist.sep = artist.sep and SMALLER * artist.sep
     if isinstance(artist, Line2D):
         artist.set_markersize(SMALLER * artist.get_markersize())
 

@@ -4,6 +4,8 @@ Every picture is a ``matplotlib.figure.Figure`` of its own; none touches pyplot.
 purpose: they are to be read on a phone too.
 """
 
+from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from hfc_design.pictures.displayed import Displayed
 
 WIDTH = 5.4  # of every figure [in]
 ROOM = 6  # characters of a number beside a y axis
+STRIP = 1.0  # margin on the right for a strip of colours, its numbers and what they mean [in]
 LABEL = 52  # letters; a longer label is cut off, the table has all of it
 LARGEST = 1e100  # number that is drawn as it is; matplotlib's axes fail far beyond
 DEEPEST = 1e-6  # share of the largest number to which a logarithmic axis goes down
@@ -91,6 +94,19 @@ def plain(label: str, longest: int = LABEL) -> str:
     return known if len(known) <= longest else known[: longest - 3] + "..."
 
 
+def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
+    """Labels of names, each another one: those that are alike at the beginning keep their ends."""
+    found = {name: plain(name, longest) for name in names}
+    ends = {name: f"...{plain(name, len(name) + 3)[3 - longest :]}" for name in found}
+    same = Counter(found.values())
+    found |= {name: ends[name] for name, label in found.items() if same[label] > 1}
+    same = Counter(found.values())
+    return {
+        name: f"{k}: {plain(label, longest - 4)}" if same[label] > 1 else label
+        for k, (name, label) in enumerate(found.items(), 1)
+    }
+
+
 def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> None:
     """The legend of ``axes`` above everything; names in it may be any."""
     handles = axes.get_legend_handles_labels()
@@ -117,4 +133,9 @@ def colour_strip(figure: Figure, axes: Axes, drawn: Any, meaning: str, **options
     """What the colours of a picture stand for, in the margin on its right."""
     place = axes.get_position()
     strip = figure.add_axes((place.x1 + 0.02, place.y0, 0.03, place.height))
-    return figure.colorbar(drawn, cax=strip, label=meaning, **options)
+    bar = figure.colorbar(drawn, cax=strip, label=meaning, **options)
+    numbers = strip.yaxis.get_major_formatter().format_ticks(list(bar.get_ticks()))
+    if any(len(number) >= ROOM for number in numbers):
+        strip.ticklabel_format(axis="y", scilimits=(0, 0))  # a power of ten stands above
+        strip.yaxis.get_offset_text().set_fontsize(8)
+    return bar

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import TERMS
-from hfc_design.pictures.figure import colour_strip, framed
+from hfc_design.pictures.figure import STRIP, colour_strip, framed
 
 
 def heat_map(
@@ -30,7 +30,8 @@ def heat_map(
         meaning: what the colours stand for, with its unit.
         shades: what is coloured; without it the values.
     """
-    figure = framed(4.0, top=0.35, right=0.95)
+    longest = max(map(len, labels[0]), default=0)
+    figure = framed(4.0, top=0.35, left=0.48 + 0.08 * longest, right=STRIP)
     axes = figure.subplots()
     shades = values if shades is None else shades
     limit = float(np.abs(shades).max()) or 1.0

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.displayed import Displayed
-from hfc_design.pictures.figure import OTHER, OWN, WIDTH, colour_strip, framed, round_above
+from hfc_design.pictures.figure import OTHER, OWN, STRIP, WIDTH, colour_strip, framed, round_above
 
 #: Points a side that a surface is computed at, and that terms are drawn with.
 POINTS = 81
@@ -17,6 +17,8 @@ POINTS = 81
 BANDS = 12
 #: Of those points so many are one step of a surface in space.
 EVERY = 2
+#: What stands so low in the picture of a surface are its shades.
+BELOW = 0.0
 
 
 def surface(
@@ -32,18 +34,18 @@ def surface(
         title: stands above.
         meaning: what the colours stand for, with its unit.
     """
-    figure = framed(4.0, top=0.35, right=0.95)
+    figure = framed(4.0, top=0.35, right=STRIP)
     axes = figure.subplots()
     low, high = float(values.min()), float(values.max())
     if low * high > 0.0:  # of one sign: what differs is told by all colours
-        filled = axes.contourf(column, row, values, BANDS, cmap="viridis")
+        filled = axes.contourf(column, row, values, BANDS, cmap="viridis", zorder=-1)
         ticks = MaxNLocator(7)
     else:
         limit = max(-low, high) or 1.0
         division = round_above(limit / BANDS)
         count = int(np.ceil(limit / division + 0.5))
         levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
-        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r")
+        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r", zorder=-1)
         ticks = MaxNLocator(7, symmetric=True)
     filled.set_edgecolor("face")  # else white hairlines show between the bands
     axes.axhline(0.0, color="0.3", lw=0.6)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.pictures.files import address
 from hfc_design.pictures.section import Listing
+from hfc_design.pictures.units import BELOW
 
 REPORT = "report.html"
 #: Letters of the name of a file.
@@ -57,19 +58,18 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
 
 def _free(called: str, taken: Container[str]) -> str:
     """A name for a file: letters and digits of what it is called, with a number if need be."""
-    name = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")[:LONGEST] or "unnamed"
+    letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
+    name = letters[:LONGEST].rstrip("-") or "unnamed"
     names = chain([name], (f"{name}-{k}" for k in count(2)))
     return next(one for one in names if one not in taken)
 
 
 def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
     """The same with the shades of a surface as pixels: a third of the letters."""
-    bands = figure.axes[0].collections
-    for own in bands:
-        own.set_rasterized(True)
+    axes = figure.axes[0]
+    axes.set_rasterization_zorder(BELOW)
     found = picture(figure)
-    for own in bands:
-        own.set_rasterized(False)
+    axes.set_rasterization_zorder(None)
     return found
 
 

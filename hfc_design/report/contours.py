@@ -1,8 +1,11 @@
 """A path with the contour error enlarged across it."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 
 from hfc_design.core.numbers import Floats
@@ -40,7 +43,7 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
     figure = framed(8.0, top=0.85)
     upper, lower = figure.subplots(2, 1, gridspec_kw={"height_ratios": (2.4, 1), "hspace": 0.3})
     worst = np.searchsorted(time, [mark.worst_s for mark in marks])
-    _draw_path(upper, found, base, actual - base, worst)
+    _draw_path(figure, upper, found, base, actual - base, worst)
     shown = error / found.millimetres
     lower.plot(time, shown, color=OWN, lw=1)
     lower.plot(time[worst], shown[worst], "o", color=OTHER, ms=4)
@@ -50,7 +53,9 @@ def contour(found: Contour, time: Floats, title: str) -> Figure:
     return figure
 
 
-def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Places) -> None:
+def _draw_path(
+    figure: Figure, axes: Axes, found: Contour, base: Floats, away: Floats, worst: Places
+) -> None:
     trajectory, length = found.planar, found.millimetres
     outline = trajectory.samples(np.linspace(0.0, trajectory.duration_s, POINTS))
     size = np.ptp(outline.position, axis=1).max()
@@ -67,7 +72,10 @@ def _draw_path(axes: Axes, found: Contour, base: Floats, away: Floats, worst: Pl
         axes.plot(*drawn[:, worst], "o", color=OTHER, ms=4, label="worst after a reversal")
     axes.set_aspect("equal", adjustable="datalim")
     gridded(axes, "X [mm]", "Y [mm]", color="0.95")
-    axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.99))
+    # In the middle of the figure, which is wider than the axes.
+    place = blended_transform_factory(figure.transFigure, axes.transAxes)
+    where: dict[str, Any] = {"bbox_to_anchor": (0.5, 0.99), "bbox_transform": place}
+    axes.legend(fontsize=9, frameon=False, ncols=2, loc="lower center", **where)
 
 
 def beside(samples: PathSamples, left: float) -> Floats:

@@ -12,9 +12,9 @@ from hfc_design.runtime.explain import part
 def picture(design: Design, what: str, unit: str | None = None, axis: str = "") -> Figure:
     """A picture of a design: "surface", "surface-3d", "terms", "tables" or "tree".
 
-    As far as its kind has it. ``unit`` is the fuzzy unit of a hierarchy, as in ``unit-1``, the root
-    if none is named; ``axis`` that of a controller whose axes differ. Axes have the units of the
-    plant.
+    As far as its kind has it, or that of a controller inside. ``unit`` is the fuzzy unit of a
+    hierarchy, as in ``unit-1``, the root if none is named; ``axis`` that of a controller whose axes
+    differ. Axes have the units of the plant.
 
     Raises:
         UserError: its kind has no such picture, or there is no such unit or axis.

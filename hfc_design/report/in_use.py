@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from hfc_design.core.numbers import Json
 from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import merit_told, several
+from hfc_design.simulation.in_use import measured, merit_told, several
 
 #: Units that numbers of this size are not read in -> factor to one that they are, and that one.
 SHOWN_IN = {"rad": (1e6, "µrad")}
@@ -37,7 +37,7 @@ def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
     cells = []
     for one, factor in zip(found["measures"].values(), factors, strict=True):
         pair = (one["median"], one["largest"])
-        cells.append(" / ".join(NONE if x is None else short(factor * x) for x in pair))
+        cells.append(" / ".join(measured(x, factor, short, NONE) for x in pair))
     mark = " *" if found.get("asked_of") == "nominal" else ""
     return [name + mark, f"{100 * found['share']:.4g}", *cells]
 

@@ -15,7 +15,7 @@ from hfc_design.files.named_scenario import scenario_toml
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
-from hfc_design.report import REPORT, Page, batch_plots, plots, rendered, trade_off
+from hfc_design.report import REPORT, Page, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
 from hfc_design.report.paper import Paper
 from hfc_design.report.parts import best_structures, first_metrics, how_near, sections, whether_used
@@ -67,7 +67,7 @@ def write_page(
         run=True,
         tables=tables,
         search=search,
-        history=search and batch_plots.history(search.history, scenario.judge().title),
+        history=search and searches.history(search.history, scenario.judge().title),
         structures=search and best_structures(search.archive, scenario),
         again=again if search else f"hfc score given.json --scenario config.toml{options}",
         config=(folder / CONFIG).read_text(encoding="utf-8"),

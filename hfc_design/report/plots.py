@@ -14,6 +14,7 @@ from hfc_design.report.contours import contour
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 
+Scale = tuple[float, str]  # factor and unit
 Curve = tuple[str, Floats, Floats | None]  # label, values, the reference of a position
 #: What a small picture leaves out.
 SKIPPED = "deflection", "load"
@@ -41,10 +42,10 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     ends where it runs away.
     """
     drawn = slice(drawn_samples(evaluation))
-    curves = [curve for axis in evaluation.axes for curve in _curves(evaluation, axis, drawn)]
-    figure = framed(1.3 * len(curves) + 1.0, top=0.4)
-    panels = figure.subplots(len(curves), 1, sharex=True, gridspec_kw={"hspace": 0.12})
-    for axes, (label, values, reference) in zip(panels, curves, strict=True):
+    found = [curve for axis in evaluation.axes for curve in curves(evaluation, axis, drawn)]
+    figure = framed(1.3 * len(found) + 1.0, top=0.4)
+    panels = figure.subplots(len(found), 1, sharex=True, gridspec_kw={"hspace": 0.12})
+    for axes, (label, values, reference) in zip(panels, found, strict=True):
         angular = label.endswith("[rad]")
         curve = thinned(evaluation.time[drawn], values)
         axes.plot(*curve, color=OWN, lw=1.2, label="spindle" if angular else "axis")
@@ -61,11 +62,19 @@ def response(evaluation: Evaluation, title: str) -> Figure:
     return figure
 
 
-def _curves(evaluation: Evaluation, axis: AxisMotion, drawn: slice) -> list[Curve]:
-    """Label, values and, of the position, the reference of each panel of an axis."""
+def curves(
+    evaluation: Evaluation,
+    axis: AxisMotion,
+    drawn: slice,
+    of_error: tuple[float, str] | None = None,
+) -> list[Curve]:
+    """Label, values and, of the position, the reference of each panel of an axis.
+
+    ``of_error`` is the factor and the unit of its error, else those in which it is easy to read.
+    """
     units, drive = axis.drive.units, axis.drive
     name = f"{axis.name} " if len(evaluation.axes) > 1 else ""
-    factor, unit = error_unit(evaluation, axis)
+    factor, unit = of_error or error_unit(evaluation, axis)
     error = axis.motion.error[drawn]
     called = "angle" if units["error"] == "rad" else "position"
     found: list[Curve] = [
@@ -81,7 +90,7 @@ def _curves(evaluation: Evaluation, axis: AxisMotion, drawn: slice) -> list[Curv
     return found
 
 
-def _skipped(label: str) -> bool:
+def skipped(label: str) -> bool:
     """Whether there is no room for a curve."""
     return any(word in SKIPPED for word in label.split())
 
@@ -96,8 +105,8 @@ def program(evaluation: Evaluation, title: str) -> Figure:
         curve: Curve = (f"{name} error [{unit}]", factor * error[drawn], None)
         _draw_small(figure.add_subplot(grid[k, :]), evaluation.time, curve, False)
     for k, axis in enumerate(each):
-        curves = [c for c in _curves(evaluation, axis, drawn) if not _skipped(c[0])]
-        for column, own in enumerate(curves):
+        found = [c for c in curves(evaluation, axis, drawn) if not skipped(c[0])]
+        for column, own in enumerate(found):
             axes = figure.add_subplot(grid[len(errors) + k, column])
             _draw_small(axes, evaluation.time, own, axis is each[-1])
     figure.suptitle(title, fontsize=11, y=1.0 - 0.28 / figure.get_figheight())

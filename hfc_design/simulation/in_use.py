@@ -1,5 +1,6 @@
 """What can be said about using a design: in each motion, in a line, as plain numbers."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,9 @@ UNSTABLE = (
     "at rest its linear loop swings by itself (hfc stability tells more, a motion that holds a "
     "position would show it)"
 )
+
+#: What no drive does, in whatever unit a table has it.
+RUNAWAY = 1e9
 
 
 class InMotion(NamedTuple):
@@ -125,6 +129,16 @@ class Usable(NamedTuple):
             "units": self.units,
             "motions": {one.name: _motion_numbers(one) for one in self.motions},
         }
+
+
+def measured(value: float | None, factor: float, write: Callable[[float], str], none: str) -> str:
+    """A measure times ``factor`` as a table has it; one that no drive has is of one that ran away.
+
+    ``none`` stands for what was never finite.
+    """
+    if value is None:
+        return none
+    return "diverges" if abs(factor * value) >= RUNAWAY else write(factor * value)
 
 
 def merit_told(found: Json) -> str:

@@ -76,6 +76,16 @@ def test_the_table_by_hand(capsys):
     assert told.err == WARNING + "\n"
 
 
+def test_a_machine_that_runs_away_has_no_numbers(capsys):
+    """An error of 1e7 rad is 1e13 urad; a table of such numbers says nothing."""
+    lost = of_motion(0.8, 1.0, 0.0)
+    lost["measures"]["settled_rms_error"]["q95"] = 1.07e7
+    lost["measures"]["peak_command"]["largest"] = 2.16e12
+    show_usable(ANSWER | {"motions": {"a": lost}})
+    (row,) = (x.split()[1:] for x in capsys.readouterr().out.splitlines() if x.startswith("a "))
+    assert row == ["80", "2", "diverges", "2", "4", "20", "diverges", "0"]
+
+
 def test_chaos_is_told_in_a_line(capsys):
     show_usable(ANSWER | {"chaotic": True, "repeats": {"lowest": 189.34, "highest": 686.4}})
     text = " ".join(capsys.readouterr().out.split())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hfc_design.pictures.files import image
-from hfc_design.report import batch_plots
+from hfc_design.report import batch_plots, searches
 
 
 @pytest.mark.parametrize("scores", [[0.0], [0.0, 5.0], [1e-3, 1e9]])
@@ -12,7 +12,7 @@ def test_pictures_of_odd_scores(scores):
     labels = ["1: $x^$ \x01 漢", "2: _"]
     groups = [np.array(scores), np.array(scores[:1])]
     runs = [[np.array([value]) for value in values] for values in groups]
-    drawing = image(batch_plots.convergence(labels, runs, [0, 1]), "svg").decode()
+    drawing = image(searches.convergence(labels, runs, [0, 1]), "svg").decode()
     assert "1: $x^$ ? ?<" in drawing
     assert image(batch_plots.outcomes({1: groups[0], 2: groups[1]}, "fitness"), "svg")
 
@@ -20,7 +20,7 @@ def test_pictures_of_odd_scores(scores):
 def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):
     random = np.random.default_rng(0)
     runs = random.random((9, 40)).cumsum(axis=1)
-    axes = batch_plots.convergence(["1"], [list(runs)], [0]).axes[0]
+    axes = searches.convergence(["1"], [list(runs)], [0]).axes[0]
     low, median, high = np.percentile(runs, [25, 50, 75], axis=0)
     assert axes.lines[0].get_xdata().tolist() == list(range(1, 41))
     assert axes.lines[0].get_ydata() == pytest.approx(median)

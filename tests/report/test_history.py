@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfc_design.report import batch_plots
+from hfc_design.report import searches
 from hfc_design.search.loop import History
 
 
@@ -19,6 +19,6 @@ from hfc_design.search.loop import History
 def test_only_what_is_above_zero_is_drawn_by_its_logarithm(best, scale):
     nothing = np.full(3, np.nan)
     history = History(np.array(best), nothing, np.array([9, 9, 9]), np.array([1, 1, 1]))
-    scores, _ = batch_plots.history(history, "loss $x^$ / (1 + 300 stick share)").axes
+    scores, _ = searches.history(history, "loss $x^$ / (1 + 300 stick share)").axes
     assert scores.get_yscale() == scale
     assert scores.get_title() == "loss $x^$ / (1 + 300 stick share)"

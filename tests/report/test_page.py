@@ -18,7 +18,7 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.pictures.curves import SLICES
 from hfc_design.pictures.files import image, save
-from hfc_design.report import batch_plots, plots
+from hfc_design.report import plots, searches
 from hfc_design.report.errors import errors
 from hfc_design.report.page import write_page
 from hfc_design.report.parts import sections
@@ -234,7 +234,7 @@ def test_long_curves_keep_their_peaks(report):
 
 def test_history_of_one_generation_where_everything_diverged():
     history = History(np.array([np.nan]), np.array([np.nan]), np.array([30]), np.array([3]))
-    assert image(batch_plots.history(history, "merit"), "svg")
+    assert image(searches.history(history, "merit"), "svg")
 
 
 @pytest.mark.parametrize(("inputs", "tree"), [(2, 0), (6, 0), (6, 944)])

@@ -13,7 +13,16 @@ from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.core.records import ZR
 from hfc_design.pictures import units
-from hfc_design.pictures.figure import OTHER, OWN, colour_strip, drawable, finish, framed, gridded
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    STRIP,
+    colour_strip,
+    drawable,
+    finish,
+    framed,
+    gridded,
+)
 from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.section import Drawn
 from plants import Drive
@@ -88,7 +97,7 @@ def phase_plane(
 
 def over_time(moves: Floats, every: float, unit: str, title: str) -> Figure:
     """The moves (steps, 7, 7) as a picture: a column a moment, a row a rule."""
-    figure = framed(4.6, top=0.35, right=0.95)
+    figure = framed(4.6, top=0.35, right=STRIP)
     axes, count = figure.subplots(), len(LABELS)
     steps = np.unique(np.linspace(0, len(moves) - 1, COLUMNS).astype(int))
     values = drawable(moves[steps]).reshape(len(steps), -1).T

@@ -9,7 +9,7 @@ from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign
 from hfc_design.controllers.neural.training import command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
-from hfc_design.pictures.figure import colour_strip, framed
+from hfc_design.pictures.figure import STRIP, colour_strip, framed
 from hfc_design.pictures.section import Drawing, Listing, Section
 
 ABOUT = (
@@ -66,7 +66,7 @@ def _reach(record: NeuralDesign, shown: Shown) -> Floats:
 
 def _drawing(record: NeuralDesign, reach: Floats, which: str, shown: Shown) -> Drawing:
     unit = shown.units["command"]
-    figure = framed(3.6, top=0.35, right=0.95)
+    figure = framed(3.6, top=0.35, right=STRIP)
     _map(figure, figure.subplots(), record, reach, shown)
     figure.axes[0].set_title(f"network {which}", fontsize=11)
     return Drawing(

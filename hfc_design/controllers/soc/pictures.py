@@ -12,7 +12,7 @@ from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.pictures import units
-from hfc_design.pictures.figure import colour_strip, framed
+from hfc_design.pictures.figure import STRIP, colour_strip, framed
 from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.numbers import readable as in_unit
 from hfc_design.pictures.section import Drawn
@@ -77,7 +77,7 @@ def _table(record: SocDesign, title: str) -> Figure:
 
 def tables(found: dict[float, Floats], gu: float, axis: str, unit: str) -> Figure:
     """The rules side by side, as commands [unit]."""
-    figure = framed(2.3, top=0.35, right=0.95)
+    figure = framed(2.3, top=0.35, right=STRIP)
     panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     limit = gu * max(float(np.abs(rules).max()) for rules in found.values()) or 1.0
     for axes, (time, rules) in zip(panels, found.items(), strict=True):

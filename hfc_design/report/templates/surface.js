@@ -55,12 +55,13 @@ function explore(data, number) {
   const unit = JSON.parse(data.textContent), surface = data.previousElementSibling;
   const at = { column: 0, row: 0 };
   const place = made("div", { className: "place", tabIndex: 0 });
+  surface.id = `surface-${number + 1}`;
   const [left, top, width, height] = unit.box.map((part) => `${100 * part}%`);
   Object.assign(place.style, { left, top, width, height });
   place.setAttribute("role", "application");
   place.setAttribute("aria-label", "Cursor on the surface; arrow keys move it");
-  place.setAttribute("aria-describedby", `says-${number}`);
-  const says = made("p", { className: "says", id: `says-${number}` });
+  place.setAttribute("aria-describedby", `says-${number + 1}`);
+  const says = made("p", { className: "says", id: `says-${number + 1}` });
   says.setAttribute("aria-live", "polite");
   const body = made("tbody");
   const heads = [`if ${unit.row.name}`, `and ${unit.column.name}`, "share", "consequent"];

@@ -1,0 +1,116 @@
+"""How searches converge: one with its median, or the bands of several."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from hfc_design.core.numbers import Floats
+from hfc_design.pictures.curves import thinned
+from hfc_design.pictures.figure import (
+    OTHER,
+    OWN,
+    WIDTH,
+    drawable,
+    finish,
+    framed,
+    logarithmic,
+    plain,
+)
+from hfc_design.search.loop import History
+
+#: Okabe and Ito's colours, without the yellow that is hard to see on white, and black.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STYLES = ("-", "--", "-.", ":")
+#: A band is drawn with at most this many points.
+POINTS = 150
+#: Height of a line of the legend [in].
+LINE = 0.16
+
+
+def history(history: History, title: str) -> Figure:
+    """Best and median merit, by its ``title``, and how many individuals diverged."""
+    figure = framed(4.15, top=0.4)
+    ratios = {"height_ratios": (3, 1), "hspace": 0.12}
+    scores, diverged = figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
+    count = len(history.best)
+    generation = np.arange(1.0, count + 1)
+    style: dict[str, Any] = {"marker": "." if count < 30 else None}
+    scores.plot(*thinned(generation, history.best), color=OWN, label="best so far", **style)
+    scores.plot(*thinned(generation, history.median), color=OTHER, label="median", **style)
+    scores.legend(fontsize=9, frameon=False)
+    scores.set_title(title, fontsize=11, parse_math=False)
+    finish(scores, "merit")
+    logarithmic(scores)
+    place, bars = thinned(generation, history.diverged)
+    place = np.concatenate([[0.5], place, [count + 0.5]])
+    diverged.fill_between(place, np.pad(bars, 1, mode="edge"), step="mid", color="0.6")
+    finish(diverged, "diverged [1]", "generation")
+    diverged.set(xlim=(0.5, count + 0.5), ylim=(0, 1.05 * max(int(history.diverged.max()), 1)))
+    diverged.xaxis.set_major_locator(MaxNLocator(integer=True))
+    diverged.yaxis.set_major_locator(MaxNLocator(nbins=3, integer=True))
+    return figure
+
+
+def convergence(
+    labels: Sequence[str],
+    searches: Sequence[Sequence[Floats]],
+    order: Sequence[int],
+    measure: str = "merit",
+) -> Figure:
+    """Best merit so far against generation: the median of each group over a band of quartiles.
+
+    Args:
+        labels: of each group.
+        searches: of each group the merits of its runs, (generations,) each, nan while all failed;
+            at least one run.
+        order: of each group the number that chooses its colour and line style.
+        measure: what it is that was ranked by.
+    """
+    top = 0.15 + LINE * len(labels)
+    figure = framed(3.6 + top, top, right=0.25)  # half of the last number stands outside
+    axes = figure.subplots()
+    bands = [_band(runs) for runs in searches]
+    for label, (generation, _, median, _), k in zip(labels, bands, order, strict=True):
+        style = STYLES[k % len(STYLES)]
+        axes.plot(generation, median, color=colour(k), ls=style, lw=1.6, label=plain(label))
+    finish(axes, f"best {measure} so far", "generation")
+    logarithmic(axes)
+    medians = np.concatenate([median for _, _, median, _ in bands])
+    # A band may reach down to everything, or to what has a logarithm.
+    floor = medians[medians > 0].min() if axes.get_yscale() == "log" else -np.inf
+    for (generation, low, _, high), k in zip(bands, order, strict=True):
+        axes.fill_between(
+            generation, np.maximum(low, floor), np.maximum(high, floor),
+            color=colour(k), alpha=0.2 if len(labels) < 5 else 0.1, lw=0,
+        )  # fmt: skip
+    axes.margins(x=0)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    legend = figure.legend(
+        fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(0.9 / WIDTH, 1),
+        borderaxespad=0.2, borderpad=0, labelspacing=0.2,
+    )  # fmt: skip
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+    return figure
+
+
+def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
+    """Generations, and lower quartile, median and upper quartile of the runs that got there."""
+    longest = max(len(run) for run in runs)
+    drawn = np.unique(np.round(np.linspace(0, longest - 1, POINTS)).astype(int))
+    scores = np.full((len(runs), len(drawn)), np.nan)
+    for row, run in zip(scores, runs, strict=True):
+        there = drawn < len(run)
+        row[there] = drawable(run[drawn[there]])
+    known = np.isfinite(scores).any(axis=0)
+    low, median, high = np.nanquantile(scores[:, known], (0.25, 0.5, 0.75), axis=0)
+    return drawn[known] + 1, low, median, high
+
+
+def colour(k: int) -> str:
+    """Of the curve of a number, from 0."""
+    return COLOURS[k % len(COLOURS)]
