@@ -113,6 +113,8 @@ def explain(
     """
     if not samples:
         raise UserError("a sample is missing: signals and readings, as in {'error': 1e-4}")
+    for one in samples:
+        wanted(one, (str, Mapping), "sample: a text, or a mapping of signals to readings")
     texts = [
         one if isinstance(one, str) else ",".join(f"{name}={x}" for name, x in one.items())
         for one in samples

@@ -9,7 +9,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from pydantic_core.core_schema import ErrorType
 
 from hfc_design.core.numbers import Plain
-from hfc_design.core.wording import one_of, rule
+from hfc_design.core.wording import of_its_name, one_of, rule
 
 #: Lines on one file; of the others the keys are named.
 MOST = 20
@@ -70,17 +70,23 @@ def _again(
     return ValidationError.from_exception_data(error.title, details)
 
 
-def explained(error: ValidationError, data: Plain, again: Callable[[Plain], Any]) -> list[str]:
+def explained(
+    error: ValidationError,
+    data: Plain,
+    again: Callable[[Plain], Any],
+    unit: Callable[[str], str] = of_its_name,
+) -> list[str]:
     """Every fault of ``data`` in a line, those that are missing together and first.
 
-    ``again`` checks other data in its place: that tells which kinds there are.
+    ``again`` checks other data in its place: that tells which kinds there are. ``unit`` is that
+    of a dotted key, "" for none.
     """
     missing, faults = [], dict[str, list[str]]()
     for one in error.errors(include_url=False):
         if one["type"] == "missing":
             missing.append(_place(one["loc"], data, True)[0])
             continue
-        key, line = _told(one, data, again)
+        key, line = _told(one, data, again, unit)
         faults.setdefault(key, []).append(line)
     lines = []
     if missing:
@@ -110,7 +116,9 @@ def _either(told: list[str]) -> str:
     )
 
 
-def _told(error: Any, data: Plain, again: Callable[[Plain], Any]) -> tuple[str, str]:
+def _told(
+    error: Any, data: Plain, again: Callable[[Plain], Any], unit: Callable[[str], str]
+) -> tuple[str, str]:
     """The dotted key of an error, and its line."""
     kind, place, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = _place(place, data, False)
@@ -127,7 +135,11 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any]) -> tuple[str, 
             line = f"{key}.{message}" if key else message  # the record names its own key
             return line.partition(" = ")[0].partition(": ")[0], line
     else:
-        message = rule(kind, context, key)
+        message = rule(kind, context, unit(key))
+        if kind == "float_parsing":
+            from hfc_design.core.quantities import without_unit  # which has records in it
+
+            message += without_unit(value, unit(key))
         if kind == "literal_error" and isinstance(value, str):
             names = [
                 name.strip("'") for name in context["expected"].replace(" or ", ", ").split(", ")

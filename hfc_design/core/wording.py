@@ -70,19 +70,19 @@ PATTERNS = {
 }
 
 
-def rule(kind: str, context: Mapping[str, Any], key: str) -> str:
-    """What has to be at ``key``, of the kind of a mistake and what pydantic knows of it."""
+def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
+    """What has to be there in a ``unit``, of a mistake's kind and what pydantic knows of it."""
     if kind == "string_pattern_mismatch":
         pattern = str(context["pattern"])
         return f"has to be {PATTERNS.get(pattern, f'a text of the form {pattern}')}"
     numbers = {name: f"{x:.15g}" for name, x in context.items() if isinstance(x, float)}
     found = RULES.get(kind, NOT_ALLOWED).format_map({**context, **numbers})
-    return found.replace("UNIT", unit(key))
+    return found.replace("UNIT", f" [{unit}]" if unit else "")
 
 
-def unit(key: str) -> str:
-    """`` [s]`` of ``duration_s``; nothing of what has no unit."""
-    return next((f" [{found}]" for end, found in UNITS.items() if key.endswith(end)), "")
+def of_its_name(key: str) -> str:
+    """The unit that a key ends with, s of ``duration_s``; "": none."""
+    return next((found for end, found in UNITS.items() if key.endswith(end)), "")
 
 
 def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:

@@ -184,3 +184,17 @@ def test_the_example_of_tables_can_be_run(tmp_path):
     assert samples.target[-1] == pytest.approx(40.0)  # where move.csv ends
     assert samples.target[np.searchsorted(time, 1.2)] == pytest.approx(20.0, abs=0.1)  # half way
     assert samples.loads[0][np.searchsorted(time, 1.2)] == pytest.approx(60.0)
+
+
+def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        '[sensors]\nencoder_resolution = "1 mrad"\n[plant.parameters]\npoles = true\n'
+        '[fitness]\nkind = "tolerances"\n[fitness.tolerances]\nmax_error = "20 urad"\n'
+    )
+    done = hfc("show", "scenario", path)
+    assert done.exit_code == 2
+    assert done.stderr == (
+        f"hfc: {path}: sensors.encoder_resolution = '1 mrad': has to be a number [rad], without "
+        "the unit: 0.001; plant.parameters.poles = True: has to be a number\n"
+    )
