@@ -47,7 +47,8 @@ def report(
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
     Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
-    the same numbers as runs.csv, groups.csv and comparisons.csv.
+    the same numbers as runs.csv, groups.csv and comparisons.csv; of hierarchies which ones the
+    seeds ended with, as structures.csv too.
 
     Of a DESIGN, a built-in name or a design file, NAME.html: what a run's page has without how it
     was found, on the scenario that it was made for. With --scenario, --set or --change the same of

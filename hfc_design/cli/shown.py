@@ -201,7 +201,7 @@ def score_spread(
     Raises:
         UserError: a value is not allowed, or design and scenario do not fit.
     """
-    from hfc_design.cli.usable_table import QUESTION, WARNING, answer
+    from hfc_design.cli.usable_table import QUESTION, WARNING, answer, missed_on_average
     from hfc_design.simulation.monte_carlo import robustness
     from hfc_design.simulation.repeats import chaos_told
 
@@ -237,6 +237,8 @@ def score_spread(
         print(json.dumps(numbers))
     else:
         print(f"{QUESTION} {answer(found)}")
+        if missed := missed_on_average(scenario, found):
+            print(missed)
         show_whole(table)
     if not found.usable:
         print(WARNING, file=sys.stderr)

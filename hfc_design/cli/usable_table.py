@@ -4,11 +4,16 @@ import sys
 from collections.abc import Collection
 from textwrap import fill
 
+import numpy as np
+
 from hfc_design.core.console import plain_table, room, show_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.statistics import share_interval
+from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.tolerances import TolerancesSettings
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import measured, merit_told
+from hfc_design.simulation.missed import missed_told
 from hfc_design.simulation.monte_carlo import Robustness
 
 QUESTION = "Can I use it?"
@@ -23,6 +28,8 @@ def show_usable(found: Json | None) -> None:
         print(f"{QUESTION} that cannot be said: there is no machine within the tolerances")
         return
     print(fill(f"{QUESTION} {found['answer']}", room()))
+    if missed := missed_told(found.get("missed", {}), len(found["motions"])):
+        print(fill(missed, room()))
     if not found["usable"]:
         print(WARNING, file=sys.stderr)
     tracking, chatter, peak = found["units"]
@@ -76,6 +83,18 @@ def answer(found: Robustness) -> str:
     if not share:
         return f"no: not one of {count} machines within +-{100 * found.spread:g} % is stable"
     return f"no: {told if found.nominal_stable else f'the nominal machine is not stable; {told}'}"
+
+
+def missed_on_average(scenario: Scenario, found: Robustness) -> str:
+    """How far the median machine is beyond the scenario's own tolerances, a line; "": it is not.
+
+    The fitness of such a scenario is one over the weighted mean of measure / tolerance.
+    """
+    values = found.values["fitness"][found.stable]
+    asked = isinstance(scenario.fitness, TolerancesSettings)
+    if not (asked and len(values) and np.median(values) < 1.0):
+        return ""
+    return f"misses its own tolerances: {1.0 / np.median(values):.3g} times on average"
 
 
 def _caption(found: Json) -> str:

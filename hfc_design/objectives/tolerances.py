@@ -95,12 +95,17 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
     )
 
 
-def _made(own: TolerancesSettings) -> Objective:
+def tolerated(own: TolerancesSettings) -> tuple[tuple[Measure, float, float], ...]:
+    """Measures, tolerances [units of the drive] and weights of settings ``on`` a machine."""
     rows: list[Any] = []
     for name, weighed in own.tolerances.items():
         assert isinstance(weighed, Weighed)  # after ``on``
         rows.append((measure(name, own.band), weighed.tolerance, weighed.weight))
-    return tolerances(tuple(rows))
+    return tuple(rows)
+
+
+def _made(own: TolerancesSettings) -> Objective:
+    return tolerances(tolerated(own))
 
 
 OBJECTIVE = tolerances(((measure("settled_rms_error"), 1e-3, 1.0),))

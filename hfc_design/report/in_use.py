@@ -6,6 +6,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import measured, merit_told, several
+from hfc_design.simulation.missed import missed_told
 
 #: Units that numbers of this size are not read in -> factor to one that they are, and that one.
 SHOWN_IN = {"rad": (1e6, "µrad")}
@@ -29,6 +30,7 @@ def in_use(found: Json) -> Json:
         "alone": any(one.get("asked_of") == "nominal" for _, one in each),
         "gain_told": found["gain"] and gain_told(found["gain"]),
         "chaos_told": merit_told(found),
+        "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
     }
 
 

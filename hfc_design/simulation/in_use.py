@@ -5,10 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.numbers import Json, Mask
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
+from hfc_design.simulation.missed import missed, missed_told
 from hfc_design.simulation.monte_carlo import ENOUGH
+from hfc_design.simulation.one_motion import InMotion, plain
 from hfc_design.simulation.repeats import Repeats, chaos_told
 
 #: What motions that never rest may not show.
@@ -19,19 +21,6 @@ UNSTABLE = (
 
 #: What no drive does, in whatever unit a table has it.
 RUNAWAY = 1e9
-
-
-class InMotion(NamedTuple):
-    """What many machines do in one motion; the nominal one is not among them."""
-
-    name: str
-    good: Mask  # (machines,) stable, and within every constraint
-    reasons: dict[str, int]  # why some are not -> how many
-    told: dict[str, Floats]  # measure -> (machines,)
-    nominal: dict[str, float]
-    nominal_reasons: tuple[str, ...]  # none of a nominal machine that keeps everything
-    bounds: dict[str, tuple[float, Floats]]  # constraint -> allowed, and (machines + 1,) measured
-    everywhere: bool = True  # whether it is asked of all machines, and not of the nominal one alone
 
 
 class Usable(NamedTuple):
@@ -58,7 +47,8 @@ class Usable(NamedTuple):
         low, high = self.interval
         share = float(self.good.mean())
         told = {"yes": self.yes, "spread": self.spread, "machines": len(self.good)}
-        return {**told, "share": share, "share_from": low, "share_to": high}
+        found = {**told, "share": share, "share_from": low, "share_to": high}
+        return found | ({"misses": missed_told(self.missed)} if self.missed else {})
 
     @property
     def good(self) -> Mask:
@@ -82,9 +72,23 @@ class Usable(NamedTuple):
         return calm and bool(self.good.mean() >= ENOUGH)
 
     @property
-    def _nominal(self) -> list[str]:
-        """Why the nominal machine does not keep everything."""
-        return [f"it {x} in {one.name}" for one in self.motions for x in one.nominal_reasons]
+    def missed(self) -> Json:
+        """Measure -> how many times the scenario's own tolerance, and in which motion it is most.
+
+        Of the median machine, and of the nominal one in a motion that is asked of it alone; what
+        keeps its tolerance is left out.
+        """
+        return missed({one.name: one.numbers() for one in self.motions})
+
+    @property
+    def _nominal(self) -> str:
+        """Why the nominal machine does not keep everything; "" if it does."""
+        bad = [one for one in self.motions if one.nominal_reasons]
+        if not bad:
+            return ""
+        others = f" and fails in {len(bad) - 1} more motions" if len(bad) > 1 else ""
+        others = others.removesuffix("s") if len(bad) == 2 else others
+        return f"it {' and '.join(bad[0].nominal_reasons)} in {bad[0].name}{others}"
 
     @property
     def answer(self) -> str:
@@ -97,8 +101,7 @@ class Usable(NamedTuple):
         if self.loop_stable is False and not self._nominal:
             return f"no: {UNSTABLE}; {machines} keep everything{every}"
         if why := self._nominal:
-            more = f" and {len(why) - 1} more" if len(why) > 1 else ""
-            return f"no: on the nominal machine {why[0]}{more}; {machines} keep everything{every}"
+            return f"no: on the nominal machine {why}; {machines} keep everything{every}"
         worst = min(self.asked, key=lambda one: float(one.good.mean()))
         reason = max(worst.reasons, key=lambda why: worst.reasons[why])
         lost = f"{worst.reasons[reason]} {several(reason)}"
@@ -114,6 +117,7 @@ class Usable(NamedTuple):
         return {
             "usable": self.yes,
             "answer": self.answer,
+            "missed": self.missed,
             "spread": self.spread,
             "machines": len(self.good),
             "seed": self.seed,
@@ -121,13 +125,13 @@ class Usable(NamedTuple):
             "interval": [low, high],
             "loop_stable": self.loop_stable,
             "gain": None if self.gain is None else [*self.gain],
-            "precision": _plain(self.precision),
-            "substeps": None if self.substeps is None else _plain(self.substeps),
-            "merit": _plain(float(self.repeats.values[0])),
+            "precision": plain(self.precision),
+            "substeps": None if self.substeps is None else plain(self.substeps),
+            "merit": plain(float(self.repeats.values[0])),
             "repeats": self.repeats.numbers(),
             "chaotic": self.repeats.chaotic,
             "units": self.units,
-            "motions": {one.name: _motion_numbers(one) for one in self.motions},
+            "motions": {one.name: one.numbers() for one in self.motions},
         }
 
 
@@ -154,31 +158,3 @@ def several(reason: str) -> str:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.4g} %"
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _motion_numbers(one: InMotion) -> Json:
-    told = one.told.items()
-    measured = {name: _numbers(one.nominal[name], column) for name, column in told}
-    bounds = {
-        name: {"allowed": most, **_numbers(values[0], values[1:])}
-        for name, (most, values) in one.bounds.items()
-    }
-    return {
-        "share": float(one.good.mean()),
-        "reasons": one.reasons,
-        "nominal": list(one.nominal_reasons),
-        "asked_of": "all" if one.everywhere else "nominal",
-        "measures": measured,
-        "constraints": bounds,
-    }
-
-
-def _numbers(nominal: float, values: Floats) -> dict[str, float | None]:
-    finite = values[np.isfinite(values)]
-    quantiles = np.quantile(finite, [0.5, 0.95, 1.0]).tolist() if len(finite) else [None] * 3
-    own = {"nominal": _plain(nominal)}
-    return own | dict(zip(("median", "q95", "largest"), quantiles, strict=True))

@@ -1,8 +1,11 @@
 """What is measured of a loop to tell whether it can be used, and what that says of each machine.
 
 What is measured and what is read from it stand here together, because both go by the places of
-the values: first those of the constraints, then what is told, then ``STABILITY``.
+the values: first those of the scenario's own tolerances, then those of the constraints, then what
+is told, then ``STABILITY``.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,16 +16,17 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import Constraint, constraints_on
 from hfc_design.objectives.judge import Judged
 from hfc_design.objectives.measures import MEASURES, Measure
+from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
-from hfc_design.simulation.in_use import InMotion
+from hfc_design.simulation.one_motion import InMotion
 from hfc_design.simulation.settling import STABILITY, faults
 
 
 def loop_in_use(design: Design, scenario: Scenario) -> tuple[Loop, Gains]:
-    """Constraints, what is told, and ``STABILITY`` are measured, in this order."""
+    """Tolerances, constraints, what is told, and ``STABILITY`` are measured, in this order."""
     controller, gains = controller_of(design, scenario)
     loop = closed_loop(scenario, controller)
-    bounds = constraints_on(scenario.constraints, scenario.units)
+    bounds = [*_tolerances(scenario), *constraints_on(scenario.constraints, scenario.units)]
     own = (*(bound.measure for bound in bounds), *_measures(scenario), *STABILITY)
     return loop._replace(judge=loop.judge._replace(measured=own)), gains
 
@@ -53,9 +57,24 @@ def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
 def _bounds(scenario: Scenario, judged: Judged) -> dict[str, tuple[Constraint, Floats]]:
     """Constraint -> itself, and (individuals, motions) what is measured."""
     bounds = constraints_on(scenario.constraints, scenario.units)
+    return _measured_before(bounds, len(_measures(scenario)) + len(STABILITY), judged)
+
+
+def _measured_before(
+    bounds: Sequence[Constraint], after: int, judged: Judged
+) -> dict[str, tuple[Constraint, Floats]]:
+    """Name -> bound and (individuals, motions) values, which ``after`` others come behind."""
     values = np.asarray(judged.values)
-    first = values.shape[-1] - len(STABILITY) - len(_measures(scenario)) - len(bounds)
+    first = values.shape[-1] - after - len(bounds)
     return {own.measure.name: (own, values[..., first + n]) for n, own in enumerate(bounds)}
+
+
+def _tolerances(scenario: Scenario) -> list[Constraint]:
+    """What the scenario's fitness tolerates of single measures; nothing of another fitness."""
+    own = scenario.fitness.on(scenario.units)
+    if not isinstance(own, TolerancesSettings):
+        return []
+    return [Constraint(one, most) for one, most, _ in tolerated(own)]
 
 
 def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:
@@ -64,6 +83,8 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
     bounds = {
         name: (own, values[:, k]) for name, (own, values) in _bounds(scenario, judged).items()
     }
+    after = len(bounds) + len(_measures(scenario)) + len(STABILITY)
+    tolerances = _measured_before(_tolerances(scenario), after, judged)
     over = {}
     for name, (bound, values) in bounds.items():
         unit = _unit(bound.measure, scenario)
@@ -83,5 +104,6 @@ def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> I
         {name: float(column[0]) for name, column in columns.items()},
         tuple(why + over.get(why, "") for why, mask in reasons.items() if mask[0]),
         {name: (own.most, values) for name, (own, values) in bounds.items()},
+        {name: (own.most, each[:, k]) for name, (own, each) in tolerances.items()},
         not scenario.nominal_only[k],
     )

@@ -18,6 +18,10 @@ PRINTS = {
     "times": "×",
     "infty": "∞",
     "leq": "≤",
+    "lambda": "λ",
+    "varphi": "φ",
+    "gamma": "γ",
+    "Omega": "Ω",
 }
 #: What two of a letter side by side print.
 PAIRS = {"-": "–", "'": '"', ",": "„", "`": "“"}

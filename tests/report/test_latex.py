@@ -12,7 +12,7 @@ from hfc_design.pictures.section import Listing
 from hfc_design.report.latex import table
 
 #: Letters that TeX takes for something else, and others.
-LETTERS = st.text(r"\{}$&#%_^~<>|`'-,[]*aZ0.é")
+LETTERS = st.text(r"\{}$&#%_^~<>|`'-,[]*aZ0.éλφγΩ≤∞")
 HOSTILE = r"\input{/etc/passwd}%$x_1^2$ & ~#{"
 
 

@@ -1,6 +1,7 @@
 """The page on a design: what to connect, how it was made, what happens, how it is checked."""
 
 import re
+from contextlib import suppress
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import units_of
@@ -14,6 +15,7 @@ from hfc_design.formats import saving
 from hfc_design.formats.flash.sensing import scene
 from hfc_design.formats.flash.vectors import Vectors
 from hfc_design.formats.writing import MEANINGS, meanings_of, plain, signal_meanings, signal_units
+from hfc_design.simulation.missed import missed_told
 
 
 class Signal(NamedTuple):
@@ -141,4 +143,8 @@ def _usable(told: object) -> str:
         return ""
     share, machines, spread = map(float, numbers)
     off = f"whose parameters are off by up to {100.0 * spread:.3g} %"
-    return f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
+    found = f"{100.0 * share:.3g} % of {machines:.0f} machines {off}"
+    with suppress(KeyError, TypeError, AttributeError, ValueError):  # it has been edited
+        if missed := missed_told(told.get("missed", {})):
+            found += f"; but it {plain(missed)}"
+    return found

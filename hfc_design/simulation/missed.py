@@ -1,0 +1,40 @@
+"""The scenario's own tolerances that a design misses: a loop may be stable, and still far off.
+
+Plain numbers, as ``usable.json`` and design files have them. Never imports JAX.
+"""
+
+from hfc_design.core.numbers import Json
+
+
+def missed(motions: Json) -> Json:
+    """Measure -> ``times`` its tolerance, more than once, and the ``motion`` where it is most.
+
+    ``motions`` are those of ``Usable.numbers``. It is of the median machine, in a motion that is
+    asked of the nominal one alone of that.
+    """
+    found: Json = {}
+    for motion, one in motions.items():
+        which = "nominal" if one["asked_of"] == "nominal" else "median"
+        for name, told in one["tolerances"].items():
+            times = (told[which] or 0.0) / told["allowed"]  # None: nothing finite, which is no yes
+            if times > found.get(name, {"times": 1.0})["times"]:
+                found[name] = {"times": times, "motion": motion}
+    return found
+
+
+def missed_told(found: Json, motions: int = 2) -> str:
+    """The same as a line, "" where nothing is missed; of a single motion without its name.
+
+    Raises:
+        KeyError, TypeError, AttributeError, ValueError: it has been edited.
+    """
+    told = [
+        f"{name} {_short(one['times'])} times" + (f" in {one['motion']}" if motions > 1 else "")
+        for name, one in found.items()
+    ]
+    own = "tolerance" if len(told) == 1 else "tolerances"
+    return f"misses its own {own}: {', '.join(told)}" if told else ""
+
+
+def _short(times: float) -> str:
+    return f"{times:.0f}" if 1e3 <= times < 1e6 else f"{times:.3g}"
