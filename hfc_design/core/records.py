@@ -1,6 +1,6 @@
 """Checked records of what a user wrote, and the lines about what is wrong with it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar, get_args
@@ -17,9 +17,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticKnownError
 
-from hfc_design.core.faults import explained, with_keys
+from hfc_design.core.faults import NO_KEYS, explained, with_keys
 from hfc_design.core.numbers import Plain
-from hfc_design.core.wording import of_its_name
+from hfc_design.core.wording import Keys
 
 
 @BeforeValidator
@@ -146,12 +146,12 @@ def checked(
     data: Plain,
     source: str | Path,
     folder: Path,
-    unit: Callable[[str], str] = of_its_name,
+    keys: Keys = NO_KEYS,
     **context: Any,
 ) -> Checked:
     """``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
 
-    ``unit`` tells that of a dotted key, "" for none; ``context`` is for the validators.
+    ``keys`` are those that it may have, ``context`` is for the validators.
 
     Raises:
         UserError: data is not what the model allows; a line a fault with file, key, value and rule.
@@ -163,7 +163,7 @@ def checked(
     try:
         return check(data)
     except ValidationError as error:
-        raise UserError(*explained(error, data, check, unit)).within(source) from None
+        raise UserError(*explained(error, data, check, keys)).within(source) from None
     except ArithmeticError:  # of what is computed to check it
         told = "a number in it is too large or too small to compute with"
         raise UserError(f"{source}: {told}") from None

@@ -66,7 +66,10 @@ def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> st
             if found.startswith(start):
                 raise ValueError(f"cannot be read: it is packed by {packer}; unpack it") from None
         if errors == "strict":
-            raise ValueError("cannot be read: it is not a text in UTF-8") from None
+            raise ValueError(
+                "cannot be read: it is not a text in UTF-8; save it in that encoding, or convert "
+                "it: iconv -f cp1252 -t utf-8"
+            ) from None
     return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
 
 

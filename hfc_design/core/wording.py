@@ -3,9 +3,9 @@
 pydantic names the kind of a mistake; none of its own sentences reaches a user.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, NamedTuple
 
 #: What the last parts of a key say of its unit.
 UNITS = {
@@ -85,10 +85,27 @@ def of_its_name(key: str) -> str:
     return next((found for end, found in UNITS.items() if key.endswith(end)), "")
 
 
+class Keys(NamedTuple):
+    """The keys that a file may have."""
+
+    unit: Callable[[str], str] = of_its_name  # of what stands at a dotted key; "": none
+    every: Callable[[], Iterable[str]] = tuple
+
+
+def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
+    """The names that may be meant: ends or beginnings of dotted keys, else those that are alike."""
+    name, each = str(given).lower(), {one.lower(): one for one in known}
+    alike = [name] if name in each else []
+    if len(name) > 1:
+        alike = alike or [one for one in each if one.endswith(f".{name}")]
+        alike = alike or [one for one in each if "." in name and one.startswith(name)]
+    return [each[one] for one in (alike or get_close_matches(name, each, most))[:most]]
+
+
 def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
     """``there is a, b, c`` with what may have been meant in front."""
     names = [*known]
-    meant = "".join(f"did you mean {near}? " for near in get_close_matches(str(given), names, 1))
+    meant = "".join(f"did you mean {one}? " for one in near(given, names))
     told = ", ".join(names) or "none"
     most = SOME if meant else MOST
     if len(told) > most:

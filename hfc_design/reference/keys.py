@@ -4,14 +4,14 @@ A key of the reference may have a place for names: ``plant.axes.AXIS``, ``motion
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.quantities import without_unit
 from hfc_design.core.records import UserError
-from hfc_design.core.wording import NUMBER, of_its_name
+from hfc_design.core.wording import NUMBER, Keys, near, of_its_name
 from hfc_design.reference.entries import (
     CONTROLLER,
     KEY,
@@ -22,7 +22,6 @@ from hfc_design.reference.entries import (
     STRATEGY,
     Entry,
     in_units,
-    near,
     parts,
     things,
     units_of,
@@ -106,15 +105,15 @@ def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
     return in_units(measured if entry.unit == "of the measure" else entry.unit, units)
 
 
-def units_in(data: Json) -> Callable[[str], str]:
-    """Dotted key of the scenario in ``data`` -> what its number counts in; "": nothing, or any."""
+def keys_in(data: Json) -> Keys:
+    """The keys of the scenario in ``data``."""
 
     def unit(key: str) -> str:
         entry = entry_of(key, scenario_keys(data))
         found = "" if entry is None else unit_at(key, entry, units_of(chosen(data)[PLANT]))
         return of_its_name(key) if found.startswith("of the ") else found.removeprefix("1")
 
-    return unit
+    return Keys(unit, lambda: (one.key for one in scenario_keys(data)))
 
 
 def _fits(pattern: str, key: str) -> bool:
@@ -144,12 +143,12 @@ def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
     for key, value in leaves(data):
         entry = entry_of(key, known)
         if entry and entry.type in NUMBERS and type(value) not in (int, float):
-            unit = units_in(data)(key)
+            unit = keys_in(data).unit(key)
             told = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
             wrong.append(f"{key} = {short(value)}: {told}")
         if OWN.match(key) or entry is not None:
             continue
-        meant = near(key, [one.key for one in known])
+        meant = " or ".join(near(key, (one.key for one in known), 2))
         wrong.append(f"{key}: there is no such key{f', did you mean {meant}?' if meant else ''}")
     if wrong:
         raise UserError(f"{source}: {'; '.join(wrong)}")

@@ -101,7 +101,7 @@ def test_mistyped_keys_are_all_told_at_once(tmp_path):
         (("plant", "c-axsi"), "did you mean c-axis?"),
         (("scenario", "c-axis-rampp"), "did you mean c-axis-ramp"),
         (("design", "pd-onyl"), "did you mean pd-only?"),
-        (("key", "simulation.duration"), "did you mean simulation.duration_s "),
+        (("key", "simulation.duration"), "did you mean simulation.duration_s?"),
     ],
 )
 def test_unknown_names(asked, meant):
@@ -198,3 +198,16 @@ def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
         f"hfc: {path}: sensors.encoder_resolution = '1 mrad': has to be a number [rad], without "
         "the unit: 0.001; plant.parameters.poles = True: has to be a number\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        (("key", "spindle_inertia"), "plant.parameters.spindle_inertia"),
+        (("key", "sensors.encoder"), "sensors.encoder_resolution"),
+        (("key", "Search.Population"), "search.population"),
+        (("controller", "PID"), "pid"),
+    ],
+)
+def test_what_a_name_may_mean(asked, meant):
+    assert f"; did you mean {meant}? there is " in hfc("show", *asked).stderr

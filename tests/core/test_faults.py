@@ -145,6 +145,17 @@ def test_every_fault_of_a_file_has_a_line():
         ),
         ("simulation.duration_s='2 s'", "has to be a number [s], without the unit: 2"),
         ("limits.command='2 kg'", "limits.command = '2 kg': has to be a number [V]"),
+        ("poles=2", "poles = 2: there is no such key; did you mean plant.parameters.poles? there"),
+        ("robustness.spread=0.1", "; did you mean robust? there is name, "),
+        (
+            "plant.poles=2",
+            "plant.poles = 2: there is no such key; did you mean plant.parameters.po",
+        ),
+        ("run.precision='FLOAT32'", "did you mean 'float32'?"),
+        (
+            "controller.kind='PID'",
+            "controller.kind = 'PID': is no controller known here; did you m",
+        ),
         ("search.preset=rase", "did you mean race? there is "),
         (
             "plant.parameters.spindle_mas=1",

@@ -105,6 +105,16 @@ def test_a_file_beside_may_be_meant(tmp_path):
     assert refused("score", tmp_path / "mine").endswith(f"mean {tmp_path / 'mine.json'}?\n")
 
 
+def test_a_name_that_is_that_of_the_file_alone(tmp_path):
+    path = tmp_path / "mine+ff.toml"
+    path.write_text("[run]\nseed = 1\n")
+    line = refused("design", path)
+    assert "mine+ff.toml: the name of the file cannot be that of the scenario, which has" in line
+    assert line.endswith("give the scenario one, as in name = 'mine'\n")
+    assert load_scenario(path, ["name=mine"]).name == "mine"
+    assert "name = 'a b': has to be 1 to 64" in refused("design", path, "--set", "name=a b")
+
+
 def test_a_scenario_where_a_design_is_wanted(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("[run]\nseed = 1\n")
