@@ -50,9 +50,16 @@ def free(path: Path, option: str = "--out", folder: bool = False) -> Path:
 
 
 def output(*names: str, folder: bool = False, **others: Any) -> Callable[[Command], Command]:
-    """An option that names what to write, which is ``free``; of a command that has ``force``."""
+    """An option that names what to write, which is ``free``; of a command that has ``force``.
+
+    A ``--plot`` has to be of a kind that can be drawn, before anything is simulated.
+    """
 
     def checked(_: click.Context, option: click.Parameter, path: Path | None) -> Path | None:
+        if path and option.opts[0] == "--plot":
+            from hfc_design.pictures.files import kind_of
+
+            kind_of(path)
         return path and free(path, option.opts[0], folder)
 
     return click.option(*names, type=PATH, callback=checked, **others)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rich.table import Table
 
-from hfc_design.core.console import ProgressBar, busy, plain_table, show_whole
+from hfc_design.core.console import ProgressBar, busy, plain_table, room, show_whole
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -115,7 +115,7 @@ def show_table(scenario: Scenario, rows: dict[str, Evaluation], caption: str = "
         table.add_row(name.replace(" / ", "\n/ "), *values)
     show_whole(table)
     for note in notes(scenario, rows):
-        print(note)
+        print(fill(note, room()))
 
 
 def score_one(

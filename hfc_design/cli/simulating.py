@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -55,7 +56,6 @@ def score(
     """
     from hfc_design.cli import shown
     from hfc_design.core.records import UserError
-    from hfc_design.files.kept import kept
     from hfc_design.files.pairing import machine
 
     given = {name: value for name, value in options.items() if value is not None}
@@ -69,9 +69,16 @@ def score(
         if k and not as_json:
             click.echo()
         shown.score_one(found, where, spread, as_json, **given)
-        elsewhere = click.get_current_context().params["scenario"] and not as_json
-        for note in kept(found, where) if elsewhere else ():
-            click.echo(note)
+        if click.get_current_context().params["scenario"] and not as_json:
+            _show_kept(found, where)
+
+
+def _show_kept(design: "Design", scenario: "Scenario", err: bool = False) -> None:
+    """What of its own a design keeps on a scenario that it was not made with."""
+    from hfc_design.files.kept import kept
+
+    for note in kept(design, scenario):
+        click.echo(note, err=err)
 
 
 @click.command(short_help="Simulate DESIGN and write its trajectory, or draw it.")
@@ -95,11 +102,13 @@ def simulate(
 
     A design that adapts can be written as it is after the motion, to start the next one.
     """
+    from hfc_design.core.console import room
     from hfc_design.runtime import Machine
     from hfc_design.simulation.evaluating import evaluate
     from hfc_design.simulation.evaluation import trajectory_csv
     from hfc_design.simulation.score_tables import notes
 
+    whole = where
     if motion is not None or where.motions:
         where = where.motion(motion)
 
@@ -107,7 +116,9 @@ def simulate(
         Machine(found, where.plant.machine.axes).learned()
     evaluation = evaluate(found, where)
     for note in notes(where, {found.name: evaluation}):
-        click.echo(note, err=True)
+        click.echo(fill(note, room()), err=True)
+    if click.get_current_context().params["scenario"]:
+        _show_kept(found, whole, err=True)
     if plot is not None:
         from hfc_design.pictures.files import save
         from hfc_design.report import plots

@@ -101,7 +101,9 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
     """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
     if own := dotted(design.limits.model_dump(exclude_none=True)):
-        yield "own limits kept: " + ", ".join(f"{key} = {x}" for key, x in own.items())
+        yield "the controller keeps to its own limits: " + ", ".join(
+            f"{key} = {x}" for key, x in own.items()
+        )
     each = zip(machine(design, scenario).each(), shared.plant.each(), strict=True)
     for before, here in each:
         axis = f"{here.name}." if len(shared.plant.each()) > 1 else ""
@@ -114,12 +116,13 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     with suppress(UserError, ValueError):  # of an earlier version, or edited
         if isinstance(told, str):
             told = load_scenario(told).model_dump(mode="json")
-        for key in ("limits", "sensors") if isinstance(told, dict) else ():
+        whose = {"limits": "a drive of other limits", "sensors": "other sensors"}
+        for key, other in whose.items() if isinstance(told, dict) else ():
             part = getattr(shared, key)
             made = type(part).model_validate(told.get(key) or {})
             pair = (dotted(x.model_dump(mode="json")) for x in (made, part))
             if changed := _changed(*pair):
-                yield f"made with other {key}: {changed}"
+                yield f"made with {other}: {changed}"
 
 
 def _changed(made: Json, here: Json) -> str:

@@ -124,12 +124,22 @@ class Trapezoidal(Profile):
     velocity: Positive  # largest velocity [error/s]
     acceleration: Positive  # of rise and fall [error/s2]
 
-    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        distance, way = abs(self.distance), np.sign(self.distance)
-        peak = min(self.velocity, np.sqrt(distance * self.acceleration))
-        rise = peak / self.acceleration  # time of acceleration [s]
-        cruise = distance / peak - rise if peak > 0 else 0.0  # at constant velocity [s]
+    @property
+    def takes(self) -> float:
+        """How long the move is under way [s]."""
+        _, rise, cruise = self._parts
+        return float(2 * rise + cruise)
 
+    @property
+    def _parts(self) -> tuple[float, float, float]:
+        """Largest velocity, time of acceleration [s] and at constant velocity [s]."""
+        distance = abs(self.distance)
+        peak = min(self.velocity, np.sqrt(distance * self.acceleration))
+        rise = peak / self.acceleration
+        return peak, rise, distance / peak - rise if peak > 0 else 0.0
+
+    def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
+        way, (peak, rise, cruise) = np.sign(self.distance), self._parts
         up = np.clip(time, 0.0, rise)
         even = np.clip(time - rise, 0.0, cruise)
         down = np.clip(time - rise - cruise, 0.0, rise)

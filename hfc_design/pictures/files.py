@@ -31,10 +31,15 @@ def save(figure: Figure, path: Path) -> None:
         UserError: another suffix.
         RunError: the file cannot be written.
     """
+    write_whole(path, image(figure, kind_of(path)))
+
+
+def kind_of(path: Path) -> str:
+    """The one in ``FORMATS`` that the suffix of a file says; UserError: it says another."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise UserError(f"{path}: a plot has to end in .png, .svg or .pdf")
-    write_whole(path, image(figure, kind))
+    return kind
 
 
 def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:

@@ -11,6 +11,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
+from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import scenario_toml
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
@@ -148,6 +149,7 @@ def _rendered(
         measure=measure(scenario.judge()),
         contour=own.contour is not None and not own.contour.any_axes,
         used=whether_used(used),
+        doubts=doubts(scenario),
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=(motion_errors if own.motions else errors)(evaluations),

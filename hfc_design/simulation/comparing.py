@@ -1,6 +1,6 @@
 """Designs are put side by side: everybody in every motion on every machine, then pair by pair."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -50,7 +50,9 @@ def compare(
     where: list[Scenario] = []
     asked: list[bool] = []  # of all machines
     notes: dict[str, list[str]] = {}  # of which designs each is
+    others: list[str] = []
     for scenario in _scenarios(designs, named, scenarios):
+        others += _other_machines(scenario, spread, tolerances)
         shared = on_one_machine(named, scenario)
         where += shared.each_motion()
         asked += [not alone for alone in shared.nominal_only]
@@ -78,7 +80,7 @@ def compare(
     bouts += _together(
         [bout for bout, all_of_them in zip(bouts, asked, strict=True) if all_of_them]
     )
-    said = [f"{', '.join(members)}: {note}" for note, members in notes.items()]
+    said = [*dict.fromkeys(others), *(f"{', '.join(who)}: {note}" for note, who in notes.items())]
     said += [told for bout in bouts for told in bout.chaos()]
     found_all = bouts, _differences(bouts), said
     return Comparison(named, spread, seed, machines, *found_all, dict(tolerances))
@@ -94,6 +96,18 @@ def _scenarios(
     source: Any = next(iter(designs.values() if hasattr(designs, "values") else designs))
     design = next(iter(named.values()))
     return [own_scenario(design, design.name if source is design else str(source))]
+
+
+def _other_machines(
+    scenario: Scenario, spread: float, tolerances: Mapping[str, float]
+) -> Iterator[str]:
+    """That a scenario has machines of its own, which these are not."""
+    own = scenario.robust
+    if own is None or (own.spread, own.tolerances) == (spread, dict(tolerances)):
+        return
+    told = [f"--spread {own.spread:g}"]
+    told += [f"--tolerance {name}={share:g}" for name, share in own.tolerances.items()]
+    yield f"other machines than those of [robust] of {scenario.name}, which are {' '.join(told)}"
 
 
 def _side(found: Robustness) -> Side:

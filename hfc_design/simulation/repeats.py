@@ -121,14 +121,18 @@ def _sound(values: Floats, failed: Mask) -> Floats:
 
 def range_told(found: Json) -> str:
     """Of ``Repeats.numbers`` of what is chaotic: between what it is."""
-    low, high = (_short(found[end]) for end in ("lowest", "highest"))
-    return f"{low} to {high} (chaotic)"
+    return f"{ends_told(found)} (chaotic)"
 
 
 def chaos_told(what: str, found: Json) -> str:
     """The same as a sentence about the fitness or the merit."""
+    return f"{what} is chaotic: {ends_told(found)} {TOLD}"
+
+
+def ends_told(found: Json) -> str:
+    """Of ``Repeats.numbers``: from where to where."""
     low, high = (_short(found[end]) for end in ("lowest", "highest"))
-    return f"{what} is chaotic: {low} to {high} {TOLD}"
+    return f"{low} to {high}"
 
 
 def _short(value: float | None) -> str:

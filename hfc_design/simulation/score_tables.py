@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
+from hfc_design.files.doubts import doubts
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.judge import Judge
 from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.simulation.repeats import TOLD, range_told
+from hfc_design.simulation.repeats import TOLD, ends_told, range_told
 
 
 def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
@@ -41,26 +42,9 @@ def motion_rows(found: Sequence[Evaluation], form: str, none: str) -> list[list[
     return rows
 
 
-#: A path that takes this much longer than its simulation is cut short: a start from rest is not.
-LONGER = 1.02
-
-
-def _cut_short(scenario: Scenario) -> list[str]:
-    """The motions that end before their path does."""
-    found = []
-    for motion in scenario.each_motion():
-        path, ends = motion.path, motion.simulation.duration_s
-        if path is not None and path.duration_s > LONGER * ends:
-            found.append(
-                f"{motion.name}: the simulation ends after {ends:g} s of a path of "
-                f"{path.duration_s:.4g} s; what comes then is not in these numbers"
-            )
-    return found
-
-
 def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
     """What has to be told beside the numbers of some designs, a line each."""
-    found, own = _cut_short(scenario), scenario.simulation.substeps
+    found, own = doubts(scenario), scenario.simulation.substeps
     for name, one in rows.items():
         if one.divergence:
             tried = f", with {one.substeps} substeps too" if one.substeps > own else ""
@@ -70,6 +54,8 @@ def notes(scenario: Scenario, rows: Mapping[str, Evaluation]) -> list[str]:
                 f"{name} is simulated with {one.substeps} substeps, it diverges with {own}"
             )
         if one.chaotic:
+            told = (key for key in scenario.judge().titles if key in one.ranges)
+            ranges = [f"{key} {ends_told(one.ranges[key])}" for key in told]
             whole = "all else is of the command as it is"
-            found.append(f"{name} is chaotic: the ranges are {TOLD}, {whole}")
+            found.append(f"{name} is chaotic: {', '.join(ranges)} {TOLD}; {whole}")
     return found

@@ -64,6 +64,13 @@ def test_a_pipe_or_a_device_is_never_replaced_by_a_file(tmp_path):
     assert pipe.is_fifo()
 
 
+def test_a_picture_of_another_kind_is_refused_before_anything_is_simulated(tmp_path, monkeypatch):
+    monkeypatch.setattr("hfc_design.simulation.evaluating.evaluate", None)
+    done = hfc("simulate", PD, "--plot", tmp_path / "mine.bmp")
+    told = f"hfc: {tmp_path / 'mine.bmp'}: a plot has to end in .png, .svg or .pdf\n"
+    assert (done.exit_code, done.stderr) == (2, told)
+
+
 def test_two_options_cannot_name_one_file(tmp_path):
     file = tmp_path / "mine.png"
     done = hfc("simulate", PD, "--csv", file, "--plot", tmp_path / "." / "mine.png")

@@ -103,6 +103,14 @@ def test_a_design_that_can_be_used_is_not_warned_of(capsys):
     assert "gain: the nominal machine does not keep everything as it is" in told.out
 
 
+def test_yes_does_not_stand_alone_where_a_tolerance_is_missed(capsys):
+    missed = {"settled_rms_error": {"times": 910.3, "motion": "b"}}
+    show_usable(ANSWER | {"usable": True, "answer": "yes: all", "missed": missed})
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert first == "Can I use it? yes: all"
+    assert second == "misses its own tolerance: settled_rms_error 910 times in b"
+
+
 def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
     show_usable(None)
     assert "cannot be said" in capsys.readouterr().out

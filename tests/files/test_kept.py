@@ -38,6 +38,16 @@ def test_what_is_the_same_is_kept():
     assert told(made_with(MADE), {"name": "here", **MADE}) == every
 
 
+def test_simulate_says_it_too_beside_its_numbers(tmp_path):
+    (tmp_path / "here.toml").write_text("limits.command = 50.0\nsimulation.duration_s = 0.1\n")
+    done = hfc("simulate", "pd-only", "--scenario", tmp_path / "here.toml")
+    assert done.exit_code == 0
+    assert HEAD not in done.stdout
+    assert HEAD in done.stderr
+    assert "limits   the drive here has command 50 (made with none)" in done.stderr
+    assert HEAD not in hfc("simulate", "pd-only", "--set", "simulation.duration_s=0.1").stderr
+
+
 def test_every_part_says_what_is_here_and_what_was():
     found = told(
         made_with(MADE),

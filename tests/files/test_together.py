@@ -92,8 +92,8 @@ def test_own_limits_are_kept_and_other_sensors_said(tmp_path):
     here = load_scenario("c-axis-ramp", {"limits.command": 100.0})
     found = list(differences(design, here, on_one_machine({"d": design}, here)))
     assert found == [
-        "own limits kept: command = 90.0",
-        "made with other limits: command 120.0, here 100.0",
+        "the controller keeps to its own limits: command = 90.0",
+        "made with a drive of other limits: command 120.0, here 100.0",
         "made with other sensors: encoder_resolution 1e-06, here 0.0",
     ]
 

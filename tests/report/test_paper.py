@@ -46,7 +46,7 @@ def folder(tmp_path_factory):
 
 def test_every_figure_and_table_of_the_page_is_a_file(folder):
     page = (folder / "sine.html").read_text()
-    assert len(list((folder / "sine-figures").iterdir())) == page.count("<figure>") == 7
+    assert len(list((folder / "sine-figures").iterdir())) == page.count("<figure>") == 11
     assert len(list((folder / "sine-latex").iterdir())) == page.count("<table>") == 3
     assert "on the scenario <code>c-axis-sine</code>" in page
     assert f"hfc score {NAME} --scenario c-axis-sine --set simulation.duration_s=0.2" in page

@@ -42,6 +42,16 @@ def test_each_design_does_what_it_does_alone(found):
             assert np.sqrt(np.mean(error**2)) == pytest.approx(side.nominal[ERROR])
 
 
+def test_other_machines_than_those_of_the_scenario_are_said():
+    own = {**SHORT, "robust": {"spread": 0.1, "tolerances": {"stiffness": 0.3}}}
+    scenario = load_scenario("c-axis-ramp", own)
+    designs = ["lin-lee-1999-table-1", "pd-only"]
+    found = compare(designs, scenario, 0.2, 2)
+    robust = "which are --spread 0.1 --tolerance stiffness=0.3"
+    assert found.notes == [f"other machines than those of [robust] of c-axis-ramp, {robust}"]
+    assert compare(designs, scenario, 0.1, 2, tolerances={"stiffness": 0.3}).notes == []
+
+
 def test_progress_ends_where_all_is_done(found):
     *_, told = found
     whats, done, totals = zip(*told, strict=True)

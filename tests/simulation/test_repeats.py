@@ -51,8 +51,11 @@ def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
     (_, told), *_ = score_rows(scenario.judge(), [found], ".4g", "-")
     assert told == f"{min(alone):.4g} to {max(alone):.4g} (chaotic)"
     (note,) = notes(scenario, {"it": found})
-    told = "the ranges are of 64 repeats with commands up to a millionth apart"
-    assert note == f"it is chaotic: {told}, all else is of the command as it is"
+    ends = f"fitness {min(alone):.4g} to {max(alone):.4g}"
+    told = (
+        "of 64 repeats with commands up to a millionth apart; all else is of the command as it is"
+    )
+    assert note == f"it is chaotic: {ends} {told}"
 
 
 def test_a_published_design_that_is_not_chaotic_has_one_figure():

@@ -1,0 +1,113 @@
+"""What of a scenario can be simulated and yet is hardly meant, often a wrong unit.
+
+Each rule compares numbers of the scenario with one another; none says how large a machine is.
+"""
+
+from collections.abc import Iterator
+from math import sqrt
+
+import numpy as np
+
+from hfc_design.files.following import reference_of
+from hfc_design.files.motions import LEAST_STEPS
+from hfc_design.files.scenario import Scenario
+from hfc_design.motion.references import Trapezoidal
+from hfc_design.motion.trajectories import Trajectory
+from hfc_design.objectives.measures import SWING
+from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
+
+#: Whether a motion settles is judged by each half of its last quarter (``measures.unsettled``),
+#: where what swings within SWING samples has to be seen.
+LEAST_SAMPLES = int(8 * SWING)
+#: Standard deviation of what rounding to whole steps is off by, of a step.
+ROUNDING = 1.0 / sqrt(12.0)
+#: A motion that takes this much longer than its simulation is cut short: a start from rest is not.
+LONGER = 1.02
+
+
+def doubts(scenario: Scenario) -> list[str]:
+    """A line each, with the key and its value; no line of a scenario that makes sense."""
+    found = [*_sampled(scenario), *_read(scenario)]
+    for motion in scenario.each_motion():
+        each = [*_timed(motion), *_coarse(motion)]
+        found += [f"{motion.name}: {line}" if scenario.motions else line for line in each]
+    return list(dict.fromkeys(found))
+
+
+def _sampled(scenario: Scenario) -> Iterator[str]:
+    every = scenario.simulation.sample_time_s
+    for axis, head in _axes(scenario):
+        own = scenario.sensors.of(axis)
+        if own.velocity == "observer" and own.observer_hz and 2.0 * own.observer_hz * every > 1.0:
+            yield (
+                f"sensors.{head}observer_hz = {own.observer_hz:g} [Hz]: is beyond half the "
+                f"sampling rate, {0.5 / every:g} Hz; there an observer filters nothing"
+            )
+
+
+def _read(scenario: Scenario) -> Iterator[str]:
+    """Steps of encoders beside what the scenario tolerates of the error."""
+    own = scenario.fitness.on(scenario.units)
+    rows = tolerated(own) if isinstance(own, TolerancesSettings) else ()
+    errors = [(one.name, most) for one, most, _ in rows if one.name.endswith("rms_error")]
+    name, most = min(errors, key=lambda row: row[1], default=("", np.inf))
+    for axis, head in _axes(scenario):
+        step = scenario.sensors.of(axis).encoder_resolution
+        if ROUNDING * step > most:
+            unit = scenario.units.signals["error"]
+            yield (
+                f"sensors.{head}encoder_resolution = {step:g} [{unit}]: rounding alone makes an "
+                f"error of {ROUNDING * step:.2g} {unit} rms, where fitness.tolerances.{name} is "
+                f"{most:g} {unit}"
+            )
+
+
+def _timed(motion: Scenario) -> Iterator[str]:
+    ends, steps = motion.simulation.duration_s, motion.simulation.steps
+    after, path = motion.fitness.settled_after_s, motion.path
+    if steps < LEAST_SAMPLES:
+        yield (
+            f"simulation: {ends:g} s in samples of {motion.simulation.sample_time_s:g} s are "
+            f"{steps} samples; below {LEAST_SAMPLES} nobody can tell whether a loop settles"
+        )
+    if after >= ends and after != type(motion.fitness).model_fields["settled_after_s"].default:
+        yield (
+            f"fitness.settled_after_s = {after:g} [s]: the motion has ended by then, after "
+            f"{ends:g} s; the whole of it counts as settled"
+        )
+    takes = path.duration_s if path is not None else _longest(motion)
+    if takes > LONGER * ends:
+        yield (
+            f"the simulation ends after {ends:g} s of a {'move' if path is None else 'path'} of "
+            f"{takes:.4g} s; what comes then is not in these numbers"
+        )
+
+
+def _longest(motion: Scenario) -> float:
+    """How long the moves from rest to rest take [s]; 0 where there is none."""
+    if isinstance(motion.reference, Trajectory):
+        return 0.0
+    each = [reference_of(motion.reference, axis) for axis, _ in _axes(motion)]
+    return max((one.takes for one in each if isinstance(one, Trapezoidal)), default=0.0)
+
+
+def _coarse(motion: Scenario) -> Iterator[str]:
+    """Steps of encoders beside how far their axes move."""
+    if not any(motion.sensors.of(axis).encoder_resolution for axis, _ in _axes(motion)):
+        return
+    each = zip(_axes(motion), motion.plant.each(), motion.samples().axes, strict=True)
+    for (axis, head), one, own in each:
+        step, way = motion.sensors.of(axis).encoder_resolution, float(np.ptp(own.target))
+        if 0.0 < way < LEAST_STEPS * step:
+            unit = one.drive.units["error"]
+            yield (
+                f"sensors.{head}encoder_resolution = {step:g} [{unit}]: the axis moves by "
+                f"{way:.4g} {unit} in all, {way / step:.3g} such steps"
+            )
+
+
+def _axes(scenario: Scenario) -> list[tuple[str, str]]:
+    """Each axis, and what stands before its keys."""
+    names = scenario.plant.machine.axes
+    own = scenario.sensors.axes
+    return [(name, f"axes.{name}." if name in own else "") for name in names]
