@@ -103,7 +103,7 @@ def check_laws(design: Design, machine: Machine) -> None:
             for name in read:
                 if name not in known:
                     why = f"no signal of the plant {drive.name!r}; there is {', '.join(known)}"
-                    raise UserError(f"{told} reads names {name!r}, {why}")
+                    raise UserError(f"controller {kind.name!r}: reads {name!r}, {why}")
             law, gains = kind.law(record, part.limits.of(axis).command), kind.gains(record)
             try:
                 law.step(SCALARS, gains, law.initial_memory(0.0), dict.fromkeys(read, SMALL))

@@ -5,6 +5,7 @@ A key of the reference may have a place for names: ``plant.axes.AXIS``, ``motion
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from hfc_design.core.faults import short
@@ -39,6 +40,8 @@ NAMED = {
 ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
 IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
 OF_AXIS = re.compile(r"^plant\.axes\.[^.]+\.(?=.)")
+#: Units of the reference that say none: one of whatever it is, one of a plant that it has not.
+ANY = re.compile(r"^of the |\b(error|command|load|signal)\b")
 #: Types of the reference that are numbers.
 NUMBERS = "number", "whole number"
 #: A place for names in a key of the reference.
@@ -106,14 +109,19 @@ def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
 
 
 def keys_in(data: Json) -> Keys:
-    """The keys of the scenario in ``data``."""
+    """The keys of the scenario in ``data``; they are looked up when the first one is asked for."""
+
+    @cache
+    def known() -> tuple[list[Entry], dict[str, str]]:
+        return scenario_keys(data), units_of(chosen(data)[PLANT])
 
     def unit(key: str) -> str:
-        entry = entry_of(key, scenario_keys(data))
-        found = "" if entry is None else unit_at(key, entry, units_of(chosen(data)[PLANT]))
-        return of_its_name(key) if found.startswith("of the ") else found.removeprefix("1")
+        every, units = known()
+        entry = entry_of(key, every)
+        found = "" if entry is None else unit_at(key, entry, units)
+        return of_its_name(key) if ANY.search(found) else found if found != "1" else ""
 
-    return Keys(unit, lambda: (one.key for one in scenario_keys(data)))
+    return Keys(unit, lambda: (one.key for one in known()[0]))
 
 
 def _fits(pattern: str, key: str) -> bool:

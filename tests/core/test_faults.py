@@ -158,6 +158,8 @@ def test_every_fault_of_a_file_has_a_line():
         ),
         ("constraints.max_eror=1", "is no measure; did you mean max_error? there is "),
         ("constraints.max_eror=1", " more; all are told by hfc show metric"),
+        ("run.precision=1", "run.precision = 1: has to be 'float32' or 'float64'"),
+        ("load.constant='x'", "load.constant = 'x': has to be a number [N m]"),
         ("search.preset=rase", "did you mean race? there is "),
         (
             "plant.parameters.spindle_mas=1",

@@ -130,7 +130,7 @@ def step(reads):
         ),
         (
             {"reads": lambda record: ["error", "wobble"]},
-            "controller 'mine': its reads names 'wobble', no signal of the plant 'c-axis'",
+            "controller 'mine': reads 'wobble', no signal of the plant 'c-axis'",
         ),
         (
             {"law": lambda record, limit: 1 / 0},
