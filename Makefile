@@ -24,7 +24,7 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test test-all test-lowest test-python lint interop docs attack bench dist audit lock uplot reference clean
+.PHONY: design test test-all test-lowest test-python lint interop docs notebooks attack bench dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -48,6 +48,10 @@ docs: $(VENV)/installed .venv-docs/installed
 	$(BIN)/python docs/site/stage.py build/docs
 	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs -q build --strict -f docs/site/mkdocs.yml
 	@echo build/site/index.html
+
+# Runs the notebooks and stores what comes out.
+notebooks: $(VENV)/installed
+	$(BIN)/python docs/notebooks/run.py docs/notebooks/*.ipynb
 
 # What make test tries a few times, tried as often as docs/reliability.md says: hours.
 attack: $(VENV)/installed

@@ -86,6 +86,11 @@ def test_one_alone_is_judged_as_one_of_many(short):
         (lambda: hfc.plot(FOUND, "a.png"), "a Design is no evaluation; evaluate"),
         (lambda: hfc.comparison_page("pd-only", "a.html"), "a str is no comparison; compare"),
         (lambda: hfc.with_gains(RAMP, "pd", 5), "an int is no table of gains"),
+        (
+            lambda: hfc.with_gains(RAMP, "pid+ff", {"kp": 1, "signals": {"speed": 2}}),
+            "controller 'pid.ff': .* 'speed', no signal of the plant 'c-axis'; there is error, ",
+        ),
+        (lambda: hfc.explain("jee-koren-2004-flc", 3), "an int is no sample: a text, or a mapping"),
         (lambda: hfc.export(FOUND, ["c"], "a"), r"\['c'\] is no format; there is c"),
         (lambda: hfc.export(FOUND, "json", 5), "an int is no path"),
         (lambda: hfc.Scenario(name="x", plnt={}), "Scenario: plnt = {}: there is no such"),

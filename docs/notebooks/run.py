@@ -1,6 +1,7 @@
-"""Runs notebooks as a reader would, from the top: ``python run.py NOTEBOOK ...`` writes their outputs anew.
+"""Runs notebooks from the top, as a reader would: ``python run.py NOTEBOOK ...``.
 
-What a notebook writes stays in a folder that is removed; beside it there it finds what lies in docs.
+Their outputs are written anew; what else they write goes with a folder that is removed, in which
+they find what lies in docs.
 """
 
 import shutil

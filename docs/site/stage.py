@@ -10,11 +10,13 @@ import sys
 from pathlib import Path
 
 import command_line
+import notebooks
 import tables
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "docs" / "site"
-PAGES = ("*.md", "docs/*.md", "experiments/**/*.md", "benchmarks/*.md")
+PAGES = ("*.md", "docs/*.md", "docs/notebooks/*.md", "experiments/**/*.md", "benchmarks/*.md")
+NOTEBOOKS = "docs/notebooks/*.ipynb"
 PICTURES = (".png", ".svg", ".webp")
 #: A fenced block, or the target of a link or picture outside of one.
 PART = re.compile(r"^```.*?^```|\]\(([^)\s]+)\)", re.MULTILINE | re.DOTALL)
@@ -58,17 +60,20 @@ def stage(folder: Path) -> None:
         FileNotFoundError: a page links to a file that is not there.
     """
     pages = sorted(one for pattern in PAGES for one in ROOT.glob(pattern))
-    for page in pages:
-        text = page.read_text("utf-8")
+    books = sorted(ROOT.glob(NOTEBOOKS))
+    for page in [*pages, *books]:
+        place = folder / page.relative_to(ROOT).with_suffix(".md")
+        text = notebooks.page(page, place.parent) if page in books else page.read_text("utf-8")
         for target in dict.fromkeys(linked(text)):
             path = (page.parent / target).resolve(strict=True)
             if path.suffix in PICTURES:
-                place = folder / path.relative_to(ROOT)
-                place.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(path, place)
+                copy = folder / path.relative_to(ROOT)
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(path, copy)
+            elif path in books:
+                text = text.replace(f"]({target})", f"]({target.removesuffix('ipynb')}md)")
             elif path.suffix != ".md":
                 text = text.replace(f"]({target})", f"]({target}{put(folder, path)})")
-        place = folder / page.relative_to(ROOT)
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text, encoding="utf-8")
     reference = folder / "docs" / "reference"

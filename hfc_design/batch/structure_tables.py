@@ -8,7 +8,7 @@ from rich.text import Text
 
 from hfc_design.batch.structures import Winner
 from hfc_design.core.console import plain_table, show_whole, terminal
-from hfc_design.core.records import UserError
+from hfc_design.core.records import UserError, harmless
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import load_design
 from hfc_design.pictures.numbers import score
@@ -52,7 +52,7 @@ def tell(page: Path, found: Sequence[Winner]) -> None:
     for inside in shown:
         group = inside[0].group
         label = f"structures that won in {group.task}, group {group.label}"
-        table = plain_table(title=Text(label), title_style="")
+        table = plain_table(title=Text(harmless(label)), title_style="")
         places = [k for k, name in enumerate(HEAD) if name != GROUP]
         for k in places:
             table.add_column(HEAD[k], justify="right" if k else "left")

@@ -11,6 +11,7 @@ from hfc_design.core.lock import alone
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.named_scenario import AnyScenario, load_scenario, renamed
+from hfc_design.files.pairing import check_laws
 from hfc_design.runs.front import chosen
 from hfc_design.runs.individuals import design_with
 from hfc_design.runs.problem import check_memory
@@ -89,10 +90,13 @@ def with_gains(scenario: AnyScenario, kind: str, gains: Mapping[str, Any]) -> De
     """A design by hand: a controller of kind pd, pid, pid+ff or an own law with these gains.
 
     Raises:
-        UserError: no such kind, or it has other gains.
+        UserError: no such kind, it has other gains, or a gain is of what is no signal.
     """
     of_gains = KINDS.get(kind).of_gains
     if of_gains is None:
         raise UserError(f"a controller of kind {kind} is no list of gains")
     wanted(gains, Mapping, "table of gains and their values")
-    return design_with({"kind": kind, **of_gains(dict(gains))}, load_scenario(scenario))
+    where = load_scenario(scenario)
+    found = design_with({"kind": kind, **of_gains(dict(gains))}, where)
+    check_laws(found, where.plant.machine)
+    return found

@@ -1,7 +1,7 @@
 """Pictures, pages, and which rules fire."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
@@ -63,23 +63,23 @@ def _drawn(found: Any, title: str) -> "Figure":
     from hfc_design.report import batch_plots, plots, searches, usable_plots
     from hfc_design.report.comparison.plots import machines
 
-    match found:
-        case Evaluation():
-            return plots.motion(found, title)
-        case Result(search=search):
-            if search is None:
-                raise UserError("nothing was searched; plot its .evaluation")
-            return searches.history(search.history, title)
-        case Usable():
-            return usable_plots.distributions(found, title)
-        case Robustness():
-            return batch_plots.distributions(found, title)
-        case Comparison():
-            return machines(found)
-        case Identified():
-            return replayed(found)
-    figure: Figure = found.figure()
-    return figure
+    titled: dict[type, Callable[[Any, str], Figure]] = {
+        Evaluation: plots.motion,
+        Usable: usable_plots.distributions,
+        Robustness: batch_plots.distributions,
+    }
+    others: dict[type, Callable[[Any], Figure]] = {Comparison: machines, Identified: replayed}
+    kind = type(found)
+    if kind in titled:
+        return titled[kind](found, title)
+    if kind in others:
+        return others[kind](found)
+    if kind is not Result:
+        figure: Figure = found.figure()
+        return figure
+    if found.search is None:
+        raise UserError("nothing was searched; plot its .evaluation")
+    return searches.history(found.search.history, title)
 
 
 def picture(found: AnyDesign, what: str, unit: str | None = None, axis: str = "") -> "Figure":
@@ -113,6 +113,8 @@ def explain(
     """
     if not samples:
         raise UserError("a sample is missing: signals and readings, as in {'error': 1e-4}")
+    for one in samples:
+        wanted(one, (str, Mapping), "sample: a text, or a mapping of signals to readings")
     texts = [
         one if isinstance(one, str) else ",".join(f"{name}={x}" for name, x in one.items())
         for one in samples

@@ -71,6 +71,7 @@ def design(
     """
     from hfc_design.cli import shown
     from hfc_design.cli.usable_table import settling_told, show_usable
+    from hfc_design.core.console import busy
     from hfc_design.core.lock import alone
     from hfc_design.files.doubts import doubts
     from hfc_design.report.page import write_page
@@ -86,7 +87,8 @@ def design(
         click.echo(f"hfc: warning: {line}", err=True)
     result, summary = _searched(found, folder, anyway, quiet)
     told = _near_the_best(found, result, folder)
-    rivals = write_page(found, result, folder)
+    with nullcontext() if quiet else busy("the report, on machines that no search has seen"):
+        rivals = write_page(found, result, folder)
     use = run.kept_use(folder)
     show_usable(use)
     if line := settling_told(use, found.constraints):

@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.shell_completion import CompletionItem
 
-from hfc_design.cli.named import DESIGN, SCENARIO, named
+from hfc_design.cli.named import SCENARIO, Named, named
 from hfc_design.cli.options import (
     Texts,
     changing_design,
@@ -22,6 +23,16 @@ if TYPE_CHECKING:
 UNIT_HELP = "Unit of a hierarchy to draw, as unit-1 [default: the root]."
 SCENARIO_HELP = "Of motion: scenario [default: the first design's own]."
 MOTION_HELP = "Which one, of a scenario of several [default: the first]."
+#: What can be drawn, by what it is.
+WHATS = {
+    "surface": "what a fuzzy unit commands, as colours",
+    "surface-3d": "the same in space",
+    "terms": "membership of the terms",
+    "tables": "rule table",
+    "tree": "which unit reads what",
+    "motion": "of several designs in one motion",
+    "convergence": "of the searches of runs",
+}
 #: What takes several designs or folders, and the options that belong to it.
 CONVERGENCE, MOTION = "convergence", "motion"
 OPTIONS = {CONVERGENCE: (), MOTION: ("scenario", "changes", "motion")}
@@ -29,8 +40,30 @@ OPTIONS = {CONVERGENCE: (), MOTION: ("scenario", "changes", "motion")}
 OF_ONE = ("others", "unit", "axis")
 
 
+class NameOrWhat(Named):
+    """A design, and behind the first one what is drawn as well."""
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Both, and files."""
+        whats = [CompletionItem(name, help=told) for name, told in WHATS.items()]
+        own = [one for one in whats if one.value.startswith(incomplete)]
+        found = super().shell_complete(ctx, param, incomplete)
+        return found + own if ctx.params.get("what") else found
+
+
+NAME = NameOrWhat("design", files=True)
+
+
 @click.command(short_help="Draw what a DESIGN is, or several over one another.")
-@click.argument("names", metavar="DESIGN|FOLDER...", nargs=-1, required=True, type=DESIGN)
+@click.argument(
+    "names",
+    metavar="DESIGN|FOLDER...",
+    nargs=-1,
+    required=True,
+    type=NameOrWhat("design", files=True),
+)
 @click.argument("what", metavar="WHAT")
 @changing_design
 @click.option("--unit", help=UNIT_HELP)
@@ -38,7 +71,7 @@ OF_ONE = ("others", "unit", "axis")
 @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
 @setting
 @click.option("--motion", help=MOTION_HELP)
-@output("--out", required=True, help="The picture (png, svg, pdf or pgf).")
+@output("--out", required=True, help="The picture (png, svg or pdf).")
 @force
 @memory
 @knowing_plugins

@@ -3,6 +3,7 @@
 import shlex
 from os.path import exists, isdir
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -19,6 +20,7 @@ from hfc_design.cli.options import (
     setting,
 )
 from hfc_design.cli.papers import Papers, for_a_paper
+from hfc_design.core.console import busy
 
 
 @click.command(short_help="Write the page of a run, of many runs, or of a lone DESIGN.")
@@ -45,7 +47,8 @@ def report(
     """Write report.html of a run FOLDER, or of all runs below a FOLDER.
 
     Of many runs: medians and quartiles over the seeds, convergence, significance, what failed;
-    the same numbers as runs.csv, groups.csv and comparisons.csv.
+    the same numbers as runs.csv, groups.csv and comparisons.csv; of hierarchies which ones the
+    seeds ended with, as structures.csv too.
 
     Of a DESIGN, a built-in name or a design file, NAME.html: what a run's page has without how it
     was found, on the scenario that it was made for. With --scenario, --set or --change the same of
@@ -62,10 +65,17 @@ def report(
     elsewhere = bool(scenario or changes or others)
     if isdir(place) and not elsewhere:
         from hfc_design.batch.report import report
+        from hfc_design.batch.structure_tables import tell
 
         if out is not None:
             raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")
-        report(place, each, parquet, paper=papers(place, ""))
+        told: list[Any] = []
+        try:
+            with busy("writing the pages"):
+                report(place, each, parquet, lambda *found: told.append(found), papers(place, ""))
+        finally:
+            for found in told:
+                tell(*found)
         return
     if each or parquet:
         raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
@@ -85,7 +95,8 @@ def report(
     again = ["hfc", "score", name]
     again += [part for option, values in asked.items() for one in values for part in (option, one)]
     line = harmless(shlex.join(again)) + uses(design.provenance.get("plugins"))
-    page = design_page(design, where, line)
+    with busy("the page, on machines that no search has seen"):
+        page = design_page(design, where, line)
     write_whole(path, page.html)
     if paper:
         paper.write(page)

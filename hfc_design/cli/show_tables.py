@@ -91,7 +91,7 @@ def columns(title: str, *names: str) -> Table:
     table = plain_table(title=title or None)
     for name in names:
         last = name == names[-1]
-        table.add_column(name, overflow="fold", ratio=2 if last else None)
+        table.add_column(name, overflow="fold", ratio=2 if last else None, no_wrap=name == "key")
     for column in table.columns[:-1]:
         column.max_width = KEY
     table.padding = (0, 1, 0, 0)

@@ -115,14 +115,14 @@ def _keys(name: str, as_json: bool) -> None:
 
 
 def _scenario(name: str, as_json: bool) -> None:
-    from hfc_design.core.texts import read_toml
-    from hfc_design.reference.entries import SCENARIO, things, unknown
+    from hfc_design.core.texts import no_such, read_toml
+    from hfc_design.reference.entries import SCENARIO, things
     from hfc_design.reference.keys import NAMED, check_keys, chosen, scenario_keys
     from hfc_design.reference.told import motions, values
 
     built_in = [one.name for one in things(SCENARIO)]
     if name not in built_in and not Path(name).is_file():
-        raise unknown("scenario", name, built_in)
+        raise no_such("scenario", name, built_in)
     place = Path(__file__).parents[1] / "files" / "scenarios"
     data = read_toml(place / f"{name}.toml" if name in built_in else name)
     own = [one for kind, thing in chosen(data).items() for one in unlisted(kind, thing)]
@@ -148,12 +148,13 @@ def unlisted(kind: str, name: str) -> list["Entry"]:
 
 
 def _design(name: str, as_json: bool) -> None:
+    from hfc_design.core.texts import no_such
     from hfc_design.files.design import named_design
-    from hfc_design.reference.entries import DESIGN, things, unknown
+    from hfc_design.reference.entries import DESIGN, things
 
     built_in = [one.name for one in things(DESIGN)]
     if name not in built_in and not Path(name).exists():
-        raise unknown("design", name, built_in)
+        raise no_such("design", name, built_in)
     from hfc_design.cli.show_design import facts, show_design
 
     found = facts(named_design(name))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rich.table import Table
 
-from hfc_design.core.console import ProgressBar, plain_table, room, show_whole
+from hfc_design.core.console import ProgressBar, busy, plain_table, room, show_whole
 from hfc_design.core.records import writing
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
@@ -170,7 +170,8 @@ def score_usable(
 
     if spread is not None:
         check_draw(spread, samples or 1, seed or 0)
-    found = usable(design, scenario, spread, samples, seed)
+    with busy("on machines that no search has seen"):
+        found = usable(design, scenario, spread, samples, seed)
     if as_json:
         judged = evaluate(design, scenario)
         names = {"design": design.name, "scenario": scenario.name, **_state(judged)}

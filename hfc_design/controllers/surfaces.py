@@ -84,13 +84,14 @@ def _of(draw: Callable[[Surface], Figure], made: Callable[[], Surface]) -> Figur
     return draw(made())
 
 
-def drawing(surface: Surface, alt: str, caption: str) -> Drawing:
+def drawing(surface: Surface, caption: str) -> Drawing:
     """For a report: a picture with a cursor on it."""
-    figure = flat(surface)
+    figure, said = flat(surface), surface.said.partition(" [")[0]
+    title = surface.title[0].upper() + surface.title[1:]
     place = figure.axes[0].get_position()
     return Drawing(
         figure,
-        alt,
+        f"{title}: {said} over {surface.row.name} and {surface.column.name}",
         caption,
         {
             "box": [place.x0, 1.0 - place.y1, place.width, place.height],  # from the upper left

@@ -1,12 +1,15 @@
 """The terminal: text is shown as it is, since brackets hold units and are no markup."""
 
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from copy import copy
 from typing import Any, Self
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.live import Live
 from rich.progress import Progress, ProgressColumn, Task
+from rich.spinner import Spinner
 from rich.table import Column, Table
 from rich.text import Text
 
@@ -22,6 +25,16 @@ def terminal(stderr: bool = False) -> Console:
 def room() -> int:
     """Letters in a line of text: as many as the terminal has, 80 at most."""
     return min(terminal().width, 80)
+
+
+def busy(what: str) -> AbstractContextManager[object]:
+    """Says on a terminal what takes a while and has no steps to count; nothing elsewhere."""
+    console = terminal(stderr=True)
+    if not console.is_terminal:
+        return nullcontext()
+    # What is printed meanwhile stays where it goes, a pipe perhaps.
+    kept: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
+    return Live(Spinner("dots", what), console=console, transient=True, **kept)
 
 
 class Fitting(ProgressColumn):

@@ -1,7 +1,6 @@
 """What is wrong with the file of a user: every fault a line with its key. Never imports JAX."""
 
 from collections.abc import Callable, Iterable
-from difflib import get_close_matches
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -9,12 +8,14 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from pydantic_core.core_schema import ErrorType
 
 from hfc_design.core.numbers import Plain
-from hfc_design.core.wording import one_of, rule
+from hfc_design.core.wording import Keys, near, one_of, rule
 
 #: Lines on one file; of the others the keys are named.
 MOST = 20
 #: What pydantic can make an error of; others are made up by whoever found them.
 KINDS = frozenset(get_args(ErrorType))
+NO_SUCH, MEANT = "there is no such key", "did you mean"
+NO_KEYS = Keys()
 Place = tuple[int | str, ...]
 
 
@@ -26,9 +27,9 @@ def no_such_key(model: type[BaseModel], key: str) -> NoSuchKey:
     """What to say of a key that the table of ``model`` does not have."""
     known = [*model.model_fields]
     inside = [f"{name}.{key}" for name in known if key in _fields(model, name)]
-    meant = inside if inside and not get_close_matches(key, known, 1) else []
-    hint = f"did you mean {' or '.join(meant)}? " if meant else ""
-    return NoSuchKey(f"there is no such key; {hint}{one_of('' if meant else key, known)}")
+    meant = inside if inside and not near(key, known) else []
+    hint = f"{MEANT} {' or '.join(meant)}? " if meant else ""
+    return NoSuchKey(f"{NO_SUCH}; {hint}{one_of('' if meant else key, known)}")
 
 
 def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
@@ -70,17 +71,23 @@ def _again(
     return ValidationError.from_exception_data(error.title, details)
 
 
-def explained(error: ValidationError, data: Plain, again: Callable[[Plain], Any]) -> list[str]:
+def explained(
+    error: ValidationError,
+    data: Plain,
+    again: Callable[[Plain], Any],
+    keys: Keys = NO_KEYS,
+) -> list[str]:
     """Every fault of ``data`` in a line, those that are missing together and first.
 
-    ``again`` checks other data in its place: that tells which kinds there are.
+    ``again`` checks other data in its place: that tells which kinds there are, ``keys`` which
+    keys.
     """
     missing, faults = [], dict[str, list[str]]()
     for one in error.errors(include_url=False):
         if one["type"] == "missing":
             missing.append(_place(one["loc"], data, True)[0])
             continue
-        key, line = _told(one, data, again)
+        key, line = _told(one, data, again, keys)
         faults.setdefault(key, []).append(line)
     lines = []
     if missing:
@@ -110,7 +117,7 @@ def _either(told: list[str]) -> str:
     )
 
 
-def _told(error: Any, data: Plain, again: Callable[[Plain], Any]) -> tuple[str, str]:
+def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) -> tuple[str, str]:
     """The dotted key of an error, and its line."""
     kind, place, context = error["type"], error["loc"], error.get("ctx", {})
     key, value = _place(place, data, False)
@@ -123,17 +130,25 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any]) -> tuple[str, 
     if kind == "value_error":
         fault = context["error"]
         message = str(fault)
+        if isinstance(fault, NoSuchKey) and MEANT not in message:
+            ends = [one for one in keys.every() if one.endswith(f".{place[-1]}")]
+            hint = f"{NO_SUCH}; {MEANT} {' or '.join(ends[:2])}?"
+            message = message.replace(f"{NO_SUCH};", hint, 1) if ends else message
         if isinstance(value, dict) and not isinstance(fault, NoSuchKey):
             line = f"{key}.{message}" if key else message  # the record names its own key
             return line.partition(" = ")[0].partition(": ")[0], line
     else:
-        message = rule(kind, context, key)
+        message = rule(kind, context, keys.unit(key))
+        if kind == "float_parsing":
+            from hfc_design.core.quantities import without_unit  # which has records in it
+
+            message += without_unit(value, keys.unit(key))
         if kind == "literal_error" and isinstance(value, str):
             names = [
                 name.strip("'") for name in context["expected"].replace(" or ", ", ").split(", ")
             ]
-            if near := get_close_matches(value, names, 1):
-                message += f"; did you mean {near[0]!r}?"
+            if meant := near(value, names):
+                message += f"; did you mean {meant[0]!r}?"
     return key, f"{key} = {short(value)}: {message}" if key else message
 
 

@@ -42,6 +42,16 @@ def number(quantity: float | str, unit: str, millimetres: float | None = None) -
         raise ValueError(f"{quantity!r}: has to be a quantity in {unit}") from None
 
 
+def without_unit(value: Any, unit: str) -> str:
+    """What to write for ``"40 kg"`` where a number of a ``unit`` is wanted; "" of anything else."""
+    if not (isinstance(value, str) and unit):
+        return ""
+    try:
+        return f", without the unit: {number(value, unit):.12g}"
+    except ValueError:
+        return ""
+
+
 def _quantity(text: str, millimetres: float | None) -> Any:
     import pint
 

@@ -3,24 +3,36 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
     ValidationError,
     model_validator,
 )
+from pydantic_core import PydanticKnownError
 
-from hfc_design.core.faults import explained, with_keys
+from hfc_design.core.faults import NO_KEYS, explained, with_keys
 from hfc_design.core.numbers import Plain
+from hfc_design.core.wording import Keys
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+@BeforeValidator
+def _no_truth(value: Plain) -> Plain:
+    """Validates a number: true is none, though Python counts with it as with 1."""
+    if isinstance(value, bool):
+        raise PydanticKnownError("float_type")
+    return value
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False), _no_truth]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), _no_truth]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), _no_truth]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 Name = Annotated[str, Field(pattern=NAME)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,31}$")]
@@ -61,9 +73,19 @@ class Record(BaseModel):
     @classmethod
     def _tells_its_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         try:
-            return handler(data)
+            return handler(cls._without_truths(data))
         except ValidationError as error:
             raise with_keys(error, cls) from None
+
+    @classmethod
+    def _without_truths(cls, data: Any) -> Any:
+        """``data`` with no number in the place of a truth where a plain number is wanted."""
+        if not isinstance(data, dict) or not any(isinstance(x, bool) for x in data.values()):
+            return data
+        kinds = {name: one.annotation for name, one in cls.model_fields.items()}
+        numbers = {name for name, x in kinds.items() if {x, *get_args(x)} & {int, float}}
+        wrong = {key for key, x in data.items() if isinstance(x, bool) and key in numbers}
+        return data | dict.fromkeys(wrong, ...)
 
 
 #: Characters of a message: nobody reads more.
@@ -120,11 +142,16 @@ Checked = TypeVar("Checked", bound=BaseModel)
 
 
 def checked(
-    model: type[Checked], data: Plain, source: str | Path, folder: Path, **context: Any
+    model: type[Checked],
+    data: Plain,
+    source: str | Path,
+    folder: Path,
+    keys: Keys = NO_KEYS,
+    **context: Any,
 ) -> Checked:
     """``data`` of the file ``source`` as a record; a file that it names lies in ``folder``.
 
-    ``context`` is for the validators.
+    ``keys`` are those that it may have, ``context`` is for the validators.
 
     Raises:
         UserError: data is not what the model allows; a line a fault with file, key, value and rule.
@@ -136,7 +163,7 @@ def checked(
     try:
         return check(data)
     except ValidationError as error:
-        raise UserError(*explained(error, data, check)).within(source) from None
+        raise UserError(*explained(error, data, check, keys)).within(source) from None
     except ArithmeticError:  # of what is computed to check it
         told = "a number in it is too large or too small to compute with"
         raise UserError(f"{source}: {told}") from None

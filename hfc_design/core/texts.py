@@ -10,8 +10,9 @@ import os
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 from math import isfinite
 from os.path import realpath
 from pathlib import Path
@@ -21,6 +22,7 @@ from pydantic import AfterValidator
 
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.core.records import UserError
+from hfc_design.core.wording import one_of
 
 MEGABYTE = 1_000_000
 #: The largest text, and the largest table of numbers [MB].
@@ -64,7 +66,10 @@ def decoded(found: bytes, encoding: str = "utf-8", errors: str = "strict") -> st
             if found.startswith(start):
                 raise ValueError(f"cannot be read: it is packed by {packer}; unpack it") from None
         if errors == "strict":
-            raise ValueError("cannot be read: it is not a text in UTF-8") from None
+            raise ValueError(
+                "cannot be read: it is not a text in UTF-8; save it in that encoding, or convert "
+                "it: iconv -f cp1252 -t utf-8"
+            ) from None
     return io.TextIOWrapper(io.BytesIO(found), encoding, errors).read()
 
 
@@ -73,7 +78,24 @@ def toml_of(text: str) -> Json:
     for line in text.split("\n"):
         if line.count(".") >= DEEPEST and _LONG_KEY.search(_STRING.sub("_", line)):
             raise ValueError(f"is not valid TOML: a key has more than {DEEPEST} parts")
-    return _parsed("is not valid TOML", tomllib.loads, text)
+    try:
+        return _parsed("is not valid TOML", tomllib.loads, text)
+    except ValueError as error:
+        raise ValueError(f"{error}{_hint(str(error), text)}") from None
+
+
+#: Where tomllib says that something is wrong; a number with a decimal comma; what is given twice.
+_WHERE, _COMMA = re.compile(r"\(at line (\d{1,9})"), re.compile(r"=\s*([-+]?\d+),(\d+)\s*(#.*)?$")
+_TWICE = "Cannot overwrite a value"
+
+
+def _hint(told: str, text: str) -> str:
+    """What a mistake of TOML may be about, of those that people make; "": another one."""
+    lines, found = text.rstrip().split("\n"), _WHERE.search(told)
+    line = lines[min(int(found[1]) if found else len(lines), len(lines)) - 1]
+    if comma := _COMMA.search(line):
+        return f"; a number has a decimal point: {comma[1]}.{comma[2]}"
+    return f"; {line.partition('=')[0].strip()[:60]} is given twice" if _TWICE in told else ""
 
 
 def json_of(text: str) -> Plain:
@@ -161,3 +183,25 @@ def read_toml(path: str | Path) -> Json:
     """What a user's TOML file says; UserError: it cannot be read, or is no TOML."""
     with about(path):
         return toml_of(decoded(content(path)))
+
+
+#: What a file of each kind ends with, and is called.
+FILES = {"scenario": (".toml", "a TOML file"), "design": (".json", "a design file")}
+
+
+def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
+    """The line for a scenario or design that there is not: a file beside it may be meant."""
+    ending, file = FILES[what]
+    try:
+        there = [Path(own) for own in sorted(os.listdir(Path(name).parent))]
+    except (OSError, ValueError):  # the other one: a zero byte in the name
+        there = []
+    stems = {own.stem: own.name for own in there if own.suffix == ending}
+    known, stem = [*built_in], Path(name).name.removesuffix(ending)
+    for near in get_close_matches(stem, [*known, *stems], 1):
+        if near not in known:
+            meant = Path(name).with_name(stems[near])
+            return UserError(f"{name}: no such file or {what}; did you mean {meant}?")
+    return UserError(
+        f"{name}: no such {what}; {one_of(stem, known, 'built in are')}, or give {file}"
+    )

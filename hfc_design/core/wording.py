@@ -3,9 +3,9 @@
 pydantic names the kind of a mistake; none of its own sentences reaches a user.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, NamedTuple
 
 #: What the last parts of a key say of its unit.
 UNITS = {
@@ -70,25 +70,42 @@ PATTERNS = {
 }
 
 
-def rule(kind: str, context: Mapping[str, Any], key: str) -> str:
-    """What has to be at ``key``, of the kind of a mistake and what pydantic knows of it."""
+def rule(kind: str, context: Mapping[str, Any], unit: str) -> str:
+    """What has to be there in a ``unit``, of a mistake's kind and what pydantic knows of it."""
     if kind == "string_pattern_mismatch":
         pattern = str(context["pattern"])
         return f"has to be {PATTERNS.get(pattern, f'a text of the form {pattern}')}"
     numbers = {name: f"{x:.15g}" for name, x in context.items() if isinstance(x, float)}
     found = RULES.get(kind, NOT_ALLOWED).format_map({**context, **numbers})
-    return found.replace("UNIT", unit(key))
+    return found.replace("UNIT", f" [{unit}]" if unit else "")
 
 
-def unit(key: str) -> str:
-    """`` [s]`` of ``duration_s``; nothing of what has no unit."""
-    return next((f" [{found}]" for end, found in UNITS.items() if key.endswith(end)), "")
+def of_its_name(key: str) -> str:
+    """The unit that a key ends with, s of ``duration_s``; "": none."""
+    return next((found for end, found in UNITS.items() if key.endswith(end)), "")
+
+
+class Keys(NamedTuple):
+    """The keys that a file may have."""
+
+    unit: Callable[[str], str] = of_its_name  # of what stands at a dotted key; "": none
+    every: Callable[[], Iterable[str]] = tuple
+
+
+def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:
+    """The names that may be meant: ends or beginnings of dotted keys, else those that are alike."""
+    name, each = str(given).lower(), {one.lower(): one for one in known}
+    alike = [name] if name in each else []
+    if len(name) > 1:
+        alike = alike or [one for one in each if one.endswith(f".{name}")]
+        alike = alike or [one for one in each if "." in name and one.startswith(name)]
+    return [each[one] for one in (alike or get_close_matches(name, each, most))[:most]]
 
 
 def one_of(given: object, known: Iterable[str], head: str = "there is") -> str:
     """``there is a, b, c`` with what may have been meant in front."""
     names = [*known]
-    meant = "".join(f"did you mean {near}? " for near in get_close_matches(str(given), names, 1))
+    meant = "".join(f"did you mean {one}? " for one in near(given, names))
     told = ", ".join(names) or "none"
     most = SOME if meant else MOST
     if len(told) > most:

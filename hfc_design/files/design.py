@@ -31,8 +31,7 @@ from hfc_design.core.records import (
     checked,
 )
 from hfc_design.core.shown import line, table
-from hfc_design.core.texts import about, json_of, read_text, writable
-from hfc_design.core.wording import one_of
+from hfc_design.core.texts import about, json_of, no_such, read_text, toml_of, writable
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
@@ -216,8 +215,7 @@ def named_design(source: AnyDesign) -> Design:
     if name in builtin_designs():
         return parse_design(read_text(BUILTIN / f"{name}.json"), name)
     if not exists(path):
-        known = one_of(name, builtin_designs(), "built in are")
-        raise UserError(f"{name}: no such design; {known}, or give a design file")
+        raise no_such("design", name, builtin_designs())
     if path.is_dir() and not exists(path := path / "design.json"):
         raise UserError(f"{name}: holds no finished run (no design.json); {resuming(path.parent)}")
     return read_design(path)
@@ -244,10 +242,22 @@ def parse_design(text: str, source: str | Path) -> Design:
         UserError: text is no JSON, or is not a design that can run.
     """
     with about(source):
-        data = json_of(text)
+        data = _json_of(text)
     provenance = data.get("provenance") if isinstance(data, dict) else None
     with naming(provenance):
         return checked(Design, data, source, Path(source).parent)
+
+
+def _json_of(text: str) -> Any:
+    try:
+        return json_of(text)
+    except ValueError as error:
+        try:
+            toml = toml_of(text)
+        except ValueError:
+            toml = {}
+        told = "is TOML, as a scenario, and no design; hfc design makes a design of a scenario"
+        raise (ValueError(told) if toml else error) from None
 
 
 @contextmanager

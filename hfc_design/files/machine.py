@@ -118,7 +118,7 @@ class ReadingSettings(Record):
 class SensorSettings(PerAxisRecord):
     """What the controller sees of the machine, in the units of the plant; ideal without any."""
 
-    encoder_resolution: NotNegative = 0.0  # step of every encoder; 0: ideal [error]
+    encoder_resolution: NotNegative = 0.0  # step of all encoders; 0: none but a plant's own [error]
     noise: NotNegative = 0.0  # standard deviation of every encoder reading [error]
     seed: int = Field(0, ge=0)  # that the noise is drawn with
     #: where velocities come from: an ideal tachometer, the difference of two encoder readings, or

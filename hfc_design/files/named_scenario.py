@@ -1,5 +1,6 @@
 """Scenarios by name: built in, in a TOML file, as a mapping; and as TOML again."""
 
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from os.path import exists, isdir
@@ -13,15 +14,15 @@ from hfc_design.core.carried import AnyFile
 from hfc_design.core.checkpoint import CONFIG
 from hfc_design.core.dotted import Changes, changed
 from hfc_design.core.plugins import resuming
-from hfc_design.core.records import UserError, checked
-from hfc_design.core.texts import read_toml
-from hfc_design.core.wording import one_of
+from hfc_design.core.records import NAME, UserError, checked
+from hfc_design.core.texts import no_such, read_toml
+from hfc_design.core.wording import PATTERNS
 from hfc_design.files.design import Design, named_design
 from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
 from hfc_design.reference.commented import rest
 from hfc_design.reference.entries import units_of
-from hfc_design.reference.keys import scenario_keys
+from hfc_design.reference.keys import keys_in, scenario_keys
 
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
@@ -59,13 +60,18 @@ def load_scenario(source: AnyScenario, changes: Changes | None = None) -> Scenar
     if isdir(path):
         raise UserError(f"{name}: {_folder_told(path)}")
     if not exists(path):  # it may be the end of a pipe
-        known = one_of(name, builtin_names(), "built in are")
-        raise UserError(f"{name}: no such scenario; {known}, or give a TOML file")
+        raise no_such("scenario", name, builtin_names())
     data = read_toml(path)
     own = data.get("reference", {})
     if built_in and "file" in own:  # a file in a change lies where the user is
         own["file"] = str(BUILTIN / own["file"])
-    return scenario_of(changed({"name": Path(name).stem} | data, changes), name, Path(name).parent)
+    data = changed({"name": Path(name).stem} | data, changes)
+    if data["name"] == Path(name).stem and not re.fullmatch(NAME, data["name"]):
+        raise UserError(
+            f"{name}: the name of the file cannot be that of the scenario, which has to be "
+            f"{PATTERNS[NAME]}; give the scenario one, as in name = 'mine'"
+        )
+    return scenario_of(data, name, Path(name).parent)
 
 
 def _folder_told(path: Path) -> str:
@@ -87,7 +93,7 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
         path = folder / name
         return named_design(str(path) if exists(path) else name)
 
-    return checked(Scenario, data, source, folder, named_design=beside)
+    return checked(Scenario, data, source, folder, keys_in(data), named_design=beside)
 
 
 def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:

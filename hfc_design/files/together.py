@@ -25,8 +25,8 @@ AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
 def labelled(designs: AnyDesigns) -> dict[str, Design]:
     """Designs by names that set them apart.
 
-    Each by its own name; where several have the same, by that of its file or run folder, then by
-    its whole path.
+    Each by its own name; where several have the same, by that of its file or run folder, with as
+    many of the folders around it as it takes.
 
     Raises:
         UserError: there is no such design, one stands there twice, or is only a kind.
@@ -42,11 +42,12 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
             raise UserError(f"{_called(one)}: stands there twice; it does what it does")
     found = [load_design(_no_kind(one)) for one in given]
     names = [design.name for design in found]
-    for way in (_file, str):
+    paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
+    for deep in range(1, max(map(len, paths), default=0) + 1):
         same = Counter(names)
         names = [
-            harmless(way(Path(one))) if same[name] > 1 and not isinstance(one, Design) else name
-            for one, name in zip(given, names, strict=True)
+            harmless("/".join(parts[-deep:])) if parts and same[name] > 1 else name
+            for parts, name in zip(paths, names, strict=True)
         ]
     for k, name in enumerate(names):  # designs that are no files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
@@ -54,8 +55,11 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
     return dict(zip(names, found, strict=True))
 
 
-def _file(path: Path) -> str:
-    return path.resolve().name.removesuffix(".json")
+def _parts(name: str | Path) -> tuple[str, ...]:
+    """Folders and name of a run folder or design file, which design.json in a folder is not."""
+    path = Path(name)
+    whole = path.resolve().with_name(path.resolve().name.removesuffix(".json"))
+    return whole.parts[1:-1] if whole.name == "design" and path.is_file() else whole.parts[1:]
 
 
 def _called(one: AnyDesign) -> str:

@@ -92,7 +92,12 @@ def doubts(name: str, found: Found, known: Certainty, told: Recording, pushed: b
             "the others do to it has to be in the load"
         )
     if not any(known.told):
-        notes.append(f"NOT USABLE: {name} tells none of the parameters: does the axis move in it?")
+        gone, unit = float(np.ptp(told.place)), fit.free.drive.units["error"]
+        notes.append(
+            f"NOT USABLE: {name} tells none of the parameters: does the axis move in it, and is "
+            f"its unit right? it goes {gone:.5g} {unit} in {told.sample_time * len(told.place):.3g}"
+            " s"
+        )
     for parameter, factor in fit.free.away(fit.numbers).items():
         if dict(zip(fit.free.names, known.told, strict=True))[parameter]:
             notes.append(

@@ -48,7 +48,8 @@ def sources(
     if check_log is not None:
         name = called(check_log)
         with about(check_log):
-            own = Source(check_log, asked((*columns, *others), drive))
+            both = {one.name: one for one in (*asked(columns, drive), *asked(others, drive))}
+        own = Source(check_log, [*both.values()])
         found[name if name not in found else f"{name} (check)"] = own
     return found
 

@@ -33,14 +33,19 @@ def mapped(text: str) -> Column:
 
 
 def asked(texts: Iterable[str], drive: Drive) -> list[Column]:
-    """What a user says of the columns of a drive's log, the last of a signal.
+    """What a user says of the columns of a drive's log.
 
     Raises:
-        ValueError: one cannot be understood, is no signal, or has a unit of another kind.
+        ValueError: one cannot be understood, is no signal, has a unit of another kind, or is of a
+            signal that another one is of.
     """
-    found = {one.name: one for one in map(mapped, texts)}
+    found = dict[str, Column]()
     units = units_of(drive)
-    for one in found.values():
+    for one in map(mapped, texts):
+        if other := found.get(one.name):
+            both = f"{other.column[:60]!r} and {one.column[:60]!r}"
+            raise ValueError(f"{one.name}: is said of two columns, {both}; one is allowed")
+        found[one.name] = one
         if one.name not in units:
             known = ", ".join(units)
             raise ValueError(f"{one.name}: is no signal of {drive.name}; there is {known}")
@@ -65,6 +70,16 @@ def millimetres_of(drive: Drive) -> float | None:
     return None if drive.millimetres is None else drive.millimetres(drive.parameters())
 
 
+def how(name: str) -> str:
+    """How a user says which column a signal is."""
+    return f"say {name}=COLUMN [UNIT] by --column, of a script by columns"
+
+
+def there(log: Log) -> str:
+    """The columns that a log has."""
+    return f"there is {', '.join(log.columns)[:300]}"
+
+
 def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Column:
     """The column of a user in a log, with the unit that its name tells where the user says none.
 
@@ -74,8 +89,9 @@ def looked_up(one: Column, log: Log, unit: str, millimetres: float | None) -> Co
     if one.column not in log.columns and f"{one.column} [{one.unit}]" in log.columns:
         return one._replace(column=f"{one.column} [{one.unit}]")
     if one.column not in log.columns:
-        there = ", ".join(log.columns)
-        raise ValueError(f"has no column {one.column[:60]!r}; there is {there[:300]}")
+        whole = [x for x in log.columns if (own := TOLD.fullmatch(x)) and own["name"] == one.column]
+        meant = f"did you mean {one.name}={whole[0][:60]}? " if whole else ""
+        raise ValueError(f"has no column {one.column[:60]!r}; {meant}{there(log)}")
     if one.unit is not None:
         return one
     told = TOLD.fullmatch(one.column)
@@ -132,7 +148,7 @@ def by_name(log: Log, drive: Drive, said: Collection[str]) -> dict[str, Column]:
                 continue
             if name in found:
                 both = f"{found[name].column} and {column}"
-                raise ValueError(f"{both} may be the {name}: which one? say {name}=COLUMN [UNIT]")
+                raise ValueError(f"{both} may be the {name}: which one? {how(name)}")
             found[name] = Column(name, column, own)
     return found
 

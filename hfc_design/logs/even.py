@@ -46,7 +46,7 @@ def even(
     notes: list[str] = []
     if time is None:
         if sample_time is None:
-            raise ValueError("which column is the time? say time=COLUMN [UNIT] or a sample time")
+            raise ValueError("has no time")
         part = _longest(
             sample_time * np.arange(rows, dtype=np.float64), np.flatnonzero(broken), notes
         )

@@ -7,7 +7,16 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.logs import travel
-from hfc_design.logs.columns import Column, by_name, looked_up, millimetres_of, scale, units_of
+from hfc_design.logs.columns import (
+    Column,
+    by_name,
+    how,
+    looked_up,
+    millimetres_of,
+    scale,
+    there,
+    units_of,
+)
 from hfc_design.logs.even import Even, even
 from hfc_design.logs.log import Log
 from hfc_design.logs.steps import step_of
@@ -60,12 +69,15 @@ def signals(
         if units[name] == drive.units["error"]:
             places[name] = one._replace(unit=unit)
     _check(values, drive, log)
+    if "time" not in values and not (log.sample_time or sample_time):
+        other = "or a sample time by --sample-time (sample_time)"
+        raise ValueError(f"which column is the time? {how('time')}, {other}; {there(log)}")
     told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)
     if not FASTEST <= found.sample_time <= SLOWEST:
         raise ValueError(
             f"is sampled every {found.sample_time:.3g} s; a drive's log every {FASTEST:g} to "
-            f"{SLOWEST:g} s: which unit has its time? say time=COLUMN [UNIT]"
+            f"{SLOWEST:g} s: which unit has its time? {how('time')}"
         )
     duration = found.sample_time * len(found.usable)
     for name, one in places.items():
@@ -83,10 +95,7 @@ def _check(values: Mapping[str, Floats], drive: Drive, log: Log) -> None:
     ]
     for name in needed:
         if name not in values:
-            there = ", ".join(log.columns)
-            raise ValueError(
-                f"which column is the {name}? say {name}=COLUMN [UNIT]; there is {there[:300]}"
-            )
+            raise ValueError(f"which column is the {name}? {how(name)}; {there(log)}")
     for name in ("command", position):
         if name in values and np.ptp(values[name]) <= LEAST:
             raise ValueError(f"the {name} is {values[name][0]:.6g} throughout: nothing moves")

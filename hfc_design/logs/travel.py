@@ -4,7 +4,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.quantities import number
-from hfc_design.logs.columns import Column, millimetres_of
+from hfc_design.logs.columns import Column, how, millimetres_of
 from plants import Drive
 
 #: Of lengths and angles the least travel, and the largest mean speed over a log. An atom is 1e-10 m
@@ -33,5 +33,5 @@ def check(one: Column, values: Floats, drive: Drive, duration: float) -> None:
             raise ValueError(
                 f"column {one.column} in {one.unit}: the {one.name} goes {gone:.3g} {base} in "
                 f"{duration:.3g} s; plausible are {least:g} to {most:.3g} {base}: in which unit "
-                f"is it? say {one.name}=COLUMN [UNIT]"
+                f"is it? {how(one.name)}"
             )

@@ -69,11 +69,11 @@ class Table(Profile):
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         times, values = table_of(self.file)
         if self.interpolation == "cubic":
-            from scipy.interpolate import CubicSpline  # which takes a while to import
+            from hfc_design.motion.splines import spline  # SciPy takes a while to import
 
-            spline, moves = CubicSpline(times, values), (time >= times[0]) & (time < times[-1])
-            place = spline(np.clip(time, times[0], times[-1]))
-            rate, change = (np.where(moves, spline(time, order), 0.0) for order in (1, 2))
+            way, moves = spline(times, values), (time >= times[0]) & (time < times[-1])
+            place = way(np.clip(time, times[0], times[-1]))
+            rate, change = (np.where(moves, way(time, order), 0.0) for order in (1, 2))
             return place, rate, change
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
         rate = slopes[np.searchsorted(times, time, side="right")]  # at a corner the next slope

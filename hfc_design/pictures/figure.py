@@ -4,6 +4,8 @@ Every picture is a ``matplotlib.figure.Figure`` of its own; none touches pyplot.
 purpose: they are to be read on a phone too.
 """
 
+from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -90,6 +92,19 @@ def plain(label: str, longest: int = LABEL) -> str:
     known = label.replace("–", "-").encode("latin-1", "replace").decode("latin-1")
     known = "".join(letter if letter.isprintable() else "?" for letter in known)
     return known if len(known) <= longest else known[: longest - 3] + "..."
+
+
+def distinct(names: Iterable[str], longest: int = LABEL) -> dict[str, str]:
+    """Labels of names, each another one: those that are alike at the beginning keep their ends."""
+    found = {name: plain(name, longest) for name in names}
+    ends = {name: f"...{plain(name, len(name) + 3)[3 - longest :]}" for name in found}
+    same = Counter(found.values())
+    found |= {name: ends[name] for name, label in found.items() if same[label] > 1}
+    same = Counter(found.values())
+    return {
+        name: f"{k}: {plain(label, longest - 4)}" if same[label] > 1 else label
+        for k, (name, label) in enumerate(found.items(), 1)
+    }
 
 
 def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> None:

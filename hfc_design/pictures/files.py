@@ -42,13 +42,13 @@ def kind_of(path: Path) -> str:
     return kind
 
 
-def image(figure: Figure, kind: str) -> bytes:
+def image(figure: Figure, kind: str, dpi: float = 160.0) -> bytes:
     """The figure as a file of a kind in ``FORMATS``, or as pgf; the same gives the same bytes."""
     if kind == "pgf":
         return picture(figure)
     buffer = io.BytesIO()
     with matplotlib.rc_context(SETTINGS):
-        figure.savefig(buffer, format=kind, dpi=160, metadata=FORMATS[kind])
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata=FORMATS[kind])
     return buffer.getvalue()
 
 
@@ -57,12 +57,17 @@ def address(figure: Figure) -> str:
     return "data:image/svg+xml;base64," + base64.b64encode(image(figure, "svg")).decode()
 
 
-def small_address(figure: Figure) -> str:
-    """The same in a third of the letters: curves to a hundredth of a point, text as it is."""
+def small_svg(figure: Figure) -> str:
+    """A figure as SVG in few letters: curves to a hundredth of a point, text as it is."""
     svg = image(figure, "svg").decode()
     for pattern, by in _SMALLER:
         svg = pattern.sub(by, svg)
-    return "data:image/svg+xml," + quote(svg, safe=" /:=;,()!*'-._~")
+    return svg
+
+
+def small_address(figure: Figure) -> str:
+    """The same as the address of an image, in a third of the letters."""
+    return "data:image/svg+xml," + quote(small_svg(figure), safe=" /:=;,()!*'-._~")
 
 
 def _rounded(curve: re.Match[str]) -> str:

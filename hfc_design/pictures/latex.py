@@ -4,6 +4,11 @@ import re
 
 from hfc_design.core.records import harmless
 
+_NAMES = (
+    "alpha beta gamma delta varepsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
+    "upsilon varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
+)
+GREEK = dict(zip("αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΦΨΩ", _NAMES.split(), strict=True))
 #: What stands for a letter that means something to TeX, or that its fonts may not have.
 LETTERS = {
     "\\": r"\textbackslash{}",
@@ -35,6 +40,7 @@ LETTERS = {
     "\N{LESS-THAN OR EQUAL TO}": r"$\leq$",
     "\N{GREATER-THAN OR EQUAL TO}": r"$\geq$",
     "\N{RIGHTWARDS ARROW}": r"$\rightarrow$",
+    **{letter: rf"$\{name}$" for letter, name in GREEK.items()},
     **{chr(0x2080 + digit): f"$_{digit}$" for digit in range(10)},
 }
 #: Of two dashes or commas in a row TeX would make another sign.

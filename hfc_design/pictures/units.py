@@ -8,15 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
-from hfc_design.pictures.figure import (
-    OTHER,
-    OWN,
-    STRIP,
-    WIDTH,
-    colour_strip,
-    framed,
-    round_above,
-)
+from hfc_design.pictures.displayed import Displayed
+from hfc_design.pictures.figure import OTHER, OWN, STRIP, WIDTH, colour_strip, framed, round_above
 
 #: Points a side that a surface is computed at, and that terms are drawn with.
 POINTS = 81
@@ -24,6 +17,8 @@ POINTS = 81
 BANDS = 12
 #: Of those points so many are one step of a surface in space.
 EVERY = 2
+#: What stands so low in the picture of a surface are its shades.
+BELOW = 0.0
 
 
 def surface(
@@ -43,14 +38,14 @@ def surface(
     axes = figure.subplots()
     low, high = float(values.min()), float(values.max())
     if low * high > 0.0:  # of one sign: what differs is told by all colours
-        filled = axes.contourf(column, row, values, BANDS, cmap="viridis")
+        filled = axes.contourf(column, row, values, BANDS, cmap="viridis", zorder=-1)
         ticks = MaxNLocator(7)
     else:
         limit = max(-low, high) or 1.0
         division = round_above(limit / BANDS)
         count = int(np.ceil(limit / division + 0.5))
         levels = division * (np.arange(-count, count) + 0.5)  # none at 0: rounding would draw it
-        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r")
+        filled = axes.contourf(column, row, values, levels, cmap="RdBu_r", zorder=-1)
         ticks = MaxNLocator(7, symmetric=True)
     filled.set_edgecolor("face")  # else white hairlines show between the bands
     axes.axhline(0.0, color="0.3", lw=0.6)
@@ -65,8 +60,8 @@ def solid(
     column: Floats, row: Floats, values: Floats, labels: tuple[str, str], title: str, meaning: str
 ) -> Figure:
     """The same as a surface in space; the output is its height."""
-    figure = Figure(figsize=(WIDTH, 4.6))
-    axes: Any = figure.add_axes((0.0, 0.02, 0.88, 0.9), projection="3d")
+    figure = Displayed(figsize=(WIDTH, 4.6))
+    axes: Any = figure.add_axes((0.0, 0.0, 0.9, 1.0), projection="3d")
     limit = float(np.abs(values).max()) or 1.0
     cut = slice(None, None, EVERY)
     x, y = np.meshgrid(column[cut], row[cut])
@@ -81,9 +76,10 @@ def solid(
     for axis, label in ((axes.xaxis, labels[0]), (axes.yaxis, labels[1]), (axes.zaxis, meaning)):
         axis.set_label_text(label, fontsize=9)
         axis.set_tick_params(labelsize=8, pad=0)
+        axis.set_major_locator(MaxNLocator(5))
     axes.set_box_aspect(None, zoom=0.85)  # else the labels are cut off
     axes.view_init(elev=28.0, azim=-125.0)
-    axes.set_title(title, fontsize=11, y=0.95)
+    axes.set_title(title, fontsize=11, y=0.93)
     return figure
 
 

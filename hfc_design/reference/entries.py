@@ -6,7 +6,6 @@
 import json
 import re
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from typing import NamedTuple
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Plain
 from hfc_design.core.records import UserError
-from hfc_design.core.wording import one_of
+from hfc_design.core.wording import near, one_of
 
 FILE = Path(__file__).parent / "reference.json"
 #: What an entry may be about.
@@ -67,11 +66,6 @@ def parts(kind: str, name: str, known: Iterable[Entry] | None = None) -> list[En
     return [one for one in every if (one.kind, one.name) == (kind, name) and one.part]
 
 
-def near(name: str, known: Iterable[str]) -> str:
-    """The names that may be meant by a mistyped one, in words; "" where none is like it."""
-    return " or ".join(get_close_matches(name, [*known], n=2))
-
-
 def unknown(
     what: str, name: str, known: Iterable[str], listed: Iterable[str] | None = None
 ) -> UserError:
@@ -80,7 +74,7 @@ def unknown(
     if listed is None:
         told = one_of(name, names)
     else:
-        meant = near(name, names)
+        meant = " or ".join(near(name, names, 2))
         told = f"{meant and f'did you mean {meant}? '}{one_of('', listed)}"
     return UserError(f"{short(name)}: no such {what}; {told}")
 

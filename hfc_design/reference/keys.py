@@ -7,19 +7,24 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json, Plain
+from hfc_design.core.quantities import without_unit
 from hfc_design.core.records import UserError
+from hfc_design.core.wording import NUMBER, Keys, near, of_its_name
 from hfc_design.reference.entries import (
     CONTROLLER,
     KEY,
+    METRIC,
     OBJECTIVE,
     PLANT,
     REFERENCE,
     STRATEGY,
     Entry,
-    near,
+    in_units,
     parts,
     things,
+    units_of,
 )
 
 #: Of a scenario: what names a thing, and its kind.
@@ -34,6 +39,8 @@ NAMED = {
 ALIKE = re.compile(r"^(load|limits|sensors)\.axes\.[^.]+\.(?=.)")
 IN_MOTION = re.compile(r"^motions\.\d+\.(?=(reference|load|start)\.)")
 OF_AXIS = re.compile(r"^plant\.axes\.[^.]+\.(?=.)")
+#: Types of the reference that are numbers.
+NUMBERS = "number", "whole number"
 #: A place for names in a key of the reference.
 PLACES = {"AXIS": r"[^.]+", "NAME": r"[^.]+", "N": r"\d+"}
 #: What has keys of its own for each name that it says, which are not looked at here.
@@ -92,6 +99,23 @@ def entry_of(key: str, known: Sequence[Entry]) -> Entry | None:
     return None
 
 
+def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
+    """The unit of what stands at a key of a file, whose ``entry`` is this, in those of a plant."""
+    measured = next((one.unit for one in things(METRIC) if one.name in key.split(".")), entry.unit)
+    return in_units(measured if entry.unit == "of the measure" else entry.unit, units)
+
+
+def keys_in(data: Json) -> Keys:
+    """The keys of the scenario in ``data``."""
+
+    def unit(key: str) -> str:
+        entry = entry_of(key, scenario_keys(data))
+        found = "" if entry is None else unit_at(key, entry, units_of(chosen(data)[PLANT]))
+        return of_its_name(key) if found.startswith("of the ") else found.removeprefix("1")
+
+    return Keys(unit, lambda: (one.key for one in scenario_keys(data)))
+
+
 def _fits(pattern: str, key: str) -> bool:
     """Whether a key is one of a pattern with places for names."""
     if not PLACES.keys() & set(pattern.split(".")):
@@ -114,12 +138,17 @@ def leaves(data: Any, prefix: str = "") -> Iterator[tuple[str, Plain]]:
 
 
 def check_keys(data: Json, known: Sequence[Entry], source: str) -> None:
-    """UserError: a file has keys that there are not; each with what may be meant."""
+    """UserError: a file has keys that there are not, each with what may be meant; or no number."""
     wrong = []
-    for key, _ in leaves(data):
-        if OWN.match(key) or entry_of(key, known) is not None:
+    for key, value in leaves(data):
+        entry = entry_of(key, known)
+        if entry and entry.type in NUMBERS and type(value) not in (int, float):
+            unit = keys_in(data).unit(key)
+            told = f"{NUMBER}{f' [{unit}]' if unit else ''}{without_unit(value, unit)}"
+            wrong.append(f"{key} = {short(value)}: {told}")
+        if OWN.match(key) or entry is not None:
             continue
-        meant = near(key, [one.key for one in known])
+        meant = " or ".join(near(key, (one.key for one in known), 2))
         wrong.append(f"{key}: there is no such key{f', did you mean {meant}?' if meant else ''}")
     if wrong:
         raise UserError(f"{source}: {'; '.join(wrong)}")

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hfc_design.core.numbers import Json, Plain
-from hfc_design.reference.entries import METRIC, PLANT, REFERENCE, Entry, in_units, things, units_of
-from hfc_design.reference.keys import chosen, entry_of, leaves
+from hfc_design.reference.entries import PLANT, REFERENCE, Entry, in_units, units_of
+from hfc_design.reference.keys import chosen, entry_of, leaves, unit_at
 
 FILE, DEFAULT, SCENARIO = "the file", "default", "the scenario"
 #: What a motion may say itself, and where it is from if it does not.
@@ -59,9 +59,7 @@ def _said(key: str, value: Plain, known: Sequence[Entry], units: Mapping[str, st
         return Value(key, value, None, FILE)
     same = entry.key.rpartition(".")[2] == key.rpartition(".")[2]
     default = entry.default if same else None
-    unit = next((one.unit for one in things(METRIC) if one.name in key.split(".")), entry.unit)
-    own = unit if entry.unit == "of the measure" else entry.unit
-    return Value(key, value, default, FILE, in_units(own, units), entry.meaning)
+    return Value(key, value, default, FILE, unit_at(key, entry, units), entry.meaning)
 
 
 def motions(data: Json) -> Iterator[tuple[str, list[Value]]]:

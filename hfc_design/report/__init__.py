@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.pictures.files import address
 from hfc_design.pictures.section import Listing
+from hfc_design.pictures.units import BELOW
 
 REPORT = "report.html"
 #: Letters of the name of a file.
@@ -65,12 +66,10 @@ def _free(called: str, taken: Container[str]) -> str:
 
 def _shaded(picture: Callable[[Figure], str], figure: Figure) -> str:
     """The same with the shades of a surface as pixels: a third of the letters."""
-    bands = figure.axes[0].collections
-    for own in bands:
-        own.set_rasterized(True)
+    axes = figure.axes[0]
+    axes.set_rasterization_zorder(BELOW)
     found = picture(figure)
-    for own in bands:
-        own.set_rasterized(False)
+    axes.set_rasterization_zorder(None)
     return found
 
 

@@ -11,8 +11,10 @@ from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.figure import (
+    LABEL,
     OWN,
     above,
+    distinct,
     drawable,
     finish,
     framed,
@@ -23,6 +25,8 @@ from hfc_design.pictures.figure import (
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.simulation.evaluation import Evaluation
 
+#: Behind the name of a design.
+DIVERGED = " (diverged)"
 RIVALS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "lw": 1.2, "ls": style}
     for color, style in (
@@ -95,12 +99,13 @@ def _errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
 def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> tuple[str, str]:
     """A curve for each design of error ``k`` of ``_errors``; of what it is, and its unit."""
     what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
+    labels = distinct(evaluations, LABEL - len(DIVERGED))
     styles = chain([{"color": OWN, "lw": 2.5, "zorder": 3}], cycle(RIVALS))
     for (name, evaluation), style in zip(evaluations.items(), styles, strict=False):
         drawn = drawn_samples(evaluation)
         starts = np.arange(0, drawn, -(-len(evaluation.time) // 100))
         error = _errors(evaluation)[k][3][:drawn]
         largest = drawable(np.maximum.reduceat(factor * np.abs(error), starts))
-        label = f"{name} (diverged)" if evaluation.diverged else name
-        axes.plot(evaluation.time[starts], largest, label=plain(label), **style)
+        label = labels[name] + DIVERGED * evaluation.diverged
+        axes.plot(evaluation.time[starts], largest, label=label, **style)
     return what, unit

@@ -8,10 +8,12 @@ from hfc_design.pictures.latex import escaped
 from hfc_design.pictures.section import Listing
 
 #: How a cell of a column of numbers begins; "–" stands where there is none.
-NUMERIC = re.compile(r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞]|nan$|inf$)|$")
+NUMERIC = re.compile(r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞]|unstable$|diverged$)|$")
 #: A number with a power of ten.
 POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?![\w.])")
 MINUS = re.compile(r"(?<![\w.)])-(?=[\d.])")
+#: A column of words with more letters than that gets this share of the width.
+LONG, SHARE = 40, 0.4
 #: Powers of ten up to which digits are written out.
 DIGITS = range(-7, 10)
 
@@ -28,7 +30,7 @@ def table(name: str, listing: Listing) -> str:
         r"\centering",
         rf"\caption{{{escaped(listing.caption)}}}",
         rf"\label{{tab:{name}}}",
-        rf"\begin{{tabular}}{{{''.join('lr'[digits] for digits in numeric)}}}",
+        rf"\begin{{tabular}}{{{''.join(map(_column, numeric, _longest(listing)))}}}",
         r"\toprule",
         _row([escaped(cell) for cell in listing.head]),
         r"\midrule",
@@ -38,6 +40,16 @@ def table(name: str, listing: Listing) -> str:
         r"\end{table}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _longest(listing: Listing) -> list[int]:
+    """Letters of the longest cell of each column."""
+    return [max(map(len, column)) for column in zip(listing.head, *listing.rows, strict=True)]
+
+
+def _column(digits: bool, longest: int) -> str:
+    """Numbers on the right, words on the left, long ones in lines of their own."""
+    return "r" if digits else "l" if longest <= LONG else rf"p{{{SHARE}\linewidth}}"
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ A sample is faulty where a reading is not finite, or where what the law makes of
 command is NaN, and the next one goes on as if it had not been. C, Structured Text and HAL do alike.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from math import isfinite, isnan, nan
 from pathlib import Path
@@ -23,12 +23,16 @@ from hfc_design.controllers.controller import (
     limited,
     ramped,
 )
-from hfc_design.controllers.kind import ControllerRecord, Kind, needed
+from hfc_design.controllers.kind import ControllerRecord, needed
 from hfc_design.core.numbers import SCALARS, Memory, Parameters, finite
 from hfc_design.core.plugins import use as use  # makes an own kind known, as "module:OBJECT"
 from hfc_design.core.records import UserError
 from hfc_design.files.design import AnyDesign, Design, named_design
 from hfc_design.files.learning import learned
+from hfc_design.runtime import given
+
+#: What a step raises of what it is given.
+WRONG = KeyError, TypeError, AttributeError
 
 
 class Controller:
@@ -51,7 +55,7 @@ class Controller:
         self._sample = partial(self._law.sample, SCALARS, self._law, kind.gains(self.design))
         self._limited = partial(limited, SCALARS, self._law.limit)
         self._ramped = partial(ramped, SCALARS, design.changes([named])[named])
-        self._reads = _reader(kind, self.design)
+        self._reads = given.reader(kind, self.design)
         self._memory: Memory = None
         self._command = 0.0  # of the sample before
         self.reset()
@@ -63,7 +67,8 @@ class Controller:
         its converter for error [BLU] and, with low-velocity compensation, velocity [BLU/s].
 
         Raises:
-            KeyError: a signal that the design reads is missing.
+            KeyError: a signal that the design reads is missing, a UserError too.
+            UserError: it is no mapping, or a reading no number.
         """
         return self.told(signals)[0]
 
@@ -73,7 +78,8 @@ class Controller:
         None where the kind does not tell, or the sample is faulty.
 
         Raises:
-            KeyError: a signal that the design reads is missing.
+            KeyError: a signal that the design reads is missing, a UserError too.
+            UserError: it is no mapping, or a reading no number.
         """
         command, memory, parts = self._tried(signals)
         self._done(command, memory)
@@ -89,6 +95,8 @@ class Controller:
                     return float(command), memory, parts
         except ArithmeticError:  # in other languages a division by zero is infinite
             pass
+        except WRONG as error:
+            raise given.told([signals], error) from None
         return nan, self._memory, None
 
     def _done(self, command: float, memory: Memory) -> None:
@@ -136,7 +144,7 @@ class Machine:
         self.axes = axes or tuple(design.plant.axes) or ("axis",)
         kind, self._controller = design.kind, design.commanding(self.axes)
         self._gains = kind.gains(design.controller)
-        self._reads = _reader(kind, design.controller)
+        self._reads = given.reader(kind, design.controller)
         self._memory = self._controller.initial_memory(0.0)
         #: Of each axis, where none sees another: a fault is of its axis alone.
         self._each: dict[str, Controller] = {}
@@ -154,14 +162,19 @@ class Machine:
         whole machine, all have NaN if one is faulty or ``path`` is not finite.
 
         Raises:
-            KeyError: an axis, or a signal that the design reads, is missing.
+            KeyError: an axis, or a signal that the design reads, is missing, a UserError too.
+            UserError: it is no mapping, or a reading no number.
         """
+        try:
+            axes = tuple(signals[axis] for axis in self.axes)
+        except WRONG as error:
+            raise given.told([signals], error, "axis") from None
         if self._each:  # all are tried before any remembers: one signal may be missing
-            tried = {axis: one._tried(signals[axis]) for axis, one in self._each.items()}
+            pairs = zip(self._each.items(), axes, strict=True)
+            tried = {axis: one._tried(own) for (axis, one), own in pairs}
             for axis, (command, memory, _) in tried.items():
                 self._each[axis]._done(command, memory)
             return {axis: command for axis, (command, *_) in tried.items()}
-        axes = tuple(signals[axis] for axis in self.axes)
         commands = (nan,) * len(axes)
         try:
             if all(map(self._reads, axes)) and finite(path):
@@ -171,6 +184,8 @@ class Machine:
                     commands, self._memory = tuple(map(float, found)), memory
         except ArithmeticError:
             pass
+        except WRONG as error:
+            raise given.told(axes, error) from None
         return dict(zip(self.axes, commands, strict=True))
 
     def reset(self) -> None:
@@ -187,20 +202,6 @@ class Machine:
         """
         memory = tuple(one._memory for one in self._each.values()) or self._memory
         return learned(self.design, self.axes, memory, {})
-
-
-def _reader(kind: Kind, record: ControllerRecord) -> Callable[[Signals], bool]:
-    """Whether what the law of a ``record`` reads is finite; every signal where that is not told."""
-    if not (names := kind.reads(record) if kind.reads else []):
-        return finite
-
-    def reads(signals: Signals) -> bool:
-        try:
-            return all(map(isfinite, map(signals.__getitem__, names)))
-        except KeyError:  # the law tells which is missing, if it does read it
-            return finite(signals)
-
-    return reads
 
 
 def load(path: str | Path) -> Controller:

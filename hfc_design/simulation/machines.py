@@ -14,6 +14,7 @@ from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.records import UserError
+from hfc_design.core.wording import one_of
 from hfc_design.files.machine import PlantSettings
 from hfc_design.simulation.population import Machines
 
@@ -48,7 +49,8 @@ def drawn(
     for name in tolerances:
         if name not in names:
             where = "--tolerance " if key == KEY else "robust.tolerances."
-            raise UserError(f"{where}{name}: no parameter of {settings.machine.name}")
+            has = one_of(name, dict.fromkeys(names))
+            raise UserError(f"{where}{name}: no parameter of {settings.machine.name}; {has}")
     exact = [name in drive.exact for drive in drives for name in drive.parameters._fields]
     width = np.where(exact, 0.0, [tolerances.get(name, spread) for name in names])
     generator = np.random.default_rng(seed)

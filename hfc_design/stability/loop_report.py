@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 #: Loops by the names of their axes, "" where there is one.
 Loops = Mapping[str, OpenLoop]
 NONE = "none"
-ABOUT = "Near the speed at which friction slides; none: no change of that kind makes the loop swing"
+ABOUT = (
+    "Near the speed at which friction slides, without sensors, rest and limits: what an observer, "
+    "a filter or a converter lags has to be well within the delay margin; none: no change of that "
+    "kind makes the loop swing"
+)
 
 
 class LoopMargins(NamedTuple):

@@ -79,6 +79,14 @@ def test_terminal_and_page_have_them(counted):
     assert f'<th scope="row">{TWO}</th>' in page
 
 
+def test_a_terminal_is_told_no_control_characters(tmp_path):
+    batch_of(tmp_path, ({"scenario": "a\x1b[2J", "search.preset": "b\x07"}, [(1.0, ONE)]))
+    done = hfc("report", tmp_path)
+    assert done.exit_code == 0
+    assert "1 of 1" in done.stdout
+    assert not {"\x1b", "\x07"} & {*done.stdout}
+
+
 def test_no_table_where_there_is_but_one_structure(tmp_path):
     batch_of(tmp_path, ({"scenario": "a"}, [(1.0, ""), (2.0, "")]))
     done = hfc("report", tmp_path)

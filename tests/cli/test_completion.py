@@ -9,6 +9,7 @@ import pytest
 from click.shell_completion import BashComplete, FishComplete, ZshComplete
 
 from hfc_design.cli import main
+from hfc_design.cli.plotting import WHATS
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.machine import ALL_PLANTS
@@ -40,6 +41,8 @@ def completed(*words, shell=BashComplete):
         (["design", "--controller"], sorted(KINDS.built_in)),
         (["design", "--fitness"], sorted(OBJECTIVES.built_in)),
         (["export", "pd-only", "--to"], sorted(FORMATS)),
+        (["plot"], builtin_designs()),
+        (["plot", "pd-only"], [*builtin_designs(), *WHATS]),
         (["show", "scenario"], builtin_names()),
         (["show", "plant"], sorted(ALL_PLANTS.built_in)),
         (["show", "format"], sorted(FORMATS)),

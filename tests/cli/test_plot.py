@@ -11,6 +11,7 @@ from hfc_design.cli import main
 from hfc_design.controllers import surfaces
 from hfc_design.files.design import design_json
 from hfc_design.report.designs import picture
+from hfc_design.runtime import Controller
 
 TABLE_1 = "lin-lee-1999-table-1"
 
@@ -145,6 +146,21 @@ def test_a_table_that_has_learnt_nothing_says_so():
     for what in ("surface", "tables"):
         figure = picture(hfc.load_design("huang-soc"), what)
         assert figure.axes[0].get_title() == "rules to begin with: it has learnt none"
+
+
+def test_a_network_is_drawn_as_the_runtime_commands(monkeypatch):
+    """Of a first sample the change is the error: both are counted in 2 um by huang-neural."""
+    x, y, values, labels, _, said = drawn(monkeypatch, "huang-neural")
+    assert (labels[0], said) == ("error [µm]", "command [V]")
+    np.testing.assert_array_equal(x, y)
+    design = hfc.load_design("huang-neural")
+    limit = design.limits.command
+    for k in (0, 30, 41, 80):
+        command = Controller(design).step({"error": 1e-3 * float(x[k])})
+        assert command == pytest.approx(np.clip(values[k, k], -limit, limit), rel=1e-9)
+    assert "huang-neural has no picture 'terms'; it has surface, surface-3d" in refused(
+        "plot", "huang-neural", "terms", "--out", "a.png"
+    )
 
 
 def test_terms_are_the_papers():

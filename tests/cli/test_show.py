@@ -101,7 +101,7 @@ def test_mistyped_keys_are_all_told_at_once(tmp_path):
         (("plant", "c-axsi"), "did you mean c-axis?"),
         (("scenario", "c-axis-rampp"), "did you mean c-axis-ramp"),
         (("design", "pd-onyl"), "did you mean pd-only?"),
-        (("key", "simulation.duration"), "did you mean simulation.duration_s "),
+        (("key", "simulation.duration"), "did you mean simulation.duration_s?"),
     ],
 )
 def test_unknown_names(asked, meant):
@@ -184,3 +184,30 @@ def test_the_example_of_tables_can_be_run(tmp_path):
     assert samples.target[-1] == pytest.approx(40.0)  # where move.csv ends
     assert samples.target[np.searchsorted(time, 1.2)] == pytest.approx(20.0, abs=0.1)  # half way
     assert samples.loads[0][np.searchsorted(time, 1.2)] == pytest.approx(60.0)
+
+
+def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        '[sensors]\nencoder_resolution = "1 mrad"\n[plant.parameters]\npoles = true\n'
+        '[fitness]\nkind = "tolerances"\n[fitness.tolerances]\nmax_error = "20 urad"\n'
+    )
+    done = hfc("show", "scenario", path)
+    assert done.exit_code == 2
+    assert done.stderr == (
+        f"hfc: {path}: sensors.encoder_resolution = '1 mrad': has to be a number [rad], without "
+        "the unit: 0.001; plant.parameters.poles = True: has to be a number\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "meant"),
+    [
+        (("key", "spindle_inertia"), "plant.parameters.spindle_inertia"),
+        (("key", "sensors.encoder"), "sensors.encoder_resolution"),
+        (("key", "Search.Population"), "search.population"),
+        (("controller", "PID"), "pid"),
+    ],
+)
+def test_what_a_name_may_mean(asked, meant):
+    assert f"; did you mean {meant}? there is " in hfc("show", *asked).stderr

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from hfc_design.core import console
-from hfc_design.core.console import ProgressBar, plain_table, show_whole
+from hfc_design.core.console import ProgressBar, busy, plain_table, show_whole
 
 WIDTHS = 40, 60, 80, 120
 LINE = "best 380.57  median 371.2  diverged 3  structures 17  1.2e+07 individual-steps/s"
@@ -88,3 +88,15 @@ def test_a_table_that_fits_is_one(at):
     table.add_row("x", "1", "2")
     show_whole(table)
     assert len(shown.getvalue().splitlines()) == 3
+
+
+def test_what_has_no_steps_says_that_it_works_on_a_terminal_alone(capsys, monkeypatch):
+    with busy("thinking"):
+        print("found")
+    assert capsys.readouterr() == ("found\n", "")
+    monkeypatch.setenv("FORCE_COLOR", "1")  # which is how rich is told of a terminal
+    with busy("thinking"):
+        print("found")
+    told = capsys.readouterr()
+    assert told.out == "found\n"
+    assert "thinking" in told.err

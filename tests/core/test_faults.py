@@ -131,6 +131,31 @@ def test_every_fault_of_a_file_has_a_line():
         ("limits.axes.x.command=-1", "limits.axes.x.command = -1: has to be greater than 0"),
         ("limits.axes.1x={}", "limits.axes.1x: its name has to be 1 to 32 letters, digits"),
         ("controller.kind=pidd", "controller.kind = 'pidd': is no controller known here; did you"),
+        ("search.population=true", "search.population = True: has to be a whole number"),
+        ("limits.command=true", "limits.command = True: has to be a number [V]"),
+        ("plant.parameters.poles=true", "plant.parameters.poles = True: has to be a number"),
+        ("start={velocity=true}", "start.velocity = True: has to be a number or a table of keys"),
+        (
+            "plant.parameters.stator_inductance='4.7 mH'",
+            "stator_inductance = '4.7 mH': has to be a number [H], without the unit: 0.0047",
+        ),
+        (
+            "sensors.axes.x.noise='1 mrad'",
+            "sensors.axes.x.noise = '1 mrad': has to be a number [rad], without the unit: 0.001",
+        ),
+        ("simulation.duration_s='2 s'", "has to be a number [s], without the unit: 2"),
+        ("limits.command='2 kg'", "limits.command = '2 kg': has to be a number [V]"),
+        ("poles=2", "poles = 2: there is no such key; did you mean plant.parameters.poles? there"),
+        ("robustness.spread=0.1", "; did you mean robust? there is name, "),
+        (
+            "plant.poles=2",
+            "plant.poles = 2: there is no such key; did you mean plant.parameters.po",
+        ),
+        ("run.precision='FLOAT32'", "did you mean 'float32'?"),
+        (
+            "controller.kind='PID'",
+            "controller.kind = 'PID': is no controller known here; did you m",
+        ),
         ("search.preset=rase", "did you mean race? there is "),
         (
             "plant.parameters.spindle_mas=1",

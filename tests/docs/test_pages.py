@@ -72,7 +72,9 @@ def test_every_page_has_its_place_in_the_site():
     placed = re.findall(r"(\S+\.md)$", nav, re.MULTILINE)
     assert len(placed) == len(set(placed))
     written = {one for one in placed if not one.startswith("docs/reference/")}
-    assert written == {doc_pages.name(page) for page in PAGES}
+    books = (ROOT / "docs" / "notebooks").glob("*.ipynb")
+    pages = [*PAGES, *(book.with_suffix(".md") for book in books)]
+    assert written == {doc_pages.name(page) for page in pages}
 
 
 def test_pictures_are_small():

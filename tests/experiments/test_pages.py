@@ -11,6 +11,7 @@ from experiments.huang_shy import page as huang
 from experiments.jee_koren_1995 import page as jk95
 from experiments.jee_koren_2004 import page as jk04
 from experiments.lin_gai_2009 import page as lg09
+from experiments.lin_lee_1999 import page as ll99
 from hfc_design.batch.plan import read_batch
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -23,14 +24,14 @@ SCENARIOS = [
 BATCHES = [file for file in sorted(EXPERIMENTS.glob("*/*.toml")) if file not in SCENARIOS]
 
 
-@pytest.mark.parametrize("module", [jk04, jk95, huang, lg09, designed_tables])
+@pytest.mark.parametrize("module", [jk04, jk95, huang, lg09, ll99, designed_tables])
 def test_a_page_without_its_batch_says_so(module, tmp_path):
     found = CliRunner().invoke(module.main, ["--runs", str(tmp_path)])
     assert found.exit_code == 2
     assert "run its batch first, with hfc batch" in found.output
 
 
-@pytest.mark.parametrize("module", [jk04, jk95, huang, lg09])
+@pytest.mark.parametrize("module", [jk04, jk95, huang, lg09, ll99])
 def test_pages_show_pictures_that_are_there(module):
     place = Path(module.__file__).parent
     for picture in place.glob("*.svg"):

@@ -73,6 +73,54 @@ def test_unknown_names():
     assert "no-such" in refused("score", "pd-only", "--scenario", "no-such")
 
 
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        (
+            "[plant.parameters]\npoles = 4,0\n",
+            "(at line 2, column 10); a number has a decimal point",
+        ),
+        ("[run]\nseed = 1\nseed = 2\n\n", "; seed is given twice"),
+        ("[run]\nseed = 1\nseed = 2", "; seed is given twice"),
+        ("[run]\nseed = [1,2\n", ""),
+    ],
+)
+def test_common_mistakes_of_toml_are_told(text, hint, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    line = refused("design", path)
+    assert "mine.toml: is not valid TOML: " in line
+    assert hint in line
+    assert hint or ";" not in line
+
+
+def test_a_file_beside_may_be_meant(tmp_path):
+    for name in ("feed2.toml", "c-axis-rump.toml", "mine.json"):
+        (tmp_path / name).write_text("")
+    for wrong in ("fed2.toml", "feed2"):
+        meant = f"no such file or scenario; did you mean {tmp_path / 'feed2.toml'}?\n"
+        for command in (["design"], ["show", "scenario"]):
+            assert refused(*command, tmp_path / wrong).endswith(f"{wrong}: {meant}")
+    assert "mean c-axis-ramp? built in are" in refused("design", tmp_path / "c-axis-ramp")
+    assert refused("score", tmp_path / "mine").endswith(f"mean {tmp_path / 'mine.json'}?\n")
+
+
+def test_a_name_that_is_that_of_the_file_alone(tmp_path):
+    path = tmp_path / "mine+ff.toml"
+    path.write_text("[run]\nseed = 1\n")
+    line = refused("design", path)
+    assert "mine+ff.toml: the name of the file cannot be that of the scenario, which has" in line
+    assert line.endswith("give the scenario one, as in name = 'mine'\n")
+    assert load_scenario(path, ["name=mine"]).name == "mine"
+    assert "name = 'a b': has to be 1 to 64" in refused("design", path, "--set", "name=a b")
+
+
+def test_a_scenario_where_a_design_is_wanted(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("[run]\nseed = 1\n")
+    assert "mine.toml: is TOML, as a scenario, and no design; hfc design" in refused("score", path)
+
+
 def test_malformed_toml_names_file_and_line(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("[plant\nname = 3\n")

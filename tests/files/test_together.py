@@ -29,6 +29,11 @@ def test_designs_of_one_name_are_called_by_file_folder_or_path(tmp_path, monkeyp
     assert list(labelled(["runs/c", "runs/d"])) == ["c", "d"]
     written(tmp_path / "other/c/design.json", name="b")
     assert list(labelled(["runs/c", "other/c"])) == ["runs/c", "other/c"]
+    deep = [written(tmp_path / f"{way}/b/design.json", name="b") for way in ("runs/a", "runs/x")]
+    assert list(labelled(["runs/a/b", "runs/x/b", "runs/c"])) == ["a/b", "x/b", "c"]
+    assert list(labelled(deep)) == ["a/b", "x/b"]  # whether the folder is named or its file
+    copy = written(tmp_path / "mine/pd-only.json")
+    assert list(labelled(["pd-only", copy])) == ["pd-only", "mine/pd-only"]
     nasty = written(tmp_path / "\x1b[2J.v1.json", name="b")
     assert list(labelled([given[0], nasty])) == ["one", "?[2J.v1"]
     design = load_design("pd-only")

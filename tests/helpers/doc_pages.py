@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PATTERNS = ("*.md", "docs/*.md", "experiments/**/*.md", "benchmarks/*.md")
+PATTERNS = ("*.md", "docs/*.md", "docs/notebooks/*.md", "experiments/**/*.md", "benchmarks/*.md")
 PAGES = sorted(page for pattern in PATTERNS for page in ROOT.glob(pattern))
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 

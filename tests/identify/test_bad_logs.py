@@ -91,7 +91,7 @@ CASES = {
     "line in a name": (text((*GOOD, PLACE), HEAD + ',"a\nb"'), "line 2: 'b\"' is no finite number"),
     "page": (
         text(GOOD, "time_s,<script>alert(1)</script>,voltage_V"),
-        "which column is the position? say position=COLUMN [UNIT]; there is time_s, <script>",
+        "say position=COLUMN [UNIT] by --column, of a script by columns; there is time_s, <script>",
     ),
     "quotes": (text(GOOD, 'time_s,"a, \'""b",voltage_V'), "there is time_s, a, '\"b, voltage_V"),
     "very many": (
@@ -100,6 +100,7 @@ CASES = {
     ),
     "zeros": ("\0" * 9999, "has no samples"),
     "UTF-16": (text(GOOD).encode("utf-16"), "it is not a text in UTF-8"),
+    "Latin-1": (text(GOOD, "Zeit,µm,V").encode("latin-1"), "convert it: iconv -f cp1252 -t utf-8"),
     "rubbish": (np.random.default_rng(0).bytes(9999), "it is not a text in UTF-8"),
     "packed": (b"\x1f\x8b\x08\x00" + bytes([0xFF] * 99), "it is packed by gzip; unpack it"),
 }

@@ -157,8 +157,23 @@ def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
 @pytest.mark.parametrize(
     ("columns", "told", "words"),
     [
-        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT]; there is p, u"),
-        (["p", "u"], ["command=u", "position=p"], "which column is the time?"),
+        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT] by --column, "),
+        (
+            ["p", "u"],
+            ["command=u", "position=p"],
+            "which column is the time? say time=COLUMN [UNIT] by --column, of a script by columns, "
+            "or a sample time by --sample-time (sample_time); there is p, u",
+        ),
+        (
+            ["time", "p", "q [mm]", "u"],
+            ["position=p [mm]", "position=q [mm]"],
+            "position: is said of two columns, 'p' and 'q'; one is allowed",
+        ),
+        (
+            ["time", "Ist [um]", "u"],
+            ["command=u", "position=Ist [mm]"],
+            "has no column 'Ist'; did you mean position=Ist [um]? there is time, Ist [um], u",
+        ),
         (["time", "position", "still"], ["command=still"], "the command is 2 throughout"),
         (["time", "still", "command"], ["position=still"], "the position is 2 throughout"),
         (["back", "position", "command"], ["time=back"], "its time falls after sample 1"),
@@ -180,6 +195,7 @@ def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
 )
 def test_what_cannot_be_used_is_refused_in_a_line(columns, told, words):
     named = {"time": TIME, "back": -TIME, "still": 2 + 0 * TIME, "position": PLACE, "p": PLACE}
+    named |= {"q [mm]": PLACE, "Ist [um]": PLACE}
     columns = {name: (named | {"command": VOLTS, "u": VOLTS})[name] for name in columns}
     with pytest.raises(ValueError, match=r".") as refusal:
         found(columns, *told)

@@ -5,6 +5,7 @@ from math import cos, pi, sin
 import numpy as np
 import oracle
 import pytest
+from scipy.interpolate import CubicSpline
 
 from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
@@ -111,6 +112,39 @@ def test_a_cubic_table_is_smooth_and_has_an_acceleration(tmp_path):
     middle = np.linspace(6.0, 12.0, 200)
     found = Table(file=path, interpolation="cubic").samples(middle)
     np.testing.assert_allclose(found.reference_acceleration, -np.sin(middle), atol=0.02)
+
+
+def test_a_cubic_table_stands_still_where_its_rows_do(tmp_path):
+    """A move of 3 mm between two rests: a cubic from rest to rest, x = 3 t^2 - 2 t^3 scaled."""
+    path = tmp_path / "rest.csv"
+    rows = [(0.0, 1.0), (0.5, 1.0), (1.0, 1.0), (3.0, 4.0), (3.5, 4.0 + 1e-12), (5.0, 4.0)]
+    path.write_text("".join(f"{t},{x!r}\n" for t, x in rows))
+    time = np.linspace(0.0, 5.0, 101)
+    found = Table(file=path, interpolation="cubic").samples(time)
+    rests = (time < 1.0) | (time >= 3.0)
+    assert not found.reference_rate[rests].any()
+    assert not found.reference_acceleration[rests].any()
+    u = (time[~rests] - 1.0) / 2.0
+    np.testing.assert_allclose(found.target[~rests], 1.0 + 9.0 * u**2 - 6.0 * u**3, rtol=1e-12)
+    np.testing.assert_allclose(found.reference_rate[~rests], 9.0 * u - 9.0 * u**2, atol=1e-12)
+
+
+def test_a_cubic_table_through_moves_only_is_one_spline(tmp_path):
+    """Against SciPy's own, with a rest at one end and without."""
+    path, rows = tmp_path / "way.csv", np.array([0.0, 1.0, 2.5, 3.0, 4.0, 6.0])
+    values, time = np.sin(rows), np.linspace(0.0, 5.9, 60)
+    np.savetxt(path, np.c_[rows, values], delimiter=",")
+    found = Table(file=path, interpolation="cubic").samples(time)
+    np.testing.assert_allclose(found.target, CubicSpline(rows, values)(time), atol=1e-14)
+    np.savetxt(path, np.c_[np.append(rows, 7.0), np.append(values, values[-1])], delimiter=",")
+    found = Table(file=path, interpolation="cubic").samples(time)
+    clamped = CubicSpline(rows, values, bc_type=("not-a-knot", "clamped"))
+    np.testing.assert_allclose(found.target, clamped(time), atol=1e-14)
+    beside = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])  # two rows beside a turning point
+    np.savetxt(path, np.c_[np.arange(6.0), beside], delimiter=",")
+    found = Table(file=path, interpolation="cubic").samples(np.array([2.5]))
+    assert found.target[0] == pytest.approx(CubicSpline(np.arange(6.0), beside)(2.5), abs=1e-14)
+    assert found.target[0] > 2.0
 
 
 def test_rate_is_the_derivative_of_the_angle(table):

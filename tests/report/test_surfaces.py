@@ -3,10 +3,11 @@
 import json
 import re
 from math import exp, inf
+from pathlib import Path
 
+import browser
 import numpy as np
 import pytest
-from browser import shown
 
 from hfc_design import api as hfc
 from hfc_design.controllers.flc import pictures as fuzzy
@@ -14,6 +15,7 @@ from hfc_design.controllers.kind import Shown
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.report import page as pages
 from hfc_design.runtime.explain import explained, part
 
@@ -21,6 +23,11 @@ LESSON = "docs/lesson.fll"
 HOSTILE = "</script><script>document.title = 'x'</script><b>\"'&"
 #: Largest part of a page that a unit may take [letters].
 LARGEST = 60_000
+
+
+def page(design, scenario):
+    """The page of a design, beside no other one."""
+    return pages.design_page(design, scenario, "again", {}).html.decode()
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +41,7 @@ def written():
         "reference": {"kind": "ramp"},
         "controller": {"kind": "flc"},
     }
-    record = json.loads(design_json(design)) | {"provenance": {"scenario": scenario}}
+    record = json.loads(design_json(design))
 
     def unknown(*_):
         raise UserError("nobody asks")
@@ -42,7 +49,7 @@ def written():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pages, "usable", unknown)
         patch.setattr(fuzzy, "ERROR", (HOSTILE, "BLU"))
-        return pages.design_page(Design.model_validate(record), {}).decode()
+        return page(Design.model_validate(record), scenario_of(scenario, "short", Path()))
 
 
 def numbers_in(text):
@@ -187,7 +194,7 @@ def test_a_page_is_safe_and_grows_little(written):
 
 def test_only_a_page_with_surfaces_has_a_script(monkeypatch):
     monkeypatch.setattr(pages, "usable", lambda *_: {}["nobody asks"])
-    assert "<script" not in pages.design_page("pd-only", {}).decode()
+    assert "<script" not in page(hfc.load_design("pd-only"), load_scenario("c-axis-ramp"))
 
 
 ACTIONS = """<script>
@@ -224,7 +231,7 @@ def test_the_script_says_what_explain_says(written, tmp_path):
     acting = ACTIONS.replace("CASES", cases)
     free = re.sub(r"<meta http-equiv[^>]*>", "", written)
     (tmp_path / "page.html").write_text(free.replace("</body>", acting + "</body>"))
-    dom, said = shown(tmp_path / "page.html", tmp_path)
+    dom, said = browser.shown(tmp_path / "page.html", tmp_path)
     assert said == []
     answer = json.loads(re.search(r"<body>({.*})", dom)[1].replace("&amp;", "&"))
     for (_, _, own), found in zip(told.values(), answer["found"], strict=True):
@@ -258,13 +265,15 @@ def test_the_script_says_what_explain_says(written, tmp_path):
 @pytest.mark.browser
 def test_the_page_as_it_is(written, tmp_path):
     (tmp_path / "page.html").write_text(written)
-    dom, said = shown(tmp_path / "page.html", tmp_path)
+    dom, said = browser.shown(tmp_path / "page.html", tmp_path)
     assert said == []
     assert dom.count('class="place"') == dom.count('aria-live="polite"') == 1
     assert re.search(r'class="place" tabindex="0"[^>]*role="application"', dom)
     bare = re.sub(r"(?s)<script>.*?</script>", "", written)
     (tmp_path / "bare.html").write_text(bare)
-    dom, said = shown(tmp_path / "bare.html", tmp_path)
+    dom, said = browser.shown(tmp_path / "bare.html", tmp_path)
     assert said == []
     assert 'class="place"' not in dom
     assert dom.count("<img") == written.count("<img")
+    on_paper = [browser.printed(tmp_path / name, tmp_path) for name in ("page.html", "bare.html")]
+    assert on_paper[0] == on_paper[1]

@@ -55,6 +55,25 @@ def test_a_signal_that_is_missing_moves_no_axis():
     assert machine.step(good) == other.step(good)
 
 
+@pytest.mark.parametrize(
+    ("signals", "line"),
+    [
+        ({"eror": 1.0}, "the signal 'error' is missing; given are eror"),
+        ({"error": "1"}, "error = '1': has to be a number"),
+        ({"error": None}, "error = None: has to be a number"),
+        (3, "an int is no mapping of names to readings"),
+    ],
+)
+def test_what_is_wrong_with_signals_is_a_line(signals, line):
+    machine = Machine(on_two_axes())
+    for step in (Controller(PID).step, lambda own: machine.step({"x": {"error": 1.0}, "y": own})):
+        with pytest.raises(hfc.UserError) as refused:
+            step(signals)
+        assert refused.value.lines == [line]
+    with pytest.raises(KeyError, match="the axis 'y' is missing; given are x"):
+        machine.step({"x": {"error": 1.0}})
+
+
 def test_limits_of_axes_that_nothing_else_names():
     """Of one axis alone nobody knows which others the machine has."""
     design = hfc.load_design(PID).model_dump(mode="json")

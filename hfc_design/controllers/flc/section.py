@@ -87,7 +87,6 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
-        "Command of the rules against error and change of error",
         f"Control surface: what the rules command between the centres of the terms{whose}."
         + f" An error of up to {zone:g} BLU enters as 0." * bool(zone),
     )

@@ -113,7 +113,6 @@ def _learnt(record: SlidingDesign, shown: Shown, name: str, motion: Learning) ->
 def _surface(record: SlidingDesign, shown: Shown, title: str, when: str) -> Drawing:
     return surfaces.drawing(
         surface(record, shown.units, title),
-        "Command of the rules against the error and its rate",
         f"Control surface {when}: what the rules command, without the switching part"
         + " and without the linear gains" * (record.pid is not None)
         + ".",

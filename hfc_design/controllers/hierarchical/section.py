@@ -57,7 +57,6 @@ def _unit(record: HierarchicalDesign, shown: Shown, k: int) -> list[Drawing]:
         ),
         surfaces.drawing(
             surface(record, shown.machine.drives[0], k),
-            f"Output of unit {unit.id} against its two inputs",
             f"Surface of {name}{begins}: its output over all that its two inputs can be.",
         ),
     ]

@@ -29,5 +29,6 @@ KIND = Kind(
     adapted=NeuralDesign.adapted,
     saved=SAVED,
     c=Template((Path(__file__).parent / "templates",), _c),
+    pictures=later("hfc_design.controllers.neural.section", "pictures"),
     sections=later("hfc_design.controllers.neural.section", "sections"),
 )

@@ -1,5 +1,7 @@
 """What the page shows of a neural controller: its numbers, its map, what it has learnt on line."""
 
+from functools import partial
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,8 +11,11 @@ from hfc_design.controllers.neural.law import neural
 from hfc_design.controllers.neural.record import NeuralDesign
 from hfc_design.controllers.neural.training import command, inputs_of
 from hfc_design.core.numbers import SCALARS, Floats
+from hfc_design.pictures import units
 from hfc_design.pictures.figure import STRIP, colour_strip, framed
-from hfc_design.pictures.section import Drawing, Listing, Section
+from hfc_design.pictures.numbers import readable
+from hfc_design.pictures.section import Drawing, Drawn, Listing, Section
+from plants import Drive
 
 ABOUT = (
     "A network reads the error of its axis and the change of that since the last sample, and gives "
@@ -53,6 +58,23 @@ def at_the_end(record: NeuralDesign, shown: Shown) -> dict[str, NeuralDesign]:
         if (after := record.adapted(memory)) is not None:
             found[axis] = after
     return found
+
+
+def pictures(record: NeuralDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
+    """For ``hfc plot``: what the network of the design commands."""
+    inputs = np.linspace(-REACH, REACH, units.POINTS)
+    values = command(record, np.stack(np.meshgrid(inputs, inputs), axis=-1))
+    sizes = {"error": record.error_unit, "change of the error in a sample": record.change_unit}
+    sides = {}
+    for name, size in sizes.items():
+        factor, unit = readable(drive.units["error"], REACH * size)
+        sides[f"{name} [{unit}]"] = factor * size * inputs
+    (x_label, x), (y_label, y) = sides.items()
+    told = f"command [{drive.units['command']}]"
+    return {
+        what: {"network": partial(draw, x, y, values, (x_label, y_label), "network", told)}
+        for what, draw in (("surface", units.surface), ("surface-3d", units.solid))
+    }
 
 
 def _reach(record: NeuralDesign, shown: Shown) -> Floats:

@@ -64,8 +64,7 @@ def _learning(
 
 
 def _surface(record: SocDesign, shown: Shown, title: str, told: str) -> Drawing:
-    alt = "Output of the rules against error and change of error"
-    return surfaces.drawing(surface(record, shown.units, title), alt, told)
+    return surfaces.drawing(surface(record, shown.units, title), told)
 
 
 def named(shown: Shown) -> dict[str, dict[str, Floats]]:

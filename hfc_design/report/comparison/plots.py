@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter, NullLocator
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import above, finish, framed, gridded, plain, round_above
+from hfc_design.pictures.figure import above, distinct, finish, framed, gridded, plain, round_above
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
 from hfc_design.report.contours import POINTS, SHARE, SMALLEST, beside
@@ -74,8 +74,8 @@ def ratios(comparison: Comparison) -> Figure:
     middle = np.arange(len(bouts)) * (len(others) + 1) + 0.5 * (len(others) - 1)
     columns[0].set_yticks(middle, [plain(x.name, 24) for x in bouts], fontsize=8, parse_math=False)
     columns[0].set_ylim(rows - 0.3, -0.7)
-    for j, other in enumerate(others, 1):
-        columns[0].plot([], [], "o-", ms=5, mew=0, lw=2, color=colour(j), label=plain(other, 30))
+    for j, label in enumerate(distinct(others, 30).values(), 1):
+        columns[0].plot([], [], "o-", ms=5, mew=0, lw=2, color=colour(j), label=label)
     above(figure, columns[0], 8)
     return figure
 
@@ -147,8 +147,8 @@ def machines(comparison: Comparison) -> Figure:
     _few_decades(axes)
     axes.tick_params(axis="y", length=0)
     gridded(axes, label)
-    for j, name in enumerate(names):
-        axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=plain(name, 30))
+    for j, label in enumerate(distinct(names, 30).values()):
+        axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=label)
     above(figure, axes, 8)
     return figure
 
@@ -174,8 +174,9 @@ def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     space = {"hspace": 0.12}
     grid = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw=space)[:, 0]
     for axes, panel in zip(grid, shown, strict=True):
+        labels = distinct(panel.curves, 24)
         for k, (name, values) in enumerate(panel.curves.items()):
-            axes.plot(*_drawn(time, values), label=plain(name, 24), **_style(k))
+            axes.plot(*_drawn(time, values), label=labels[name], **_style(k))
         if panel.reference is not None:
             drawn = _drawn(time, panel.reference)
             axes.plot(*drawn, color="black", ls="--", lw=0.9, label="reference")
@@ -209,10 +210,11 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     They are drawn normal to the path; around a circle as a ball bar shows them, by angle. What has
     diverged is left out.
     """
-    each = enumerate((name, one.motion.contour) for name, one in bout.found.items())
+    labels = distinct(bout.found, 24)
+    each = enumerate((labels[name], one.motion.contour) for name, one in bout.found.items())
     known = {
-        (k, name): found
-        for k, (name, found) in each
+        (k, label): found
+        for k, (label, found) in each
         if found and not found.any_axes and np.isfinite(found.error).all()
     }
     if not known:
@@ -230,7 +232,7 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     return figure, f"A division, from one grey line to the next, is {length}; {told}."
 
 
-Known = dict[tuple[int, str], Contour]  # by number and name of the design
+Known = dict[tuple[int, str], Contour]  # by number and label of the design
 
 
 def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
@@ -238,11 +240,11 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
     axes = figure.add_subplot(projection="polar")
     assert isinstance(axes, PolarAxes)
     axes.plot(np.linspace(0.0, 2 * np.pi, AROUND), np.ones(AROUND), color="black", lw=0.9)
-    for (k, name), found in known.items():
+    for (k, label), found in known.items():
         points = _kept(found.error)
         x, y = found.actual[:, points]
         radius = 1.0 + BAR * found.error[points] / division
-        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **_style(k), label=plain(name, 24))
+        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **_style(k), label=label)
     axes.set_rticks([1.0 + BAR * k for k in (-2, -1, 1, 2)], [""] * 4)
     axes.set_rlim(0.0, 1.0 + 3.2 * BAR)
     axes.tick_params(labelsize=8)
@@ -264,10 +266,10 @@ def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     for offset in (-division, division):
         line = beside(outline, enlarged * length * offset)
         axes.plot(*line, color="0.75", lw=0.8, zorder=1)
-    for (k, name), found in known.items():
+    for (k, label), found in known.items():
         base = nearest(trajectory, found.samples, found.actual).point
         drawn = base + enlarged * (found.actual - base)
-        axes.plot(*drawn[:, _kept(found.error)], **_style(k), label=plain(name, 24))
+        axes.plot(*drawn[:, _kept(found.error)], **_style(k), label=label)
     axes.set_aspect("equal", adjustable="datalim")
     gridded(axes, "X [mm]", "Y [mm]", color="0.95")
     return axes, f"deviations from the black path are {enlarged:.0f} times enlarged"

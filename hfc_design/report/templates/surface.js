@@ -41,6 +41,9 @@ const rounded = (side, value) => {
   return within(Number((Math.round(value / step) * step).toPrecision(12)), side.ends);
 };
 
+const valueAt = (side, part) =>
+  rounded(side, side.ends[0] + part * (side.ends[1] - side.ends[0]));
+
 // An element with these properties; names of users become text, never markup.
 function made(name, properties = {}, ...inside) {
   const element = Object.assign(document.createElement(name), properties);
@@ -51,117 +54,138 @@ function made(name, properties = {}, ...inside) {
 const middle = (term) => ("sigma" in term ? (term.low + term.high) / 2 : term.centre);
 const share = (side, value) => (value - side.ends[0]) / (side.ends[1] - side.ends[0]);
 
-function explore(data, number) {
-  const unit = JSON.parse(data.textContent), surface = data.previousElementSibling;
-  const at = { column: 0, row: 0 };
+// A rule stands where its terms are highest, as large as its share.
+function peak(unit, rule) {
+  const spot = made("i", { className: "peak" }), size = `${6 + 26 * Math.sqrt(rule.share)}px`;
+  const [x, y] = [[unit.column, rule.j], [unit.row, rule.i]].map(([side, k]) =>
+    within(share(side, middle(side.terms[k]) / side.enters), [0, 1]));
+  Object.assign(spot.style, {
+    left: `${100 * x}%`, top: `${100 * (1 - y)}%`, width: size, height: size });
+  return spot;
+}
+
+function lines(x, y) {
+  const across = made("i", { className: "across" }), up = made("i", { className: "up" });
+  across.style.top = `${100 * y}%`;
+  up.style.left = `${100 * x}%`;
+  return [across, up];
+}
+
+function told(unit, { rules, output }) {
+  const [name, rest] = unit.said.split(" [");
+  let text = `${name} = ${digits(output)}${rest === "1]" ? "" : ` ${rest.slice(0, -1)}`}`;
+  if (unit.worth) {
+    const [factor, of] = unit.worth;
+    text += `, \u00d7 ${digits(factor)} = ${digits(factor * output)} ${of}`;
+  }
+  return `${text}; ${rules.length} rule${rules.length === 1 ? " fires" : "s fire"}`;
+}
+
+const cells = (first, second, ...values) => made("tr", {},
+  made("th", { scope: "row", textContent: first }), made("td", { textContent: second }),
+  ...values.map((text) => made("td", { className: "value", textContent: text })));
+
+function listed(unit, { i, j, share, consequent }) {
+  const label = unit.labels ? `${unit.labels[i][j]} ` : "";
+  return cells(unit.row.terms[i].label, unit.column.terms[j].label, percent(share),
+    label + digits(consequent));
+}
+
+function others(hidden) {
+  if (!hidden.length) return [];
+  const sum = hidden.reduce((sum, rule) => sum + rule.share, 0);
+  return [cells(`${hidden.length} more below ${100 * LEAST} %`, "", percent(sum), "")];
+}
+
+// The surface to move on.
+function placed(unit, number) {
   const place = made("div", { className: "place", tabIndex: 0 });
-  surface.id = `surface-${number + 1}`;
   const [left, top, width, height] = unit.box.map((part) => `${100 * part}%`);
   Object.assign(place.style, { left, top, width, height });
   place.setAttribute("role", "application");
   place.setAttribute("aria-label", "Cursor on the surface; arrow keys move it");
-  place.setAttribute("aria-describedby", `says-${number + 1}`);
-  const says = made("p", { className: "says", id: `says-${number + 1}` });
-  says.setAttribute("aria-live", "polite");
-  const body = made("tbody");
+  place.setAttribute("aria-describedby", `says-${number}`);
+  return place;
+}
+
+// The table of the rules that fire, and what holds it.
+function ruled(unit) {
   const heads = [`if ${unit.row.name}`, `and ${unit.column.name}`, "share", "consequent"];
   const head = made("tr", {}, ...heads.map((text, k) =>
     made("th", { scope: "col", textContent: text, className: k > 1 ? "value" : "" })));
-  const table = made("table", {}, made("thead", {}, head), body);
+  const body = made("tbody"), table = made("table", {}, made("thead", {}, head), body);
   const rules = made("div", { className: "scroll rules", tabIndex: 0 }, table);
   rules.setAttribute("role", "region");
   rules.setAttribute("aria-label", "Rules that fire");
-  const boxes = {};
-  for (const key of ["row", "column"]) {
-    const side = unit[key], [min, max] = side.ends;
+  return [body, rules];
+}
+
+// What stands on a surface and below it.
+function built(unit, data, number) {
+  const surface = data.previousElementSibling, place = placed(unit, number);
+  const says = made("p", { className: "says", id: `says-${number}` }), boxes = {};
+  says.setAttribute("aria-live", "polite");
+  const labels = ["row", "column"].map((key) => {
+    const { name, unit: of, ends: [min, max] } = unit[key];
     boxes[key] = made("input", { type: "number", step: "any", min, max });
-    boxes[key].oninput = () => {
-      const value = boxes[key].valueAsNumber;
-      if (Number.isFinite(value)) move({ [key]: within(value, side.ends) }, boxes[key]);
-    };
-    boxes[key].onchange = () => move({});
-  }
-  const labels = Object.entries(boxes).map(([key, box]) =>
-    made("label", {}, `${unit[key].name} [${unit[key].unit}] `, box));
+    return made("label", {}, `${name} [${of}] `, boxes[key]);
+  });
+  const [body, rules] = ruled(unit);
+  surface.id = `surface-${number}`;
   surface.append(place);
   data.after(made("div", { className: "fires" }, made("p", {}, ...labels), says, rules));
-  if (number === 0) place.parentElement.after(made("p", { className: "how", textContent: HOW }));
+  if (number === 1) surface.after(made("p", { className: "how", textContent: HOW }));
+  return { place, says, body, boxes };
+}
 
-  // To other values of the inputs; the box that is being typed in stays as it is.
-  function move(values, typed = null) {
-    Object.assign(at, values);
-    for (const [key, box] of Object.entries(boxes)) if (box !== typed) box.value = at[key];
-    const found = fired(unit, at.column, at.row);
-    const x = share(unit.column, at.column), y = 1 - share(unit.row, at.row);
-    const across = made("i", { className: "across" }), up = made("i", { className: "up" });
-    across.style.top = `${100 * y}%`;
-    up.style.left = `${100 * x}%`;
-    const shown = found.rules.filter((rule) => rule.share >= LEAST);
-    place.replaceChildren(...shown.map(peak), across, up);
-    says.textContent = told(found);
-    body.replaceChildren(...shown.map(line), ...rest(found.rules.slice(shown.length)));
-  }
+// What there is to see with the cursor there; the box that is being typed in stays as it is.
+function show(unit, at, parts, typed) {
+  for (const [key, box] of Object.entries(parts.boxes)) if (box !== typed) box.value = at[key];
+  const found = fired(unit, at.column, at.row);
+  const shown = found.rules.filter((rule) => rule.share >= LEAST);
+  parts.place.replaceChildren(...shown.map((rule) => peak(unit, rule)),
+    ...lines(share(unit.column, at.column), 1 - share(unit.row, at.row)));
+  parts.says.textContent = told(unit, found);
+  parts.body.replaceChildren(...shown.map((rule) => listed(unit, rule)),
+    ...others(found.rules.slice(shown.length)));
+}
 
-  // A rule stands where its terms are highest, as large as its share.
-  function peak(rule) {
-    const spot = made("i", { className: "peak" }), size = `${6 + 26 * Math.sqrt(rule.share)}px`;
-    const [x, y] = [[unit.column, rule.j], [unit.row, rule.i]].map(([side, k]) =>
-      within(share(side, middle(side.terms[k]) / side.enters), [0, 1]));
-    Object.assign(spot.style, {
-      left: `${100 * x}%`, top: `${100 * (1 - y)}%`, width: size, height: size });
-    return spot;
-  }
-
-  function told({ rules, output }) {
-    const [name, rest] = unit.said.split(" [");
-    let text = `${name} = ${digits(output)}${rest === "1]" ? "" : ` ${rest.slice(0, -1)}`}`;
-    if (unit.worth) {
-      const [factor, of] = unit.worth;
-      text += `, \u00d7 ${digits(factor)} = ${digits(factor * output)} ${of}`;
-    }
-    return `${text}; ${rules.length} rule${rules.length === 1 ? " fires" : "s fire"}`;
-  }
-
-  function line({ i, j, share, consequent }) {
-    const label = unit.labels ? `${unit.labels[i][j]} ` : "";
-    return cells(unit.row.terms[i].label, unit.column.terms[j].label, percent(share),
-      label + digits(consequent));
-  }
-
-  function rest(hidden) {
-    if (!hidden.length) return [];
-    const sum = hidden.reduce((sum, rule) => sum + rule.share, 0);
-    return [cells(`${hidden.length} more below ${100 * LEAST} %`, "", percent(sum), "")];
-  }
-
-  const cells = (first, second, ...values) => made("tr", {},
-    made("th", { scope: "row", textContent: first }), made("td", { textContent: second }),
-    ...values.map((text) => made("td", { className: "value", textContent: text })));
-
+function pointing(unit, place, move) {
   const pointed = (event) => {
     const box = place.getBoundingClientRect();
-    const value = (side, part) => rounded(side, side.ends[0] + part * (side.ends[1] - side.ends[0]));
-    move({ column: value(unit.column, (event.clientX - box.left) / box.width),
-      row: value(unit.row, (box.bottom - event.clientY) / box.height) });
+    move({ column: valueAt(unit.column, (event.clientX - box.left) / box.width),
+      row: valueAt(unit.row, (box.bottom - event.clientY) / box.height) });
   };
   place.onpointerdown = (event) => {
     if (event.pointerType === "mouse") place.setPointerCapture(event.pointerId);
     pointed(event);
   };
   place.onpointermove = (event) => { if (event.buttons) pointed(event); };
-  place.onkeydown = (event) => {
-    const keys = { ArrowLeft: ["column", -1], ArrowRight: ["column", 1],
-      ArrowDown: ["row", -1], ArrowUp: ["row", 1] };
-    if (!(event.key in keys) || event.altKey || event.ctrlKey || event.metaKey) return;
+}
+
+const KEYS = { ArrowLeft: ["column", -1], ArrowRight: ["column", 1],
+  ArrowDown: ["row", -1], ArrowUp: ["row", 1] };
+
+function explore(data, index) {
+  const unit = JSON.parse(data.textContent), parts = built(unit, data, index + 1);
+  const at = { column: valueAt(unit.column, 0.6), row: valueAt(unit.row, 0.7) };
+  const move = (values, typed = null) => show(unit, Object.assign(at, values), parts, typed);
+  for (const [key, box] of Object.entries(parts.boxes)) {
+    box.oninput = () => {
+      const value = box.valueAsNumber;
+      if (Number.isFinite(value)) move({ [key]: within(value, unit[key].ends) }, box);
+    };
+    box.onchange = () => move({});
+  }
+  parts.place.onkeydown = (event) => {
+    if (!(event.key in KEYS) || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
-    const [key, sign] = keys[event.key], side = unit[key];
-    const step = sign * stepOf(side.ends) * (event.shiftKey ? LARGER : 1);
-    move({ [key]: rounded(side, at[key] + step) });
+    const [key, sign] = KEYS[event.key], step = stepOf(unit[key].ends);
+    move({ [key]: rounded(unit[key], at[key] + sign * step * (event.shiftKey ? LARGER : 1)) });
   };
-  const start = ({ ends: [low, high] }, part) => low + part * (high - low);
-  move({ column: rounded(unit.column, start(unit.column, 0.6)),
-    row: rounded(unit.row, start(unit.row, 0.7)) });
-  return { unit, move, place, says, body, boxes };
+  pointing(unit, parts.place, move);
+  move({});
+  return { unit, ...parts };
 }
 
 const surfaces = [...document.querySelectorAll("script.rules")].map(explore);

@@ -1,0 +1,122 @@
+"""What functions of the API return is drawn by plot, and shows itself."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+from matplotlib.figure import Figure
+
+import hfc_design.api as hfc
+
+SHORT = {"simulation.duration_s": 0.1}
+SMALL = {**SHORT, "search.population": 4, "search.generations": 2, "controller": {"kind": "pd"}}
+AHEAD = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width": 0.003}
+GAINS = {"kp": 1900.0, "ki": 1500.0, "kd": 450.0, "feed_forward": AHEAD}
+
+
+def linear():
+    return hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS))
+
+
+FOUND = {
+    "evaluation": lambda: hfc.evaluate("pd-only", hfc.load_scenario("c-axis-ramp", SHORT)),
+    "result": lambda: hfc.design(hfc.load_scenario("c-axis-ramp", SMALL)),
+    "robustness": lambda: hfc.robustness("pd-only", {"name": "a", **RAMP}, 0.1, 4),
+    "usable": lambda: hfc.usable("pd-only", {"name": "a", **RAMP}, machines=4),
+    "comparison": lambda: hfc.compare([PUBLISHED, "pd-only"], [{"name": "a", **RAMP}], machines=4),
+    "range": hfc.stability,
+    "margins": linear,
+}
+RAMP = {"simulation": {"duration_s": 0.1}}
+PUBLISHED = "lin-lee-1999-table-1"
+
+
+@pytest.mark.parametrize("kind", FOUND)
+def test_a_figure_that_shows_itself_and_is_written_where_it_is_asked_for(kind, tmp_path):
+    found = FOUND[kind]()
+    figure = hfc.plot(found)
+    assert isinstance(figure, Figure)
+    assert [*tmp_path.iterdir()] == []
+    bundle, _ = figure._repr_mimebundle_()
+    (picture,) = bundle.keys() - {"text/plain"}
+    if picture == "image/svg+xml":
+        assert ET.fromstring(bundle[picture]).tag.endswith("svg")
+        assert len(bundle[picture]) < 100_000
+    hfc.plot(found, tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_large_picture_is_drawn_in_points():
+    bundle, about = hfc.picture("jee-koren-2004-flc", "surface")._repr_mimebundle_()
+    assert set(bundle) <= {"image/png", "image/svg+xml", "text/plain"}
+    if "image/png" in bundle:
+        assert about["image/png"]["width"] == 540  # of 5.4 in
+
+
+def test_a_title_stands_above():
+    found = hfc.evaluate("pd-only", hfc.load_scenario("c-axis-ramp", SHORT))
+    assert "on a ramp &amp; more" in hfc.plot(found, title="on a ramp & more")._repr_mimebundle_()[
+        0
+    ].get("image/svg+xml")
+
+
+def test_what_was_not_searched_has_no_search_to_draw():
+    found = hfc.evaluate("pd-only", hfc.load_scenario("c-axis-ramp", SHORT))
+    given = hfc.Result(hfc.load_design("pd-only"), found, None)
+    with pytest.raises(hfc.UserError, match=r"nothing was searched; plot its \.evaluation"):
+        hfc.plot(given)
+    with pytest.raises(hfc.UserError, match="is no evaluation"):
+        hfc.plot("pd-only")
+
+
+def test_the_range_of_the_published_drive():
+    """Jee & Koren 2004, fig. 4, cut off at the linear limit; tables of the design within it."""
+    found = hfc.stability("jee-koren-2004-flc")
+    assert found.numbers()["k1_bound"] == pytest.approx(7.28786, rel=1e-5)
+    assert found.range == hfc.stability(gain=28.3, time_constant=0.055).range
+    assert found.points
+    assert "7.28786" in found._repr_html_()
+    assert repr(found).startswith("StableGains(k1_bound=7.288, ")
+
+
+def test_margins_of_a_linear_loop():
+    """Stable is what has all poles inside the unit circle."""
+    found = linear()
+    (axis,) = found.numbers()["axes"].values()
+    sizes = [abs(complex(pole["real"], pole["imaginary"])) for pole in axis["poles"]]
+    assert axis["stable"] == (max(sizes) < 1.0) is True
+    assert re.match(r"LoopMargins\(stable=True, gain_up=", repr(found))
+    assert f"{axis['phase']:.4g}" in found._repr_html_()
+    with pytest.raises(hfc.UserError, match="is judged on its own drive"):
+        hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS), gain=2.0)
+
+
+def test_several_motions_are_no_single_one():
+    with pytest.raises(hfc.UserError, match=r"take usable.*scenario\.motion\('ramp'\)"):
+        hfc.robustness("pd-only", "c-axis-tolerances", 0.2, 4)
+
+
+def test_usable_shows_itself():
+    found = FOUND["usable"]()
+    assert repr(found).startswith("Usable(yes=")
+    assert found.answer.partition(":")[0] in ("yes", "no")
+    assert f"machines={len(found.good)}" in repr(found)
+    assert found._repr_html_().count("<tr>") == 7  # six figures, one motion
+    with pytest.raises(hfc.UserError):
+        hfc.usable("pd-only", "feed-drive-line")
+
+
+def test_the_page_of_a_design_and_of_a_run(tmp_path):
+    page = hfc.report(hfc.load_design("pd-only", {"name": "mine"}), tmp_path / "a.html")
+    assert page == tmp_path / "a.html"
+    assert "mine" in page.read_text("utf-8")
+    hfc.design(hfc.load_scenario("c-axis-ramp", SMALL), tmp_path / "run")
+    (tmp_path / "run" / "report.html").unlink()
+    assert hfc.report(tmp_path / "run") == tmp_path / "run" / "report.html"
+    assert (tmp_path / "run" / "report.html").exists()
+    with pytest.raises(hfc.UserError, match="the page of a folder lies in it"):
+        hfc.report(tmp_path / "run", "b.html")
+    with pytest.raises(hfc.UserError, match="this is a design"):
+        hfc.report("pd-only", each=True)
+    with pytest.raises(hfc.UserError, match="no such design"):
+        hfc.report(str(tmp_path / "nowhere"))

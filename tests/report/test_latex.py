@@ -1,0 +1,70 @@
+"""Tables in LaTeX, read by a small reader of TeX."""
+
+import re
+
+import pytest
+import tex
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hfc_design.pictures.latex import escaped
+from hfc_design.pictures.section import Listing
+from hfc_design.report.latex import table
+
+#: Letters that TeX takes for something else, and others.
+LETTERS = st.text(r"\{}$&#%_^~<>|`'-,[]*aZ0.éλφγΩ≤∞")
+HOSTILE = r"\input{/etc/passwd}%$x_1^2$ & ~#{"
+
+
+@given(LETTERS)
+def test_what_is_escaped_is_printed_as_it_is(text):
+    told = escaped(text)
+    assert tex.depth(told) == (0, 0)
+    assert tex.printed(told) == text.strip()
+    assert "--" not in told  # of which TeX makes one dash
+    assert not set(tex.tokens(told)) & {"#", "&", "^", "_", "~", "%"}
+
+
+def test_a_control_character_or_a_line_break_is_none_in_a_table():
+    assert escaped("a\nb\x07") == "a b?"
+
+
+def test_every_row_has_the_cells_of_the_head():
+    head = ["metric [%]", "a", HOSTILE]
+    cells = [["[x]", "1.5", HOSTILE], ["*", "-2", "b"], ["c", "–", "–1"]]
+    text = table("name", Listing(f"100 % of {HOSTILE}", head, cells))
+    found = tex.rows(text)
+    assert found[0] == head
+    assert found[1:] == [[cell.replace("-2", "\u22122") for cell in row] for row in cells]
+    assert r"\label{tab:name}" in text
+    caption = re.search(r"\\caption\{(.*)\}\n", text)[1]
+    assert tex.printed(caption) == f"100 % of {HOSTILE}"
+    # Behind the end of a row TeX takes a bracket or a star for an option of it.
+    assert not re.search(r"\\\\\s*[\[*]|rule\s*[\[*]", text)
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("4.83e-05", "0.0000483"),
+        ("-1.5e+03", "−1500"),
+        ("1e-05 to 2e-05", "0.00001 to 0.00002"),
+        ("0.203 / 2.48e+10", "0.203 / 2.48×10^10"),
+        ("1.2e-12", "1.2×10^−12"),
+        ("< 0.0001", "< 0.0001"),
+        ("94.3–99.2", "94.3–99.2"),
+        ("∞", "∞"),
+    ],
+)
+def test_numbers_are_plain_digits(cell, told):
+    text = table("x", Listing("c", ["name 1e-05", "value"], [["run 1e-05", cell]]))
+    assert r"\begin{tabular}{lr}" in text
+    (name, value) = tex.rows(text)[1]
+    assert name == "run 1e-05"  # a name stays what it is
+    assert value.replace(" ", "") == told.replace(" ", "")
+
+
+def test_words_stand_on_the_left_and_long_ones_have_lines():
+    rows = [["a" * 60, "1", "unstable", "V"], ["b", "2", "3.5", "1/s"]]
+    text = table("x", Listing("c", ["a", "b", "c", "d"], rows))
+    assert r"\begin{tabular}{p{0.4\linewidth}rrl}" in text
