@@ -20,7 +20,7 @@ from hfc_design.core.wording import PATTERNS
 from hfc_design.files.design import Design, named_design
 from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
-from hfc_design.reference.commented import rest
+from hfc_design.reference.commented import explained, rest
 from hfc_design.reference.entries import units_of
 from hfc_design.reference.keys import keys_in, scenario_keys
 
@@ -134,7 +134,8 @@ def scenario_toml(scenario: Scenario) -> str:
 
 
 def config_toml(scenario: Scenario) -> str:
-    """The same, and behind it every key that is not set, commented out, with what it means."""
+    """The same with what each key means; behind it every key that is not set, commented out."""
     text = scenario_toml(scenario)
     data = tomllib.loads(text)
-    return text + rest(data, scenario_keys(data), units_of(scenario.plant.name))
+    known, units = scenario_keys(data), units_of(scenario.plant.name)
+    return explained(text, known, units) + rest(data, known, units)

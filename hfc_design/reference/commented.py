@@ -3,6 +3,7 @@
 ``# text`` is for people, ``#key = value`` becomes a key without its first letter.
 """
 
+import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
@@ -11,7 +12,7 @@ import tomli_w
 
 from hfc_design.core.numbers import Json, Plain
 from hfc_design.reference.entries import Entry, in_units
-from hfc_design.reference.keys import leaves
+from hfc_design.reference.keys import entry_of, leaves
 
 WIDTH = 98
 #: Tables of which nothing is left where they are empty: their heads may stand without a key.
@@ -22,6 +23,8 @@ HARMLESS = (
 #: Lists whose entries are tables of their own in a file.
 LISTED = "motions", "windows"
 NOT_SET = "# Keys that are not set, with their defaults; one that is to hold belongs in its table."
+#: Lines of ``tomli_w`` that begin a table, and a key with a value.
+HEAD, KEY = re.compile(r"\[\[?([\w.-]+)\]\]?"), re.compile(r"([\w-]+) = ")
 #: What stands for a value that has no default.
 STANDS_FOR = {"number": "NUMBER", "whole number": "NUMBER", "text": '"TEXT"', "file": '"FILE"'}
 
@@ -43,6 +46,27 @@ def rest(data: Json, known: Sequence[Entry], units: Mapping[str, str]) -> str:
         and not any(f"{key}.".startswith(f"{one.key}.") for key in said)
     ]
     return f"\n{NOT_SET}\n\n" + _text({}, known, left, units, ())
+
+
+def explained(text: str, known: Sequence[Entry], units: Mapping[str, str]) -> str:
+    """A file as ``tomli_w`` writes it, with what a table or a key means in front of its first."""
+    lines, told, table = [], {""}, ""
+    counts: dict[str, int] = {}
+    for line in text.splitlines():
+        if head := HEAD.fullmatch(line):
+            table = head[1]
+            if line.startswith("[["):
+                counts[table] = counts.get(table, -1) + 1
+        found = KEY.match(line)
+        key = table if head else f"{table}.{found[1]}".strip(".") if found else ""
+        first, _, below = key.partition(".")
+        if first in counts:  # of a list of tables: its keys have a number in between
+            key = f"{first}.{counts[first]}.{below}".strip(".")
+        one = entry_of(key, known) if key else None
+        meaning = _told(one, units) if one else ""
+        lines.append(("" if meaning in told else meaning) + line)
+        told.add(meaning)
+    return "\n".join(lines) + "\n"
 
 
 def _text(

@@ -16,6 +16,22 @@ def test_what_is_commented_changes_nothing(tmp_path):
     assert tomllib.loads(text) == tomllib.loads(scenario_toml(scenario))
 
 
+def test_what_is_set_is_explained_in_the_units_of_the_plant():
+    changes = {"plant.parameters.stiffness": 300.0, "controller": {"kind": "pid+ff"}}
+    scenario = load_scenario("c-axis-practical", changes)
+    text = config_toml(scenario)
+    before = {}
+    for above, line in zip(text.splitlines(), text.splitlines()[1:], strict=False):
+        before.setdefault(line.partition(" = ")[0], above)
+    assert before["stiffness"] == "# of the transmission, k [N m/rad]; more than zero"
+    assert before["duration_s"] == "# how long a motion is simulated [s]; more than 0"
+    assert before["amplitude"] == "# largest deflection from zero [rad]"  # of a motion
+    assert before["root_limit"] == "# |consequent| of a hierarchy's root; more than 0"
+    assert before["[controller]"] == "# what is looked for"
+    assert text.count("of its cost among those of the others") == 1  # not in each motion
+    assert tomllib.loads(text) == tomllib.loads(scenario_toml(scenario))
+
+
 def test_every_key_is_there(tmp_path):
     text = config_toml(load_scenario("c-axis-ramp"))
     said = {line.split(" =")[0].lstrip("#") for line in text.splitlines() if " = " in line}

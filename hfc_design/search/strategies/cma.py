@@ -37,12 +37,14 @@ class CmaSettings(StrategySettings):
     trees: int = Field(4, ge=1, le=1000)  # structures that compete
     hardened: Probability = 0.6  # share of the generations, at the end, that meet hard machines [1]
     stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
-    kp_range: Range = BOUNDS.kp_range  # of first individuals that are drawn [command/error]
+    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
+    kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: factor around the scales of the layout; 1: they stay [1]
+    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
     scale_range: float = Field(BOUNDS.scale_range, ge=1)
-    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)  # |consequent| of an inner unit [1]
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of the root [1]
+    #: |consequent| of a hierarchy's inner unit [1]
+    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
+    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
 
 
 class CmaState(NamedTuple):

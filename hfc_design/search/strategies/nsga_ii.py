@@ -60,12 +60,14 @@ class Nsga2Settings(StrategySettings):
     step: Positive = 0.2  # first mutation step, relative [1]
     newcomers: Probability = 0.05  # share of children without parents, where structures matter [1]
     stick_penalty: NotNegative = 0.0  # ranked by fitness / (1 + this times the stick share) [1]
-    kp_range: Range = BOUNDS.kp_range  # of first individuals that are drawn [command/error]
+    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
+    kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: factor around the scales of the layout; 1: they stay [1]
+    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
     scale_range: float = Field(BOUNDS.scale_range, ge=1)
-    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)  # |consequent| of an inner unit [1]
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of the root [1]
+    #: |consequent| of a hierarchy's inner unit [1]
+    inner_limit: float = Field(BOUNDS.inner_limit, gt=0, le=4)
+    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
 
     @model_validator(mode="after")
     def _room_for_a_front(self) -> Self:

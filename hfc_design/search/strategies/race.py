@@ -35,13 +35,14 @@ class RaceSettings(StrategySettings):
     preset: Literal["race"] = "race"
     population: int = Field(840, ge=1, le=10_000_000)
     generations: int = Field(100, ge=1, le=10_000_000)
-    kp_range: Range = BOUNDS.kp_range  # of first individuals that are drawn [command/error]
+    #: of the PD beside a hierarchy: of first individuals that are drawn [command/error]
+    kp_range: Range = BOUNDS.kp_range
     kd_range: Range = BOUNDS.kd_range  # of the same [command s/error]
-    #: factor around the scales of the layout; 1: they stay [1]
+    #: of a hierarchy: factor around the scales of its layout; 1: they stay [1]
     scale_range: Annotated[float, Field(ge=1)] = BOUNDS.scale_range
-    #: |consequent| of an inner unit [1]
+    #: |consequent| of a hierarchy's inner unit [1]
     inner_limit: Annotated[float, Field(gt=0, le=4)] = BOUNDS.inner_limit
-    root_limit: Positive = BOUNDS.root_limit  # |consequent| of the root [1]
+    root_limit: Positive = BOUNDS.root_limit  # |consequent| of a hierarchy's root [1]
     informed: Probability = 0.5  # share of the first individuals that know the machine [1]
     tournament: int = Field(3, ge=1)  # individuals that a parent is the best of
     blend: Probability = 0.5  # share of children that mix two parents [1]
