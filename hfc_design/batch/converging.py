@@ -1,6 +1,5 @@
 """How the searches of several folders converge, in one picture."""
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -10,7 +9,8 @@ from matplotlib.figure import Figure
 from hfc_design.batch.groups import Group, grouped
 from hfc_design.batch.runs import runs_below
 from hfc_design.core.numbers import Floats
-from hfc_design.core.records import UserError, harmless
+from hfc_design.core.records import UserError
+from hfc_design.files.together import apart
 from hfc_design.report import searches
 from hfc_design.runs.run import opened_run
 
@@ -32,7 +32,9 @@ def convergence(folders: Sequence[Path]) -> Figure:
             raise UserError(f"{path}: stands there twice; it does what it does")
     curves: dict[str, list[Floats]] = {}
     titles = set()
-    for path, name in zip(folders, _names(folders), strict=True):
+    parts = [path.resolve().parts for path in folders]
+    names = apart([own[-1] for own in parts], parts)
+    for path, name in zip(folders, names, strict=True):
         found = list(_curves(path))
         if not found:
             raise UserError(f"{path}: has no history of a search")
@@ -46,17 +48,6 @@ def convergence(folders: Sequence[Path]) -> Figure:
         raise UserError(f"{len(curves)} curves are more than the {MOST} that can be told apart")
     measure = titles.pop() if len(titles) == 1 else "merit, each by its own,"
     return searches.convergence(list(curves), list(curves.values()), range(len(curves)), measure)
-
-
-def _names(folders: Sequence[Path]) -> list[str]:
-    """Of each its last parts, as many as tell it from the others."""
-    parts, counts = [path.resolve().parts for path in folders], [1] * len(folders)
-    while True:
-        names = ["/".join(own[-n:]) for own, n in zip(parts, counts, strict=True)]
-        same = Counter(names)
-        if len(same) == len(names):
-            return [harmless(name) for name in names]
-        counts = [n + (same[name] > 1) for n, name in zip(counts, names, strict=True)]
 
 
 def _curves(path: Path) -> Iterator[tuple[Group, list[Floats], str]]:

@@ -5,26 +5,21 @@ from pathlib import Path
 
 import click
 
-from hfc_design.cli.named import DESIGN
+from hfc_design.cli.named import DESIGN, OrElse
 from hfc_design.cli.options import Texts, as_json, changing_design, force, knowing_plugins, output
-from hfc_design.cli.showing import listed
+from hfc_design.cli.showing import LISTED, PLURALS, listed
 
-#: What is listed -> kind of it in the reference.
-LISTED = {
-    "scenarios": "scenario",
-    "designs": "design",
-    "plants": "plant",
-    "controllers": "controller",
-    "fitnesses": "objective",
-    "strategies": "strategy",
-    "formats": "format",
+SINGULARS = {
+    other: what
+    for what, kind in LISTED.items()
+    for other in (kind, *(many for many, one in PLURALS.items() if one == kind and many != what))
 }
 SIGNALS = "SIGNAL=NUMBER,..."
 AT_HELP = "Signals of a sample; given again for each sample that follows, the last is explained."
 
 
 @click.command("list")
-@click.argument("what", metavar="WHAT", type=click.Choice([*LISTED]))
+@click.argument("what", metavar="WHAT", type=OrElse(LISTED, SINGULARS))
 @knowing_plugins
 def list_(what: str) -> None:
     """What is built in.

@@ -4,7 +4,7 @@ The names are those of the reference that comes with the package, and of install
 nothing here starts JAX.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from importlib import metadata
 from textwrap import shorten
 from typing import Any, TypeVar
@@ -68,6 +68,19 @@ class NamedOfKind(click.types.StringParamType):
         """The names of that kind."""
         kind = str(ctx.params.get("kind"))
         return ALL.get(kind, Named(kind)).shell_complete(ctx, param, incomplete)
+
+
+class OrElse(click.Choice):  # type: ignore[type-arg]
+    """One of some names; each of ``others`` stands for one of them too, as plants for plant."""
+
+    def __init__(self, choices: Iterable[str], others: Mapping[str, str]):
+        """Of both what the help has and what else is understood."""
+        super().__init__([*choices])
+        self.others = others
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The name that is meant."""
+        return super().convert(self.others.get(value, value), param, ctx)
 
 
 class NamedOption(click.Option):

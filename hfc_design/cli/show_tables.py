@@ -1,7 +1,7 @@
 """The tables of ``hfc show``, which fit 60 columns and more."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 
 from rich.table import Table
@@ -41,6 +41,16 @@ def show_list(kind: str, found: Sequence[Entry]) -> None:
         unit = f" [{one.unit}]" if one.unit else ""
         table.add_row(one.name, one.meaning + unit)
     terminal().print(table)
+
+
+def show_owners(found: Iterable[Entry]) -> None:
+    """Of which things there are more keys, and how they are shown."""
+    owners: dict[str, list[str]] = {}
+    for kind, name in dict.fromkeys((one.kind, one.name) for one in found):
+        owners.setdefault(kind, []).append(name)
+    for kind, names in owners.items():
+        own = f"Each {kind} has keys of its own here, as in hfc show {kind} {names[0]}"
+        terminal().print(f"\n{own}: {', '.join(names)}", highlight=False)
 
 
 def show_thing(every: Sequence[Entry]) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hfc_design.cli.named import NamedOfKind
+from hfc_design.cli.named import NamedOfKind, OrElse
 from hfc_design.cli.options import as_json, knowing_plugins
 
 if TYPE_CHECKING:
@@ -20,10 +20,21 @@ PLUGINS = {
     "objective": "hfc_design.fitness",
 }
 KINDS = (*PLUGINS, "scenario", "design", "reference", "metric", "format", "key")
+#: What hfc list lists -> kind of it in the reference.
+LISTED = {
+    "scenarios": "scenario",
+    "designs": "design",
+    "plants": "plant",
+    "controllers": "controller",
+    "fitnesses": "objective",
+    "strategies": "strategy",
+    "formats": "format",
+}
+PLURALS = {f"{kind}s": kind for kind in KINDS} | LISTED | {"fitness": "objective"}
 
 
 @click.command(short_help="What a plant, controller, scenario or key is, with units.")
-@click.argument("kind", metavar="KIND", type=click.Choice(KINDS))
+@click.argument("kind", metavar="KIND", type=OrElse(KINDS, PLURALS))
 @click.argument("name", required=False, type=NamedOfKind())
 @as_json
 @knowing_plugins
@@ -101,8 +112,8 @@ def _list(kind: str, found: list["Entry"], as_json: bool) -> None:
 
 
 def _keys(name: str, as_json: bool) -> None:
-    """A key, or all that stand in a table of that name, wherever they are from."""
-    from hfc_design.reference.entries import DESIGN_KEY, entries, unknown
+    """A key, wherever it is from, or all of a table that are of every plant, kind and so on."""
+    from hfc_design.reference.entries import DESIGN_KEY, KEY, entries, unknown
 
     every = [one for one in entries() if one.part in ("", "setting", "parameter") and one.key]
     every = [one for one in every if one.kind != DESIGN_KEY]
@@ -111,7 +122,13 @@ def _keys(name: str, as_json: bool) -> None:
         known = list(dict.fromkeys(one.key for one in every))
         tables = dict.fromkeys(key for key in known if "." not in key)
         raise unknown("key", name, known, [*tables])
-    _list("key", found, as_json)
+    general = [one for one in found if one.kind == KEY]
+    _list("key", found if as_json or not general else general, as_json)
+    if as_json or not general:
+        return
+    from hfc_design.cli.show_tables import show_owners
+
+    show_owners(one for one in found if one.kind != KEY)
 
 
 def _scenario(name: str, as_json: bool) -> None:

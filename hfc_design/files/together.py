@@ -41,18 +41,24 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
         if any(_same(one, other) for other in given[:k]):
             raise UserError(f"{_called(one)}: stands there twice; it does what it does")
     found = [load_design(_no_kind(one)) for one in given]
-    names = [design.name for design in found]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
-    for deep in range(1, max(map(len, paths), default=0) + 1):
-        same = Counter(names)
-        names = [
-            harmless("/".join(parts[-deep:])) if parts and same[name] > 1 else name
-            for parts, name in zip(paths, names, strict=True)
-        ]
+    names = apart([design.name for design in found], paths)
     for k, name in enumerate(names):  # designs that are no files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
         names[k] = next(label for label in free if label not in names[:k])
     return dict(zip(names, found, strict=True))
+
+
+def apart(names: Sequence[str], paths: Sequence[tuple[str, ...]]) -> list[str]:
+    """The names; where several are alike the end of each one's path, as long as it takes."""
+    found = [*names]
+    for deep in range(1, max(map(len, paths), default=0) + 1):
+        same = Counter(found)
+        found = [
+            harmless("/".join(parts[-deep:])) if parts and same[name] > 1 else name
+            for parts, name in zip(paths, found, strict=True)
+        ]
+    return found
 
 
 def _parts(name: str | Path) -> tuple[str, ...]:

@@ -247,7 +247,8 @@ def measure(name: str, band: Any = None) -> Measure:
             return band_time(0.0)
         return band_time(band)
     if name not in MEASURES:
-        raise ValueError(f"{name}: is no measure; {one_of(name, [*MEASURES, BAND_TIME])}")
+        known = one_of(name, [*MEASURES, BAND_TIME])
+        raise ValueError(f"{name}: is no measure; {known}; all are told by hfc show metric")
     return MEASURES[name]
 
 

@@ -211,3 +211,23 @@ def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
 )
 def test_what_a_name_may_mean(asked, meant):
     assert f"; did you mean {meant}? there is " in hfc("show", *asked).stderr
+
+
+def test_the_other_number_of_a_kind_serves_too():
+    for one, other in (("strategy", "strategies"), ("objective", "fitnesses"), ("key", "keys")):
+        assert hfc("show", other).stdout == hfc("show", one).stdout != ""
+    for one, other in (("designs", "design"), ("fitnesses", "objectives"), ("formats", "format")):
+        assert hfc("list", other).stdout == hfc("list", one).stdout != ""
+    assert "there is scenarios, designs, plants," in hfc("list", "nothing").stderr
+
+
+def test_a_table_of_keys_shows_those_of_all_plants_and_names_the_plants():
+    shown = hfc("show", "key", "plant").stdout
+    rows = [line.split()[0] for line in shown.splitlines() if line.startswith("plant")]
+    assert rows == ["plant", "plant.name", "plant.parameters", "plant.axes"]
+    told = " ".join(shown.split())
+    plants = ", ".join(one.name for one in things("plant"))
+    assert f"Each plant has keys of its own here, as in hfc show plant c-axis: {plants}" in told
+    assert "(race)" in hfc("show", "key", "search.population").stdout  # which is of kinds alone
+    every = json.loads(hfc("show", "key", "plant", "--json").stdout)
+    assert "plant.parameters.poles" in [one["key"] for one in every]

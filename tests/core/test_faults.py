@@ -156,6 +156,8 @@ def test_every_fault_of_a_file_has_a_line():
             "controller.kind='PID'",
             "controller.kind = 'PID': is no controller known here; did you m",
         ),
+        ("constraints.max_eror=1", "is no measure; did you mean max_error? there is "),
+        ("constraints.max_eror=1", " more; all are told by hfc show metric"),
         ("search.preset=rase", "did you mean race? there is "),
         (
             "plant.parameters.spindle_mas=1",
