@@ -1,6 +1,7 @@
 """The page on a design names what to connect, how it was measured, and what it does."""
 
 import re
+import subprocess
 from html import unescape
 
 import made_up
@@ -92,9 +93,58 @@ def test_the_page_ends_with_what_counts_of_the_score():
     assert rows == [("rms_error_mm", "-0.0025", "back"), ("peak_voltage_V", "6", "there")]
     assert "usable on 98.4 % of 1000 machines whose parameters are off by up to 3 %" in text
     assert "- chaotic where it was scored" in text
+    assert "misses" not in text
+    missed = {"rms_error": {"times": 910.0, "motion": "there"}}
+    score["usable"]["missed"] = missed
+    text = page(named_design("pd-only").model_copy(update={"score": score}))
+    assert "by up to 3 %; but it misses its own tolerance: rms_error 910 times in there" in text
+    score["usable"]["missed"] = {"rms_error": 3}  # has been edited
+    assert "misses" not in page(named_design("pd-only").model_copy(update={"score": score}))
     for left_out in ("fitness", "settling", "stick", "judged"):
         assert left_out not in text
     assert "measure" not in page(named_design("pd-only"))
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_the_call_to_begin_with_compiles_as_it_stands(name, folder):
+    text = (folder(name) / "README.md").read_text()
+    (snippet,) = (x for x in re.findall(r"```c\n(.*?)```", text, re.DOTALL) if "#include" in x)
+    for precision in ([], ["-DHFC_FLOAT"]):
+        command = [
+            "gcc",
+            "-std=c99",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-fsyntax-only",
+            "-x",
+            "c",
+            "-",
+        ]
+        if precision and "has to be in double" in text:
+            continue
+        own = subprocess.run(
+            [*command, f"-I{folder(name)}", *precision],
+            input=snippet,
+            text=True,
+            capture_output=True,
+            check=False,
+        )
+        assert own.returncode == 0, own.stderr
+
+
+def test_a_signal_whose_gain_is_zero_is_said_not_to_be_used():
+    design = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
+    gains = design.controller.feed_forward
+
+    def idle(**own):
+        changes = {"feed_forward": gains.model_copy(update=own)}
+        controller = design.controller.model_copy(update=changes)
+        text = page(design.model_copy(update={"controller": controller}))
+        return re.findall(r"\| `(\w+)` \| in \| \S+ \| not used, gain 0 \|", text)
+
+    assert idle(acceleration=1.0, velocity=1.0) == []
+    assert idle(acceleration=0.0, velocity=1.0) == ["reference_acceleration"]
 
 
 @pytest.mark.parametrize("name", FEW)

@@ -13,7 +13,7 @@ from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats import saving
 from hfc_design.formats.flash.sensing import scene
-from hfc_design.formats.flash.vectors import Vectors
+from hfc_design.formats.flash.vectors import Vectors, unused
 from hfc_design.formats.writing import MEANINGS, meanings_of, plain, signal_meanings, signal_units
 from hfc_design.simulation.missed import missed_told
 
@@ -25,7 +25,7 @@ class Signal(NamedTuple):
     axes: str  # that it is of, "" where it is of all
     unit: str
     meaning: str
-    tested: str  # how large it gets in the vectors
+    tested: str  # how large it gets in the vectors; NOT_USED where that changes nothing
 
 
 class Measure(NamedTuple):
@@ -38,6 +38,8 @@ class Measure(NamedTuple):
 
 #: Of a score, what counts at the machine: how far off it was, and what it asked of the drive.
 MEASURES = re.compile(r"(?:(?P<where>\w+?)_)?(?P<name>(?:rms|max)_(?:\w+_)?error\w*|peak_\w+)")
+#: Of a signal that no command depends on: its gains are 0.
+NOT_USED = "not used, gain 0"
 #: Of the usability that a score may have.
 KEPT = ("share", "machines", "spread")
 
@@ -87,6 +89,7 @@ def _signals(
 ) -> list[Signal]:
     """Unit and meaning of each signal; axes whose drives differ have rows of their own."""
     units, meanings = signal_units(design), signal_meanings(design)
+    idle = unused(design, found) if "command" not in names else set()
     if units or not axes:
         return [
             Signal(
@@ -94,7 +97,9 @@ def _signals(
                 "",
                 plain(units.get(x, "")),
                 plain(meanings.get(x, "")),
-                f"{max(found.largest(axis, x) for axis in found.axes):.3g}",
+                NOT_USED
+                if x in idle
+                else f"{max(found.largest(axis, x) for axis in found.axes):.3g}",
             )
             for x in names
         ]
@@ -107,7 +112,12 @@ def _signals(
             rows.setdefault(row, []).append(axis.name)
             largest[row] = max(largest.get(row, 0.0), found.largest(axis.name, name))
     return [
-        Signal(row[0], ", ".join(of), *row[1:], f"{largest[row]:.3g}")
+        Signal(
+            row[0],
+            ", ".join(of),
+            *row[1:],
+            NOT_USED if row[0] in map(identifier, idle) else f"{largest[row]:.3g}",
+        )
         for row, of in sorted(rows.items())
     ]
 

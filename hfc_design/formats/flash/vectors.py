@@ -23,6 +23,10 @@ from hfc_design.runtime import Controller, Machine
 PATH = ("tangent_x", "tangent_y", "curvature", "contour_error")
 
 
+#: Samples in which a signal shows that is used at all, nearly always.
+SOON = 50
+
+
 class Vectors(NamedTuple):
     """Samples of a controller; of a machine of several axes those of each, one after the other."""
 
@@ -83,6 +87,23 @@ def deviation(design: Design, found: Vectors) -> float:
     views = [_view(row, axes, found.signals) for row in found.inputs]
     exact = np.array(_commands(design, axes, views, None))
     return float(np.abs(np.array(found.commands) - exact).max())
+
+
+def unused(design: Design, found: Vectors) -> set[str]:
+    """The signals that no command depends on, as where their gains are 0."""
+    axes = (design.axis or "axis",) if design.kind.law else found.axes
+    count, names = len(found.signals), []
+    told = np.array(found.inputs)
+    for k, name in enumerate(found.signals):
+        without = told.copy()
+        without[:, k : count * len(axes) : count] = 0.0
+        for most in (SOON, len(told)):  # nearly always it shows soon
+            views = [_view(row, axes, found.signals) for row in without[:most].tolist()]
+            if _commands(design, axes, views, None) != found.commands[:most]:
+                break
+        else:
+            names.append(name)
+    return {*names}
 
 
 def _commands(
