@@ -30,7 +30,7 @@ class PositioningStageParameters(NamedTuple):
     offset: float = -3.16  # always there, positive pulls back [N]
     stiction_rise: float = 0.0  # break-away force less the Coulomb friction [N]
     amplifier_gain: float = 35.1507  # of amplifier, motor and screw [N/V]
-    encoder_resolution: float = 0.0  # 0: ideal, or that of [sensors]: set one [mm]
+    encoder_resolution: float = 0.0  # 0: ideal, or that of the sensors; set one of them [mm]
     highest_voltage: float = 10.0  # of either sign [V]
 
 

@@ -37,9 +37,10 @@ def test_it_fails_with_what_to_try_and_can_be_resumed(scenario, tmp_path):
         done = hfc("design", *arguments, "--out", out, "--quiet")
         assert done.exit_code == 1
         why = r"\((current|the command) runs away at 0\.\d+ s\); try a larger"
-        assert re.match("hfc: no design: every individual diverged " + why, done.stderr)
-        assert done.stderr.count("\n") == 1
-        assert len(done.stderr) < 300 + len(str(out))
+        *warned, line = done.stderr.splitlines()  # of so few samples
+        assert re.match("hfc: no design: every individual diverged " + why, line)
+        assert len(line) < 300 + len(str(out))
+        assert all(one.startswith("hfc: warning: simulation: 0.1 s in samples") for one in warned)
         assert {path.name for path in out.iterdir()} == {run.CONFIG, run.CHECKPOINT, run.HISTORY}
     with (out / run.HISTORY).open() as file:
         assert [row["diverged"] for row in csv.DictReader(file)] == ["12", "12"]

@@ -121,7 +121,7 @@ class FuzzyRecord(ControllerRecord):
             told = {key.split(".")[1] for key in keys if key.startswith("rules.")}
             sides = ["labels", "centroids"]
             source, other = sides if rules.get("output_terms") else sides[::-1]
-            if source in told and other not in told:
+            if told & {source, "output_terms"} and other not in told:
                 rules.pop(other)
 
     def at_first(self) -> Self:

@@ -2,7 +2,7 @@
 
 import sys
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Self, cast
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from hfc_design.core.numbers import Floats, Plain, RuleTable
 from hfc_design.core.records import Finite, Label, Record
+from hfc_design.core.wording import one_of
 
 #: Terms that an input of a rule table may have.
 FEWEST, MOST = 2, 11
@@ -46,12 +47,16 @@ class RulesRecord(Record):
         try:
             if labels is None and data.get("output_terms") is None:
                 return {**data, "labels": nearest_labels(table)}
-            if table is None:
-                terms = data["output_terms"]
-                return {**data, "centroids": [[terms[label] for label in row] for row in labels]}
+            if table is not None:
+                return data
+            terms = data["output_terms"]
+            fault = _unnamed(labels, terms)
+            table = fault or [[terms[label] for label in row] for row in labels]
         except (KeyError, TypeError, ValueError):
-            pass  # the fields say what is wrong
-        return data
+            return data  # the fields say what is wrong
+        if fault:
+            raise ValueError(fault)
+        return {**data, "centroids": table}
 
     @model_validator(mode="after")
     def _labels_name_numbers(self) -> Self:
@@ -62,14 +67,14 @@ class RulesRecord(Record):
         if rows != needed:
             raise ValueError(f"labels: has not the shape of centroids, {len(needed)} x {needed[0]}")
         terms = self.output_terms
+        if fault := _unnamed(self.labels, LABELS if terms is None else terms):
+            raise ValueError(fault)
         for i, (row, numbers) in enumerate(zip(self.labels, self.centroids, strict=True)):
             for j, (label, number) in enumerate(zip(row, numbers, strict=True)):
-                if label not in (LABELS if terms is None else terms):
-                    listed = ", ".join(LABELS if terms is None else terms)
-                    raise ValueError(f"labels.{i}.{j} = {label!r}: has to be one of {listed}")
                 if terms is not None and terms[label] != number:
                     told = f"its label {label} stands for {terms[label]} in output_terms"
-                    raise ValueError(f"centroids.{i}.{j} = {number}: {told}")
+                    hint = f"change labels.{i}.{j} to another or output_terms.{label}"
+                    raise ValueError(f"centroids.{i}.{j} = {number}: {told}; {hint}")
         return self
 
     def shape(self) -> tuple[int, int]:
@@ -114,6 +119,16 @@ def _told(low: str, higher: Cell, high: str, lower: Cell) -> str:
         f"labels.{i}.{j} = {low!r} is {a:g} and labels.{m}.{n} = {high!r} is {b:g}: a larger "
         "label has to have the larger centroid; left out, labels follow from the centroids"
     )
+
+
+def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | None:
+    """What is wrong with the first label that is none of the ``known`` ones."""
+    names = [*known]
+    for i, row in enumerate(labels):
+        for j, label in enumerate(row):
+            if label not in names:
+                return f"labels.{i}.{j} = {label!r}: is no output term; {one_of(str(label), names)}"
+    return None
 
 
 def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
