@@ -76,13 +76,19 @@ def listed(kind: str) -> list["Entry"]:
 
 def _own(kind: str, name: str) -> list["Entry"]:
     """The entries of a user's own part; UserError: there is none of that name."""
-    from hfc_design.reference.entries import things, unknown
+    from hfc_design.reference.entries import METRIC, entries, things, unknown
 
     if kind in PLUGINS and (":" in name or name in _own_names(kind)):
         from hfc_design.gather.gather import live
 
         return live(kind, name)
-    raise unknown(kind, name, [one.name for one in things(kind)])
+    known = [one.name for one in things(kind)]
+    if kind == METRIC:  # those of tables are of a plant's, with its units
+        own = {one.key: one for one in entries() if one.part == METRIC}
+        if name in own:
+            return [own[name]._replace(kind=kind, name=name, part="", key="")]
+        known += own
+    raise unknown(kind, name, known, [one.name for one in things(kind)])
 
 
 def _own_names(kind: str) -> list[str]:

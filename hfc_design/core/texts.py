@@ -202,6 +202,7 @@ def no_such(what: str, name: str, built_in: Iterable[str]) -> UserError:
         if near not in known:
             meant = Path(name).with_name(stems[near])
             return UserError(f"{name}: no such file or {what}; did you mean {meant}?")
+    known_as = what if Path(name).suffix in ("", ending) else f"file or {what}"
     return UserError(
-        f"{name}: no such {what}; {one_of(stem, known, 'built in are')}, or give {file}"
+        f"{name}: no such {known_as}; {one_of(stem, known, 'built in are')}, or give {file}"
     )

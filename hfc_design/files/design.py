@@ -35,6 +35,8 @@ from hfc_design.core.texts import about, json_of, no_such, read_text, toml_of, w
 
 #: The designs that come with the package.
 BUILTIN = Path(__file__).parent / "designs"
+#: How files end that are no designs yet.
+IMPORTED = (".fll", ".fis", ".fcl", ".fml")
 
 
 class PerAxisRecord(Record):
@@ -232,6 +234,9 @@ def read_design(path: str | Path) -> Design:
     Raises:
         UserError: the file cannot be read, is no JSON, or is not a design that can run.
     """
+    if Path(path).suffix.lower() in IMPORTED:
+        told = "is a controller of another program"
+        raise UserError(f"{path}: {told}; hfc import {path} --out NAME.json makes a design of it")
     return parse_design(read_text(path), path)
 
 
