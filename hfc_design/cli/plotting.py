@@ -61,7 +61,6 @@ NAME = NameOrWhat("design", files=True)
     "names",
     metavar="DESIGN|FOLDER...",
     nargs=-1,
-    required=True,
     type=NameOrWhat("design", files=True),
 )
 @click.argument("what", metavar="WHAT")
@@ -118,6 +117,9 @@ def _check(names: Texts, what: str) -> None:
     """Refuse options and numbers of names that do not belong to what is drawn."""
     from hfc_design.core.records import UserError
 
+    if not names:
+        missing = f"{what}: which design?" if what in WHATS else f"{what}: WHAT of it?"
+        raise UserError(f"{missing} as in hfc plot DESIGN surface; WHAT is {', '.join(WHATS)}")
     context = click.get_current_context()
     flags = {option.name: option.opts[0] for option in context.command.params}
     allowed = OPTIONS.get(what, OF_ONE)

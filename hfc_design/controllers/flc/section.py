@@ -36,10 +36,13 @@ def controller(
     record: FuzzyRecord, kind: str = "", before: Parameters = (), behind: Parameters = ()
 ) -> Section:
     """The table and the terms; ``kind`` says more, with parameters before and behind the gain."""
+    integral = "To what the rules command it adds the integral of the error. "
+    if not record.integral_gain:
+        integral = "There is no integral of the error. "
     text = (
         f"Every {1e3 * record.sample_time_s:g} ms the control reads the error of each axis and its "
-        f"change since the last sample. {kind}To what the rules command it adds the integral of "
-        "the error. One BLU is a step of the encoder, one unit a step of the converter."
+        f"change since the last sample. {kind}{integral}One BLU is a step of the encoder, one unit "
+        "a step of the converter."
     )
     rows = [*before, ("integral gain", record.integral_gain, "unit/(BLU s)"), *behind]
     if record.dead_zone:

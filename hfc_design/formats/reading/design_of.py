@@ -1,6 +1,7 @@
 """A design of the system that was read, and of what the file does not say."""
 
 import re
+import shlex
 from collections.abc import Callable, Sequence
 from itertools import pairwise, product
 from math import inf, sqrt
@@ -135,9 +136,10 @@ def _signals(system: System, wish: Wish, known: list[str]) -> tuple[str, str]:
         if signal not in known:
             name = item.name.text
             free = [each for each in known if each != other]
+            example = shlex.quote(f"{name or 'NAME'}={free[0]}")
             raise item.name.fault(
-                f"input {name!r}: which signal it is has to be said, as in --signal "
-                f"{name or 'NAME'}={free[0]}; there is {', '.join(free)}"
+                f"input {name!r}: which signal it is has to be said, as in --signal {example}; "
+                f"there is {', '.join(free)}"
             )
     return first, second
 
