@@ -1,7 +1,7 @@
 """The batch file: what a user writes, and the cells that it asks for."""
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 from math import prod
 from os.path import exists
@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 from pydantic import BeforeValidator, Field
 
 from hfc_design.core.carried import AnyFile
-from hfc_design.core.dotted import flat, set_keys
+from hfc_design.core.dotted import Changes, flat, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
@@ -97,7 +97,7 @@ class Plan(NamedTuple):
         return asked or Path("runs") / self.name
 
 
-def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
+def read_batch(path: Path, changes: Changes = ()) -> Plan:
     """The cells of a batch file, in its order; cells that are the same run are one.
 
     ``changes`` of dotted keys are laid over every cell.
@@ -107,7 +107,7 @@ def read_batch(path: Path, changes: Iterable[str] = ()) -> Plan:
     """
     file = _read(path)
     found: dict[str, Cell] = {}
-    others = set_keys(changes, "--set")
+    others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
     for settings in _combinations(file, path):
         own = settings | others
         try:

@@ -23,7 +23,7 @@ def test_cells_are_run_and_summed_up(tmp_path):
     found = hfc.batch(
         written(tmp_path, GRID),
         tmp_path / "out",
-        ["search.generations=1"],
+        {"search.generations": 1},
         on_cell=lambda cell, outcome: done.append((cell.settings["run.seed"], outcome.state)),
     )
     assert sorted(done) == [(seed, "finished") for seed in range(3)]
@@ -34,6 +34,13 @@ def test_cells_are_run_and_summed_up(tmp_path):
     assert group.median == pytest.approx(sorted(merits)[1])
     assert repr(found).startswith("Findings(runs=3, groups=1")
     assert repr(hfc.findings(tmp_path / "out")) == repr(found)
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5])
+def test_processes_that_cannot_be(tmp_path, workers):
+    with pytest.raises(hfc.UserError, match=rf"workers = {workers}: has to be a whole number, 1"):
+        hfc.batch(written(tmp_path, GRID), tmp_path / "out", workers=workers)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_cell_that_fails_is_an_error_after_the_others(tmp_path):

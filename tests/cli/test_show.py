@@ -231,3 +231,13 @@ def test_a_table_of_keys_shows_those_of_all_plants_and_names_the_plants():
     assert "(race)" in hfc("show", "key", "search.population").stdout  # which is of kinds alone
     every = json.loads(hfc("show", "key", "plant", "--json").stdout)
     assert "plant.parameters.poles" in [one["key"] for one in every]
+
+
+@pytest.mark.parametrize(
+    ("asked", "meaning"),
+    [("max_error_mm", "largest tracking error [mm]"), ("stick_share", "below a tenth of the comm")],
+)
+def test_metrics_as_tables_have_them(asked, meaning):
+    told = hfc("show", "metric", asked)
+    assert told.exit_code == 0
+    assert meaning in " ".join(told.stdout.split())

@@ -1,0 +1,48 @@
+"""Labels and output terms of an imported table, changed by their keys."""
+
+from pathlib import Path
+
+import pytest
+
+from hfc_design.core.records import UserError
+from hfc_design.files.pairing import load_design
+from hfc_design.formats.reading import Wish, imported
+from hfc_design.runtime import Controller
+
+LESSON = Path(__file__).parents[3] / "docs" / "lesson.fll"
+
+
+@pytest.fixture
+def lesson():
+    return imported(LESSON, Wish())
+
+
+def command(design):
+    """At an error of 20 BLU that does not change: rule P, Z alone."""
+    controller = Controller(design)
+    controller.step({"error": 20.0})
+    return controller.step({"error": 20.0})
+
+
+def test_a_rule_and_what_its_term_stands_for(lesson):
+    assert command(lesson) == 60.0
+    assert command(load_design(lesson, ["controller.rules.labels.2.1=forward"])) == 120.0
+    assert command(load_design(lesson, ["controller.rules.output_terms.more=80"])) == 80.0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("labels.2.1=forwrd", "labels.2.1 = 'forwrd': is no output term; did you mean forward"),
+        ("centroids.2.1=5", "change labels.2.1 to another or output_terms.more"),
+    ],
+)
+def test_what_cannot_be(lesson, change, told):
+    with pytest.raises(UserError) as refused:
+        load_design(lesson, [f"controller.rules.{change}"])
+    assert told in str(refused.value)
+
+
+def test_the_file_itself_is_no_design_yet():
+    with pytest.raises(UserError, match=r"is a controller of another program; hfc import "):
+        load_design(LESSON)
