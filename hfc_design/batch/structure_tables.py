@@ -1,5 +1,6 @@
 """The structures that won, as a reader sees them: at a terminal, on the page, in the CSV file."""
 
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -69,14 +70,20 @@ def tell(page: Path, found: Sequence[Winner]) -> None:
 def trees(path: Path, found: Sequence[Winner]) -> list[Drawing]:
     """The most frequent structure of each of the first groups below ``path``.
 
-    Drawn as its best run has it; not of a kind without such a picture, nor where the design cannot
-    be read here.
+    Drawn as its best run has it; not of a kind without such a picture, nor, which is said, where
+    the design cannot be read here.
     """
     first = {one.group.number: one for one in reversed(found)}
     drawn = []
     for _, one in sorted(first.items())[:DRAWN]:
+        try:
+            design = load_design(str(path / one.runs[0].path))
+        except UserError as error:
+            told = f"hfc: warning: the structure of {one.runs[0].path} is not drawn"
+            print(f"{told}: {error.lines[0]}", file=sys.stderr)
+            continue
         with suppress(UserError):
-            drawn += list(_drawn(one, load_design(str(path / one.runs[0].path))))
+            drawn += list(_drawn(one, design))
     return drawn
 
 

@@ -12,6 +12,9 @@ from hfc_design.batch.runs import Run
 from hfc_design.batch.structures import Winner, winners
 from hfc_design.core.shown import line, table
 
+#: Of so many groups a notebook has the median.
+SHOWN = 12
+
 
 class Findings(NamedTuple):
     """What pages and tables tell of the runs below a folder."""
@@ -26,7 +29,12 @@ class Findings(NamedTuple):
         return line("Findings", self._told())
 
     def _repr_html_(self) -> str:
-        return table("Findings", self._told())
+        shown = {
+            f"{one.task}, {one.label}": f"{one.measure} {one.median:.4g} in the median of "
+            f"{len(one.finished)} finished runs"
+            for one in self.groups[:SHOWN]
+        }
+        return table("Findings", self._told() | shown)
 
     def _told(self) -> dict[str, object]:
         return {field: len(value) for field, value in self._asdict().items()}

@@ -90,7 +90,7 @@ def _in_rows(off: list[Panel], rows: list[list[Panel]], top: float) -> tuple[Fig
 
 def _draw(axes: Axes, evaluations: Evaluations, panel: Panel) -> None:
     time = next(iter(evaluations.values())).time
-    styles = chain([FIRST], cycle(RIVALS))
+    styles = chain([FIRST], cycle((*RIVALS[1:], RIVALS[0])))  # the second with gaps
     for (name, one), values, style in zip(evaluations.items(), panel.values, styles, strict=False):
         label = plain(f"{name} (diverged)" if one.diverged else name)
         axes.plot(*thinned(time[: len(values)], values), label=label, **style)
