@@ -172,7 +172,7 @@ def test_settings_that_cannot_be_searched_are_told_by_their_key(part, told):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"signals": {"torque": 1.0}}, "names 'torque', no signal of the plant 'c-axis'; there is"),
+        ({"signals": {"torque": 1.0}}, "reads 'torque', no signal of the plant 'c-axis'; there is"),
         ({"signals": {"error": 1.0}}, "linear.signals.error: has a gain of its own name"),
         ({"feed_forward": {"coulomb": 1.0}}, "linear.feed_forward.coulomb_width: is missing"),
         ({"feed_forward": {"load": "x"}}, "linear.feed_forward.load = 'x'"),

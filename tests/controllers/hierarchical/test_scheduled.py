@@ -198,7 +198,7 @@ def test_margins_at_rest_are_those_of_the_law_that_holds_there(tmp_path):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"signals": {"torque": 1.0}}, "names 'torque', no signal of the plant 'c-axis'; there is"),
+        ({"signals": {"torque": 1.0}}, "reads 'torque', no signal of the plant 'c-axis'; there is"),
         ({"signals": {"error": 1.0}}, "scheduled.signals.error: has a gain of its own name"),
         ({"feed_forward": {"coulomb": 1.0}}, "scheduled.feed_forward.coulomb_width: is missing"),
         ({"kp": "x"}, "scheduled.kp = 'x'"),
