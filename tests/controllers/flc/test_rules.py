@@ -53,7 +53,9 @@ def test_a_named_singleton_is_one_number():
     told = r"rules.centroids.1.0 = .*: its label (slow|fast) stands for .* in output_terms"
     with pytest.raises(UserError, match=told):
         parsed(own, centroids=table)
-    with pytest.raises(UserError, match=r"labels.0.0 = 'PL': is no output term; there is slow, fast"):
+    with pytest.raises(
+        UserError, match=r"labels.0.0 = 'PL': is no output term; there is slow, fast"
+    ):
         parsed(own, labels=[["PL"] * 3] * 2)
 
 
