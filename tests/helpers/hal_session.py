@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from hfc_design.formats import FORMATS
+
 MODULES = Path("/usr/lib/linuxcnc/modules")
 REALTIME = "/usr/lib/linuxcnc/realtime"
 NOBODY = 65534
@@ -139,3 +141,14 @@ def open_loop(hal, folder, period, pins, *extra, kinds=None, after=""):
     (folder / "open.hal").write_text(text)
     hal.run(folder, "open.hal")
     return np.loadtxt(folder / "out.txt", ndmin=2)
+
+
+def with_controller(design, **changes):
+    return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
+
+
+def exported(hal, design, folder):
+    """The folder with the component of a design, which ``hal`` has built."""
+    FORMATS["linuxcnc"].write(design, folder)
+    hal.install(folder)
+    return folder
