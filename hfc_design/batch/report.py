@@ -66,7 +66,7 @@ def report(
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
         trees = structure_tables.trees(path, found.winners)
-        content = page(path.resolve().name, filter(None, told), found, trees)
+        content = page(path, filter(None, told), found, trees)
         write_whole(path / REPORT, content.html)
         if paper:
             paper.write(content)

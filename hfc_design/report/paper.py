@@ -34,7 +34,7 @@ class Paper(NamedTuple):
         if self.figures is not None:
             write(self.figures, dict(map(self._file, page.figures, page.figures.values())))
         if self.tables is not None:
-            told = {f"{name}.tex": table(name, own) for name, own in page.tables.items()}
+            told = {f"{name}.tex": table(name, own, page.of) for name, own in page.tables.items()}
             write(self.tables, told)
         return [path for path in (self.figures, self.tables) if path is not None]
 
