@@ -162,6 +162,7 @@ def _rendered(
         contour=own.contour is not None and not own.contour.any_axes,
         used=whether_used(used),
         doubts=doubts(scenario),
+        chaotic=own.chaotic,
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=(motion_errors if own.motions else errors)(evaluations),
