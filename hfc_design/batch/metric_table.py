@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.batch.groups import Group
+from hfc_design.batch.groups import MERIT, Group
 from hfc_design.core.records import UserError
 from hfc_design.pictures.numbers import digits, metric, score
 from hfc_design.pictures.section import Rows
@@ -49,10 +49,12 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
 
 
 def _best(groups: Sequence[Group], key: str, values: Sequence[float | None]) -> list[int]:
-    """Of each task with several groups."""
+    """Of each task with several groups; merits compare where all runs had the same one."""
     found = []
     for task in dict.fromkeys(group.task for group in groups):
         own = [k for k, group in enumerate(groups) if group.task == task]
+        if key == MERIT and any(groups[k].key != MERIT for k in own):
+            continue
         sizes = [values[k] for k in own]
         if key not in SCORES:
             sizes = [None if x is None else abs(x) for x in sizes]
