@@ -53,9 +53,9 @@ def finish(axes: Axes, label: str, x: str = "") -> None:
     numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
     if any(len(number) > ROOM for number in numbers):
         axes.ticklabel_format(axis="y", scilimits=(0, 0))
-        # Its power of ten stands inside; above it would lie on the frame of the next panel.
-        axes.yaxis.get_offset_text().set(x=0.01, ha="left", va="top", fontsize=8)
-        vars(axes.yaxis)["OFFSETTEXTPAD"] = -1
+    # A power of ten stands inside; above it would lie on the frame of the next panel.
+    axes.yaxis.get_offset_text().set(x=0.01, ha="left", va="top", fontsize=8)
+    vars(axes.yaxis)["OFFSETTEXTPAD"] = -1
 
 
 def logarithmic(axes: Axes) -> None:

@@ -131,7 +131,7 @@ def test_nothing_leaves_the_figure_or_lies_on_something_else(width):
         assert 0 <= box.x0 < box.x1 <= figure.bbox.width
         assert 0 <= box.y0 < box.y1 <= figure.bbox.height
     assert words.x1 < number.x0 < number.x1 < panel.x0
-    assert names.y0 > power.y1 > panel.y1 - 5
+    assert names.y0 > panel.y1 > power.y1 > panel.y1 - 5  # inside, not on the panel above
 
 
 def test_small_panels_keep_room_for_their_numbers():
