@@ -1,6 +1,6 @@
 """How the searches of several folders converge, in one picture."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from hfc_design.batch.groups import Group, grouped
 from hfc_design.batch.runs import runs_below
+from hfc_design.batch.summary import Findings
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
 from hfc_design.files.together import apart
@@ -16,6 +17,8 @@ from hfc_design.runs.run import opened_run
 
 #: So many curves can be told apart.
 MOST = 10
+#: A group, (generations,) of each of its runs, and what they were ranked by.
+Curves = tuple[Group, list[Floats], str]
 
 
 def convergence(folders: Sequence[Path]) -> Figure:
@@ -30,19 +33,38 @@ def convergence(folders: Sequence[Path]) -> Figure:
     for k, path in enumerate(folders):
         if any(path.resolve() == other.resolve() for other in folders[:k]):
             raise UserError(f"{path}: stands there twice; it does what it does")
-    curves: dict[str, list[Floats]] = {}
-    titles = set()
     parts = [path.resolve().parts for path in folders]
     names = apart([own[-1] for own in parts], parts)
+    each = {}
     for path, name in zip(folders, names, strict=True):
-        found = list(_curves(path))
-        if not found:
+        each[name] = list(_curves(path))
+        if not each[name]:
             raise UserError(f"{path}: has no history of a search")
+    return _drawn(each)
+
+
+def of_findings(found: Mapping[str, Findings]) -> Figure:
+    """The same of what runs gave, by the names that they are to have.
+
+    Raises:
+        UserError: nothing was searched, or there are too many curves.
+    """
+    each = {name: [*_known(one.groups)] for name, one in found.items()}
+    for name, groups in each.items():
+        if not groups:
+            raise UserError(f"{name or 'findings'}: no run has a history of a search")
+    return _drawn(each)
+
+
+def _drawn(each: Mapping[str, list[Curves]]) -> Figure:
+    curves: dict[str, list[Floats]] = {}
+    titles = set()
+    for name, found in each.items():
         for group, bests, title in found:
             task = f", {group.task}" if len({one.task for one, *_ in found}) > 1 else ""
             which = f"{group.label}{task}" if len(found) > 1 else ""
-            called = name if len(folders) > 1 or not which else ""
-            curves[f"{called} {which}".strip()] = bests
+            called = name if len(each) > 1 or not which else ""
+            curves[f"{called} {which}".strip() or group.label] = bests
             titles.add(title)
     if len(curves) > MOST:
         raise UserError(f"{len(curves)} curves are more than the {MOST} that can be told apart")
@@ -50,11 +72,16 @@ def convergence(folders: Sequence[Path]) -> Figure:
     return searches.convergence(list(curves), list(curves.values()), range(len(curves)), measure)
 
 
-def _curves(path: Path) -> Iterator[tuple[Group, list[Floats], str]]:
+def _known(groups: Sequence[Group]) -> Iterator[Curves]:
     """Of each group that has any its histories, and what they were ranked by."""
-    for group in grouped(runs_below(path)):
-        known = [run for run in group.finished or group.runs if np.isfinite(run.best).any()]
-        if known:
-            one = known[0]
-            title = one.judged_by or opened_run(path / one.path).judge().title
-            yield group, [run.best for run in known], title
+    for group in groups:
+        runs = [run for run in group.finished or group.runs if np.isfinite(run.best).any()]
+        if runs:
+            yield group, [run.best for run in runs], runs[0].judged_by or group.measure
+
+
+def _curves(path: Path) -> Iterator[Curves]:
+    """The same of the groups below a folder; a run that goes on says itself what ranks it."""
+    for group, bests, title in _known(grouped(runs_below(path))):
+        one = next(run for run in group.finished or group.runs if np.isfinite(run.best).any())
+        yield group, bests, (one.judged_by and title) or opened_run(path / one.path).judge().title

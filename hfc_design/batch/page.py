@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -11,14 +12,16 @@ from hfc_design.batch import comparisons as compared
 from hfc_design.batch import structure_tables
 from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import FITNESS, MERIT, Group
+from hfc_design.batch.metric_table import metrics
 from hfc_design.batch.outcome import text
 from hfc_design.batch.plan import LABEL, OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
 from hfc_design.batch.runs import SEED, Run, listed
 from hfc_design.batch.summary import Findings
 from hfc_design.pictures.numbers import score
-from hfc_design.pictures.section import Drawing, Rows
+from hfc_design.pictures.section import Drawing
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches
+from hfc_design.report.comparison.tables import best
 from hfc_design.simulation.repeats import TOLD, range_told
 
 #: So many tasks, and groups of each, are drawn: those with the highest medians.
@@ -29,8 +32,10 @@ GROUPS, COMPARISONS, TROUBLES, RUNS = 200, 100, 200, 5000
 UNFOLDED = 60
 
 
-def page(name: str, descriptions: Iterable[str], found: Findings, trees: Sequence[Drawing]) -> Page:
-    """``report.html`` of a folder called ``name``; the same runs give the same bytes."""
+def page(
+    path: Path, descriptions: Iterable[str], found: Findings, trees: Sequence[Drawing]
+) -> Page:
+    """``report.html`` of the folder ``path``; the same runs give the same bytes."""
     runs, groups, comparisons, figures, winners = found
     tasks = [
         _task([group for group in groups if group.task == task], comparisons, k < TASKS)
@@ -43,11 +48,13 @@ def page(name: str, descriptions: Iterable[str], found: Findings, trees: Sequenc
     troubles = [run for run in runs if run.reason or run.state != "finished"]
     too_few = _too_few(comparisons)
     searched = [group for group in groups if any(run.searched for run in group.runs)]
+    measured = metrics(path, groups[:GROUPS])
     known = next((run.settings for run in runs if run.settings), {})
     scores = (FITNESS, MERIT) if any(MERIT in run.score for run in runs) else (FITNESS,)
     return rendered(
         "batch.html.j2",
-        name=name,
+        path.resolve().name,
+        name=path.resolve().name,
         descriptions=descriptions,
         counts=listed(counts),
         tasks=tasks,
@@ -63,9 +70,11 @@ def page(name: str, descriptions: Iterable[str], found: Findings, trees: Sequenc
         repeats=TOLD,
         few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
         group_head=["group", *keys, "runs", "median", "quartiles", "best"],
-        group_rows=[_group_row(group, keys) for group in groups[:GROUPS]],
+        group_rows=[group_row(group, keys) for group in groups[:GROUPS]],
+        group_best=_best(groups[:GROUPS], len(keys)),
         groups=len(groups),
-        metrics=_metrics(groups[:GROUPS]),
+        metrics=measured,
+        meant=measured.meanings,
         winner_head=structure_tables.HEAD,
         winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
         winners=len(winners),
@@ -101,7 +110,7 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         outcomes = batch_plots.outcomes(scores, groups[0].key)
     return {
         "name": groups[0].task,
-        "sentence": _sentence(groups, comparisons),
+        "sentence": sentence(groups, comparisons),
         "measure": groups[0].measure,
         "groups": len(groups),
         "drawn": len(drawn),
@@ -110,16 +119,16 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
     }
 
 
-def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
+def sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     """What came out of a task."""
-    best = groups[0]
-    if not best.finished:
+    highest = groups[0]
+    if not highest.finished:
         return "No run has finished."
-    count = len(best.finished)
-    median = "fitness" if best.measure == FITNESS else f"of {best.measure}"
-    told = f"The highest median {median} is {score(best.median)}, of group {best.label}"
+    count = len(highest.finished)
+    median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
+    told = f"The highest median {median} is {score(highest.median)}, of group {highest.label}"
     told += f" ({count} run{'s' if count > 1 else ''})"
-    against = [item for item in comparisons if item.first is best]
+    against = [item for item in comparisons if item.first is highest]
     if not against:
         return f"{told}."
     shown = sum(item.holm <= compared.ALPHA for item in against)
@@ -129,7 +138,8 @@ def _sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
     return f"{told}. {lower if shown else 'That the other group is lower may be chance'}."
 
 
-def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
+def group_row(group: Group, keys: Sequence[str]) -> list[str]:
+    """A group as tables show it: number, settings, runs, median, quartiles, best."""
     own = (group.settings[key] for key in keys)
     count, total = len(group.finished), len(group.runs)
     row = [str(group.number), *own, str(total) if count == total else f"{count} of {total}"]
@@ -139,16 +149,17 @@ def _group_row(group: Group, keys: Sequence[str]) -> list[str]:
     return [*row, score(median), f"{score(low)} to {score(high)}", score(group.scores.max())]
 
 
-def _metrics(groups: Sequence[Group]) -> tuple[list[str], Rows]:
-    """Head and rows of the medians of all metrics."""
-    found = [group.metrics() for group in groups]
-    shown = {group.key for group in groups}  # of which the page has a table already
-    names = list(dict.fromkeys(key for item in found for key in item if {key} != shown))
-    rows = [
-        [str(group.number), *(f"{item[key][1]:.4g}" if key in item else "–" for key in names)]
-        for group, item in zip(groups, found, strict=True)
-    ]
-    return ["group", *names], rows
+def _best(groups: Sequence[Group], keys: int) -> list[list[int]]:
+    """Places of the highest median and of the best run of each task that has several groups."""
+    values = [(group.median, group.scores.max(initial=-np.inf)) for group in groups]
+    places: list[list[int]] = [[] for _ in groups]
+    for task in dict.fromkeys(group.task for group in groups):
+        own = [k for k, group in enumerate(groups) if group.task == task and group.finished]
+        for n, place in ((0, keys + 2), (1, keys + 4)):
+            for k in best([values[k][n] for k in own], -1):
+                if len(own) > 1:
+                    places[own[k]].append(place)
+    return places
 
 
 def _comparison_row(item: Comparison) -> list[str]:

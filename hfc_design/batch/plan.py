@@ -107,13 +107,17 @@ def read_batch(path: Path, changes: Changes = ()) -> Plan:
     """
     file = _read(path)
     found: dict[str, Cell] = {}
+    common = flat(file.set)
     others = {**changes} if isinstance(changes, Mapping) else set_keys(changes, "--set")
     for settings in _combinations(file, path):
         own = settings | others
         try:
             scenario, design = _asked(own, path.parent)
         except UserError as error:
-            raise error.within(f"{path}: cell with {_listed(own)}") from None
+            apart = {key: x for key, x in own.items() if common.get(key) != x} or own
+            first, *more = error.args
+            told = [f"cell with {_listed(apart)}: {first}", *(f"same cell: {x}" for x in more)]
+            raise type(error)(*(f"{path}: {line}" for line in told)) from None
         name = _name(scenario, design)
         found.setdefault(name, Cell(name, own, scenario, design))
     for k, item in enumerate(file.published):

@@ -15,8 +15,8 @@ from hfc_design.batch.page import page
 from hfc_design.batch.published import Reproduced
 from hfc_design.batch.runs import Run, batches_below, is_run, runs_below
 from hfc_design.batch.structure_tables import STRUCTURES
-from hfc_design.batch.structures import Winner
 from hfc_design.batch.summary import Findings, findings
+from hfc_design.batch.told import tell
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
 from hfc_design.formats.writing import csv_text
@@ -36,13 +36,13 @@ def report(
     path: Path,
     each: bool = False,
     parquet: bool = False,
-    tell: Callable[[Path, Sequence[Winner]], None] = structure_tables.tell,
+    tell: Callable[[Path, Findings | None], None] = tell,
     paper: Paper | None = None,
 ) -> None:
     """Write the page of a run, or page and tables of all runs below a folder.
 
-    ``tell`` is called with the page and the structures that won; ``paper`` is what of the page is
-    wanted for a paper.
+    ``tell`` is called with the page and what the runs gave, None of a single one;
+    ``paper`` is what of the page is wanted for a paper.
 
     Raises:
         UserError: there is no run, or none that has finished where one is needed; or Parquet is
@@ -53,7 +53,7 @@ def report(
         if each or parquet:
             raise UserError(f"{path}: is a run; --each and --parquet are for folders of runs")
         write_page(*finished_run(path), path, paper=paper)
-        tell(path / REPORT, [])
+        tell(path / REPORT, None)
         return
     batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
     with folder.waited(path, "report") if batch else nullcontext():
@@ -66,11 +66,11 @@ def report(
         _write_tables(path, found, parquet)
         told = [told.description for batch in batches_below(path) for told in folder.told(batch)]
         trees = structure_tables.trees(path, found.winners)
-        content = page(path.resolve().name, filter(None, told), found, trees)
+        content = page(path, filter(None, told), found, trees)
         write_whole(path / REPORT, content.html)
         if paper:
             paper.write(content)
-    tell(path / REPORT, found.winners)
+    tell(path / REPORT, found)
     if failed:
         raise RunError(f"{failed} of the runs got no page of their own")
 

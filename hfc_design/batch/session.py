@@ -1,5 +1,6 @@
 """What ``hfc batch`` says: the plan, the progress, the outcome."""
 
+import json
 import statistics
 import sys
 from collections import Counter, defaultdict
@@ -23,7 +24,7 @@ from hfc_design.search.loop import Search
 USUAL_SPEED = 2e7
 #: Seconds that it takes to score a given design, once compiled.
 SCORING = 0.3
-#: Seconds for the first compilation.
+#: Seconds to compile what cells of one scenario, kind and size have in common.
 COMPILING = 5.0
 #: So many cells are listed one by one.
 LISTED = 40
@@ -67,8 +68,9 @@ def batch(
         raise RunError("interrupted; the same command goes on where it stopped") from None
     finished = len(cells) - len(watch.failed)
     print(f"{len(cells)} cells in {target}: {finished} finished, {len(watch.failed)} failed")
-    for name, reason in watch.failed.items():
-        print(f"{name}: {reason}", file=sys.stderr)
+    for reason in dict.fromkeys(watch.failed.values()):
+        alike = [name for name, own in watch.failed.items() if own == reason]
+        print(f"{', '.join(alike)}: {reason}", file=sys.stderr)
     report.report(target)
     if watch.failed:
         raise RunError(f"{len(watch.failed)} of {len(cells)} cells failed")
@@ -103,10 +105,11 @@ def _show_plan(cells: list[Cell], out: Path) -> None:
     left = [cell for cell in cells if states[cell.name] != "finished"]
     speed, source = _speed(cells, out)
     seconds = sum(SCORING if cell.design else _work(cell) / speed for cell in left)
-    hours, rest = divmod(round(seconds + (COMPILING if left else 0.0)), 3600)
+    compiling = COMPILING * len({_program(cell) for cell in left})
+    hours, rest = divmod(round(seconds + compiling), 3600)
     print(
         f"{len(cells) - len(left)} of them finished; about {hours} h {rest // 60:02d} "
-        f"min {rest % 60:02d} s to go ({source})"
+        f"min {rest % 60:02d} s to go ({source}), {compiling:.0f} s of it to compile"
     )
 
 
@@ -145,6 +148,13 @@ def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
 def _work(cell: Cell) -> float:
     search, scenario = cell.scenario.search, cell.scenario
     return search.population * search.generations * scenario.simulation.steps
+
+
+def _program(cell: Cell) -> str:
+    """What is compiled once for all cells that have it in common: all but seeds and budgets."""
+    found = cell.scenario.model_dump(mode="json", exclude={"run": {"seed"}})
+    found["search"].pop("generations", None)
+    return json.dumps([found, cell.design is None], default=str)
 
 
 def _told(settings: Json) -> str:

@@ -44,8 +44,8 @@ def csv_rows(found: Iterable[Winner]) -> Iterable[list[object]]:
         yield [*which, *shares, one.best, one.median, one.runs[0].path]
 
 
-def tell(page: Path, found: Sequence[Winner]) -> None:
-    """Print the first structures of each group, if there are any, and where the page is."""
+def tell(found: Sequence[Winner]) -> None:
+    """Print the first structures of each group, if there are any."""
     groups: dict[int, list[Winner]] = {}
     for one in found:
         groups.setdefault(one.group.number, []).append(one)
@@ -64,7 +64,6 @@ def tell(page: Path, found: Sequence[Winner]) -> None:
         terminal().print()
     if others := len(found) - sum(map(len, shown)):
         terminal().print(f"{others} more structures are in {STRUCTURES}")
-    print(page)
 
 
 def trees(path: Path, found: Sequence[Winner]) -> list[Drawing]:

@@ -62,7 +62,7 @@ def batch(
     with places as place:
         place.anyway = anyway
         run_cells(out, plan.cells, place, outcome)
-    report(out, tell=lambda page, winners: None)
+    report(out, tell=lambda page, found: None)
     if failed:
         told = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise RunError(f"{out}: {len(failed)} of {len(plan.cells)} cells failed: {told}")

@@ -1,6 +1,5 @@
 """Options of the commands that write a page: its figures and tables for a paper."""
 
-import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -13,12 +12,8 @@ from hfc_design.cli.options import Command, free
 if TYPE_CHECKING:
     from hfc_design.report.paper import Paper
 
+#: Those of ``report.paper``, which takes long to import.
 KINDS = "pdf", "svg", "pgf"
-#: A column of most journals of two, and what is allowed [mm].
-COLUMN, LEAST, MOST = 88.9, 40.0, 400.0
-#: Millimetres of what a width may be given in; a point is TeX's.
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72.27}
-WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
 #: Of a place, where its folders lie and what their names begin with: what is wanted there.
 Papers = Callable[[Path, str], "Paper | None"]
 
@@ -48,7 +43,7 @@ def for_a_paper(command: Command) -> Command:
         def papers(folder: Path, stem: str = "") -> "Paper | None":
             if figures is None and not latex:
                 return None
-            from hfc_design.report.paper import Paper
+            from hfc_design.report.paper import COLUMN, Paper
 
             drawn = free(folder / f"{stem}figures", "--figures", folder=True) if figures else None
             tables = free(folder / f"{stem}latex", "--latex", folder=True) if latex else None
@@ -63,10 +58,9 @@ def _millimetres(_: click.Context, option: click.Parameter, told: str | None) ->
     """A width in millimetres."""
     if told is None:
         return None
-    found = WIDTH.fullmatch(told)
-    width = float(found[1]) * MILLIMETRES[found[2]] if found else 0.0
-    if not LEAST <= width <= MOST:
-        units = ", ".join(MILLIMETRES)
-        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in all"
-        raise click.BadParameter(f"{told!r}: has to be {allowed}")
-    return width
+    from hfc_design.report.paper import millimetres
+
+    try:
+        return millimetres(told)
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from None

@@ -65,7 +65,7 @@ def report(
     elsewhere = bool(scenario or changes or others)
     if isdir(place) and not elsewhere:
         from hfc_design.batch.report import report
-        from hfc_design.batch.structure_tables import tell
+        from hfc_design.batch.told import tell
 
         if out is not None:
             raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")

@@ -44,6 +44,7 @@ def page(found: Identified, command: str) -> Page:
     units = found.free.drive.parameter_units
     return rendered(
         "identified.html.j2",
+        f"{found.free.drive.name} from {found.log}",
         small_address,
         log=found.log,
         plant=found.free.drive.name,

@@ -52,8 +52,10 @@ def finish(axes: Axes, label: str, x: str = "") -> None:
     axes.yaxis.set_label_coords(-0.155, 0.5)
     numbers = axes.yaxis.get_major_formatter().format_ticks(list(axes.get_yticks()))
     if any(len(number) > ROOM for number in numbers):
-        axes.ticklabel_format(axis="y", scilimits=(0, 0))  # a power of ten stands above
-        axes.yaxis.get_offset_text().set(ha="right", fontsize=8)
+        axes.ticklabel_format(axis="y", scilimits=(0, 0))
+    # A power of ten stands inside; above it would lie on the frame of the next panel.
+    axes.yaxis.get_offset_text().set(x=0.01, ha="left", va="top", fontsize=8)
+    vars(axes.yaxis)["OFFSETTEXTPAD"] = -1
 
 
 def logarithmic(axes: Axes) -> None:
@@ -68,23 +70,32 @@ def logarithmic(axes: Axes) -> None:
         return
     least = max(positive.min(), DEEPEST * positive.max())
     floor = 10.0 ** np.floor(np.log10(least))
-    many = positive.max() > 500 * least
+    lowest = floor if (values < floor).any() else least
+    many = positive.max() > 500 * lowest
+    powers = lowest < 1e-4 or positive.max() >= 1e5  # of which :g would write some, not all
     axes.set_yscale("log")
     if (values < floor).any():
         for line in axes.lines:
             line.set_ydata(np.maximum(line.get_ydata(), floor))
         axes.relim()
         axes.set_ylim(bottom=floor)
-        axes.text(
-            0.99, 0.02, f"at the edge: {floor:g} and less", **_INSIDE, transform=axes.transAxes
-        )
+        told = f"edge: {_tick(floor, powers)} or less"
+        axes.text(0.99, 0.02, told, **_INSIDE, transform=axes.transAxes)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _tick(value, powers)))
+
+
+def _tick(value: float, power: bool) -> str:
+    """A number on a logarithmic axis, all of them with powers of ten or none."""
+    if not power or value <= 0.0:
+        return f"{value:g}"
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
 
 
 #: How a note stands in the lower right corner of a picture.
-_INSIDE: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 8, "color": "0.3"}
+_INSIDE: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 7.5, "color": "0.3"}
 
 
 def plain(label: str, longest: int = LABEL) -> str:

@@ -37,6 +37,8 @@ def heat_map(
     limit = float(np.abs(shades).max()) or 1.0
     largest = np.abs(values).max()
     decimals = 2 if largest < 10 else 1 if largest < 100 else 0
+    if largest >= 10 and np.array_equal(values, np.round(values)):  # they need the room
+        decimals = 0
     rows, columns = (np.arange(len(of) + 1) - 0.5 for of in labels)
     mesh = axes.pcolormesh(columns, rows, shades, cmap="RdBu_r", vmin=-limit, vmax=limit)
     size = 9 if len(labels[1]) <= TERMS else 7

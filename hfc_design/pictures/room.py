@@ -11,7 +11,7 @@ from matplotlib.legend import Legend
 
 #: Of texts side by side that would touch, as numbers in cells: the least size [pt],
 #: and the share of their place that they then have.
-CELL, FILLED = 5.0, 0.92
+CELL, FILLED = 5.0, 0.85
 #: Between a legend and what is below it, in dots of 1/100 in.
 ROOM = 3.0
 

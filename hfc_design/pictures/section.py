@@ -1,6 +1,6 @@
 """What a part of a page is made of: tables, figures, and both under a heading."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
@@ -15,6 +15,7 @@ class Listing(NamedTuple):
     caption: str
     head: list[str]
     rows: Rows
+    best: Sequence[Collection[int]] = ()  # of each row the places of the best; () for none in all
 
 
 class Drawing(NamedTuple):

@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import re
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Sequence
 from importlib.resources import files
 from itertools import chain, count
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from hfc_design.pictures.units import BELOW
 
 REPORT = "report.html"
 #: Letters of the name of a file.
-LONGEST = 60
+LONGEST = 120
 
 
 class Page(NamedTuple):
@@ -27,12 +27,15 @@ class Page(NamedTuple):
     html: bytes
     figures: dict[str, Figure]
     tables: dict[str, Listing]
+    of: str  # what the page is about, as captions outside of it say
 
 
-def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values: object) -> Page:
+def rendered(
+    name: str, /, of: str, picture: Callable[[Figure], str] = address, **values: object
+) -> Page:
     """The page of a template; everything that stands in the values is escaped.
 
-    ``picture`` is how a figure becomes the address of an image.
+    ``of`` is what it is about; ``picture`` is how a figure becomes the address of an image.
     """
     environment = Environment(
         loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
@@ -44,8 +47,15 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
         figures[_free(called, figures)] = figure
         return _shaded(picture, figure) if shaded else picture(figure)
 
-    def kept(called: str, caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-        listing = Listing(str(caption), [*map(str, head)], [[*map(str, row)] for row in rows])
+    def kept(
+        called: str,
+        caption: str,
+        head: Sequence[str],
+        rows: Iterable[Sequence[str]],
+        best: Iterable[Collection[int]] = (),
+    ) -> str:
+        cells = [[*map(str, row)] for row in rows]
+        listing = Listing(str(caption), [*map(str, head)], cells, [*best])
         tables[_free(called, tables)] = listing
         return ""
 
@@ -53,13 +63,18 @@ def rendered(name: str, /, picture: Callable[[Figure], str] = address, **values:
     environment.filters["digest"] = digest
     environment.globals["kept"] = kept
     html = environment.get_template(name).render(**values).encode()
-    return Page(html, figures, tables)
+    return Page(html, figures, tables, of)
+
+
+def plain_name(called: str) -> str:
+    """Letters and digits of what something is called, as files and labels may have them."""
+    letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
+    return letters[:LONGEST].rstrip("-") or "unnamed"
 
 
 def _free(called: str, taken: Container[str]) -> str:
     """A name for a file: letters and digits of what it is called, with a number if need be."""
-    letters = re.sub("[^a-z0-9]+", "-", called.lower()).strip("-")
-    name = letters[:LONGEST].rstrip("-") or "unnamed"
+    name = plain_name(called)
     names = chain([name], (f"{name}-{k}" for k in count(2)))
     return next(one for one in names if one not in taken)
 

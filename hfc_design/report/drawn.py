@@ -3,6 +3,7 @@
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
+from hfc_design.pictures.numbers import readable
 from hfc_design.simulation.evaluation import AxisMotion, Evaluation
 
 #: A diverged motion is not drawn once its error is this many times the largest reference.
@@ -14,17 +15,22 @@ def path_errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
     path = evaluation.contour
     if path is None or not path.any_axes:
         return []
-    found = [("contour", 1.0, path.unit, path.error)]
+    found = [("contour", *_easy(evaluation, path.unit), path.error)]
     return found if path.turned is None else [*found, ("orientation", 1.0, "deg", path.turned)]
 
 
 def error_unit(evaluation: Evaluation, axis: AxisMotion) -> tuple[float, str]:
-    """Factor and unit in which the errors of an axis are easy to read."""
-    unit = axis.drive.units["error"]
-    if unit != "rad":
-        return 1.0, unit
-    largest = np.abs(axis.motion.error[: drawn_samples(evaluation)]).max()
-    return (1e6, "µrad") if largest < 1e-3 else (1e3, "mrad")
+    """Factor and unit in which the errors of an axis, and of others alike, are easy to read."""
+    return _easy(evaluation, axis.drive.units["error"])
+
+
+def _easy(evaluation: Evaluation, unit: str) -> tuple[float, str]:
+    """The same for all errors in a ``unit``: none is in mm beside others in µm."""
+    drawn, path = slice(drawn_samples(evaluation)), evaluation.contour
+    alike = [x.motion.error[drawn] for x in evaluation.axes if x.drive.units["error"] == unit]
+    if path is not None and path.unit == unit:
+        alike.append(path.error[drawn])
+    return readable(unit, max((float(np.abs(error).max()) for error in alike), default=1.0))
 
 
 def drawn_samples(evaluation: Evaluation) -> int:

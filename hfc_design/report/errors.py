@@ -25,6 +25,9 @@ from hfc_design.pictures.figure import (
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.simulation.evaluation import Evaluation
 
+Evaluations = Mapping[str, Evaluation]
+#: So many panels stand one below the other.
+HIGHEST = 3
 #: Behind the name of a design.
 DIVERGED = " (diverged)"
 RIVALS: tuple[dict[str, Any], ...] = tuple(
@@ -36,41 +39,30 @@ RIVALS: tuple[dict[str, Any], ...] = tuple(
 )
 
 
-def motion_errors(evaluations: Mapping[str, Evaluation]) -> Figure:
+def motion_errors(evaluations: Evaluations) -> Figure:
     """As ``errors``, a small panel for each axis in each motion, two in a row."""
     first = next(iter(evaluations.values()))
-    pairs = [(name, k) for name, own in first.motions.items() for k in range(len(_errors(own)))]
-    rows = -(-len(pairs) // 2)
-    top = 0.45 + 0.2 * -(-len(evaluations) // 2)  # the legend
-    figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
-    shape = {"hspace": 0.6, "wspace": 0.28}
-    panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
-    for place, (panel, (name, k)) in enumerate(zip(panels, pairs, strict=False)):
-        each = {label: one.motions[name] for label, one in evaluations.items()}
-        what, unit = _draw_errors(panel, each, k)
-        gridded(panel, "time [s]" if place + 2 >= len(pairs) else "")
-        panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
-        panel.set_title(f"error [{unit}]", fontsize=9, loc="right")
-        panel.tick_params(labelsize=8)
-        panel.xaxis.set_major_locator(MaxNLocator(nbins=4))
-        logarithmic(panel)
-        panel.margins(x=0)
-    for panel in panels[len(pairs) :]:
-        panel.set_visible(False)
-    above(figure, panels[0])
-    return figure
+    return _small(
+        [
+            (name, {label: one.motions[name] for label, one in evaluations.items()}, k)
+            for name, own in first.motions.items()
+            for k in range(len(_errors(own)))
+        ]
+    )
 
 
-def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
+def errors(evaluations: Evaluations) -> Figure:
     """Largest error in each hundredth of the time, logarithmic; the first stands out.
 
     The contour error of an X-Y machine, else the tracking error, a panel for each axis; of a
-    program of any axes both.
+    program of any axes both. More than ``HIGHEST`` panels are small, two in a row.
 
     Errors that differ by orders of magnitude and change their sign cannot be compared otherwise.
     """
     first = next(iter(evaluations.values()))
     count = len(_errors(first))
+    if count > HIGHEST:
+        return _small([("", evaluations, k) for k in range(count)])
     top = max(0.65, 0.25 + 0.2 * -(-len(evaluations) // 2))  # the legend
     figure = framed(2.65 * count + 0.5 + top, top=top)
     panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
@@ -80,6 +72,28 @@ def errors(evaluations: Mapping[str, Evaluation]) -> Figure:
         finish(axes, f"{label} [{unit}]", "time [s]" if k + 1 == count else "")
         logarithmic(axes)
         axes.margins(x=0)
+    above(figure, panels[0])
+    return figure
+
+
+def _small(each: list[tuple[str, Evaluations, int]]) -> Figure:
+    """A panel for each motion, the designs in it, and the number of an error in ``_errors``."""
+    rows, names = -(-len(each) // 2), max(len(own) for _, own, _ in each)
+    top = 0.45 + 0.2 * -(-names // 2)  # the legend
+    figure = framed(1.7 * rows + 0.4 + top, top=top, left=0.6)
+    shape = {"hspace": 0.6, "wspace": 0.28}
+    panels = figure.subplots(rows, 2, squeeze=False, gridspec_kw=shape).ravel()
+    for place, (panel, (name, own, k)) in enumerate(zip(panels, each, strict=False)):
+        what, unit = _draw_errors(panel, own, k)
+        gridded(panel, "time [s]" if place + 2 >= len(each) else "")
+        panel.set_title(plain(f"{name} {what}".strip(), 16), fontsize=9, loc="left")
+        panel.set_title(f"error [{unit}]", fontsize=9, loc="right")
+        panel.tick_params(labelsize=8)
+        panel.xaxis.set_major_locator(MaxNLocator(nbins=4))
+        logarithmic(panel)
+        panel.margins(x=0)
+    for panel in panels[len(each) :]:
+        panel.set_visible(False)
     above(figure, panels[0])
     return figure
 
@@ -96,7 +110,7 @@ def _errors(evaluation: Evaluation) -> list[tuple[str, float, str, Floats]]:
     return found
 
 
-def _draw_errors(axes: Axes, evaluations: Mapping[str, Evaluation], k: int) -> tuple[str, str]:
+def _draw_errors(axes: Axes, evaluations: Evaluations, k: int) -> tuple[str, str]:
     """A curve for each design of error ``k`` of ``_errors``; of what it is, and its unit."""
     what, factor, unit, _ = _errors(next(iter(evaluations.values())))[k]
     labels = distinct(evaluations, LABEL - len(DIVERGED))

@@ -1,4 +1,4 @@
-"""A table of a page for a paper in LaTeX: booktabs, plain digits, everything escaped."""
+"""A table of a page for a paper in LaTeX: booktabs, few digits, everything escaped."""
 
 import re
 from collections.abc import Sequence
@@ -6,33 +6,50 @@ from decimal import Decimal
 
 from hfc_design.pictures.latex import escaped
 from hfc_design.pictures.section import Listing
+from hfc_design.report import plain_name
 
 #: How a cell of a column of numbers begins; "–" stands where there is none.
 NUMERIC = re.compile(r"[<≤]? ?[-+±\u2212]?(\d|\.\d|[–∞]|unstable$|diverged$)|$")
-#: A number with a power of ten.
-POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)(?![\w.])")
+#: A number, and its power of ten.
+NUMBER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w.])")
 MINUS = re.compile(r"(?<![\w.)])-(?=[\d.])")
 #: A column of words with more letters than that gets this share of the width.
 LONG, SHARE = 40, 0.4
+#: Digits of a number, unless more stand before the point; a number from there on has a power.
+DIGITS, LARGE = 4, 6
 #: Powers of ten up to which digits are written out.
-DIGITS = range(-7, 10)
+PLAIN = range(-3, 4)
+#: Letters of 10 points in a column of 88 mm and on a page of 181 mm, and between two columns.
+COLUMN, PAGE, GAP = 50, 103, 2.4
+#: What of a text in TeX is no letter on paper.
+COMMAND = re.compile(r"\\[a-z]+(?:\{\})?|[{}$^]")
 
 
-def table(name: str, listing: Listing) -> str:
-    r"""A ``listing`` as a table with ``\label{tab:name}``; the same gives the same text."""
+def table(name: str, listing: Listing, of: str = "") -> str:
+    r"""A ``listing`` of a page about ``of`` as a table with ``\label{tab:of-name}``.
+
+    Cells that are the best are bold, and a comment says where a table is wider than a column. The
+    same gives the same text.
+    """
     numeric = [all(map(NUMERIC.match, column)) for column in zip(*listing.rows, strict=True)]
     numeric = [False, *numeric[1:]] if numeric else [False] * len(listing.head)
     written = [_number if digits else escaped for digits in numeric]
     rows = [[write(x) for write, x in zip(written, row, strict=True)] for row in listing.rows]
+    for row, best in zip(rows, listing.best, strict=False):
+        for k in best:
+            row[k] = rf"\textbf{{{row[k]}}}"
+    head = [escaped(cell) for cell in listing.head]
+    columns = [*map(_column, numeric, _longest([listing.head, *listing.rows]))]
     lines = [
         r"% A table of hfc-design. In the preamble: \usepackage{booktabs}",
+        *_room([head, *rows], columns),
         r"\begin{table}",
         r"\centering",
-        rf"\caption{{{escaped(listing.caption)}}}",
-        rf"\label{{tab:{name}}}",
-        rf"\begin{{tabular}}{{{''.join(map(_column, numeric, _longest(listing)))}}}",
+        rf"\caption{{{escaped(': '.join(filter(None, [of, listing.caption])))}}}",
+        rf"\label{{tab:{'-'.join([*([plain_name(of)] if of else []), name])}}}",
+        rf"\begin{{tabular}}{{{''.join(columns)}}}",
         r"\toprule",
-        _row([escaped(cell) for cell in listing.head]),
+        _row(head),
         r"\midrule",
         *map(_row, rows),
         r"\bottomrule",
@@ -42,14 +59,27 @@ def table(name: str, listing: Listing) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _longest(listing: Listing) -> list[int]:
+def _longest(rows: Sequence[Sequence[str]]) -> list[int]:
     """Letters of the longest cell of each column."""
-    return [max(map(len, column)) for column in zip(listing.head, *listing.rows, strict=True)]
+    return [max(map(len, column)) for column in zip(*rows, strict=True)]
 
 
 def _column(digits: bool, longest: int) -> str:
     """Numbers on the right, words on the left, long ones in lines of their own."""
     return "r" if digits else "l" if longest <= LONG else rf"p{{{SHARE}\linewidth}}"
+
+
+def _room(rows: Sequence[Sequence[str]], columns: Sequence[str]) -> list[str]:
+    """What a comment says of a table that is wider than a column."""
+    printed = _longest([[COMMAND.sub("", cell) for cell in row] for row in rows])
+    own = [min(x, SHARE * COLUMN) if "p" in c else x for x, c in zip(printed, columns, strict=True)]
+    letters = round(sum(own) + GAP * (len(own) - 1))
+    if letters <= COLUMN:
+        return []
+    told = f"% About {letters} letters wide, a column of 88 mm has {COLUMN}: write table* for table"
+    return [told + ("," if letters > PAGE else ".")] + [
+        f"% and leave columns out or turn it: a page of 181 mm has {PAGE}."
+    ] * (letters > PAGE)
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -59,13 +89,24 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _number(cell: str) -> str:
-    """A cell with its powers of ten written out, or as powers where that would be too long."""
-    parts = POWER.split(MINUS.sub("\N{MINUS SIGN}", cell))
+    """A cell whose numbers have few digits, very large and small ones a power of ten."""
+    parts = NUMBER.split(MINUS.sub("\N{MINUS SIGN}", cell))
     told = [escaped(parts[0])]
     for mantissa, exponent, rest in zip(parts[1::3], parts[2::3], parts[3::3], strict=True):
-        if int(exponent) in DIGITS:
-            told.append(f"{Decimal(f'{mantissa}e{exponent}'):f}")
-        else:
-            told.append(rf"{mantissa}$\times 10^{{{int(exponent)}}}$")
-        told.append(escaped(rest))
+        told += [_digits(mantissa, exponent), escaped(rest)]
     return "".join(told)
+
+
+def _digits(mantissa: str, exponent: str | None) -> str:
+    """A number without a sign; what has neither a point nor a power is a count and stays."""
+    value = Decimal(f"{mantissa}e{exponent or 0}")
+    if exponent is None and "." not in mantissa:
+        return mantissa
+    if not value:
+        return "0"
+    power = value.adjusted()
+    if power >= LARGE if exponent is None else power not in PLAIN:
+        return rf"{value.scaleb(-power):.{DIGITS}g}$\times10^{{{power}}}$"
+    if len(value.as_tuple().digits) <= DIGITS:
+        return f"{value:f}"
+    return f"{round(value, max(DIGITS - 1 - power, 0)):f}"

@@ -16,16 +16,23 @@ from hfc_design.files.named_scenario import scenario_toml
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
 from hfc_design.formats import FORMATS
+from hfc_design.pictures.numbers import metric
 from hfc_design.report import REPORT, Page, plots, rendered, searches, trade_off
 from hfc_design.report.errors import errors, motion_errors
 from hfc_design.report.paper import Paper
-from hfc_design.report.parts import best_structures, first_metrics, how_near, sections, whether_used
+from hfc_design.report.parts import (
+    best_structures,
+    first_metrics,
+    how_near,
+    metric_rows,
+    sections,
+    whether_used,
+)
 from hfc_design.report.verdict import BASELINES, Evaluations, measure, summary
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.simulation.evaluating import evaluate, meanings
 from hfc_design.simulation.evaluation import Evaluation
-from hfc_design.simulation.score_tables import score_rows
 from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
@@ -63,6 +70,7 @@ def write_page(
         own,
         rivals,
         used=lambda: used(scenario, result, folder),
+        of=folder.resolve().name,
         attained=how_near(folder),
         front=front and trade_off.section(front),
         run=True,
@@ -103,6 +111,7 @@ def design_page(
         own,
         rivals,
         used=lambda: usable(design, scenario).numbers(),
+        of=design.name,
         attained=None,
         front=None,
         run=False,
@@ -130,26 +139,30 @@ def _rendered(
     own: Evaluation,
     rivals: Evaluations,
     used: Callable[[], Json],
+    of: str,
     **others: Any,
 ) -> Page:
-    """The page of a design on a scenario, of a run or by itself."""
-    evaluations, told = {OWN: own, **rivals}, meanings(scenario)
-    scores = score_rows(scenario.judge(), [*evaluations.values()], ".4g", "–")
+    """The page of a design on a scenario, of a run or by itself; ``of`` is what it is called."""
+    evaluations = {OWN: own, **rivals}
+    scores = metric_rows(scenario, [*evaluations.values()])
     first = first_metrics(own, scenario)
     return rendered(
         "report.html.j2",
+        f"{of} on {scenario.name}",
         scenario=scenario,
         design=design,
         kind=design.kind.name,
         summary=summary(scenario, own, rivals),
         polished=polish_told(design),
         names=list(evaluations),
-        scores=[[told.get(key, key), *row] for key, *row in scores if key in first],
-        others=[[told.get(key, key), *row] for key, *row in scores if key not in first],
+        scores=[row for key, row in scores.items() if key in first],
+        others=[row for key, row in scores.items() if key not in first],
+        meant=[(metric(key, text)[0], text) for key, text in meanings(scenario).items()],
         measure=measure(scenario.judge()),
         contour=own.contour is not None and not own.contour.any_axes,
         used=whether_used(used),
         doubts=doubts(scenario),
+        chaotic=own.chaotic,
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=(motion_errors if own.motions else errors)(evaluations),

@@ -1,5 +1,6 @@
 """Figures and tables of a page as files for a paper."""
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +15,23 @@ from hfc_design.report.latex import table
 
 #: Millimetres in an inch.
 INCH = 25.4
+KINDS = "pdf", "svg", "pgf"
+#: A column of most journals of two, and what is allowed [mm].
+COLUMN, LEAST, MOST = 88.9, 40.0, 400.0
+#: Millimetres of what a width may be given in; a point is TeX's.
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "in": INCH, "pt": INCH / 72.27}
+WIDTH = re.compile(rf"(\d+(?:\.\d*)?|\.\d+) ?({'|'.join(MILLIMETRES)})")
+
+
+def millimetres(told: str) -> float:
+    """A width of a column, as in 88mm, 3.5in, 252pt; ValueError: it is none."""
+    found = WIDTH.fullmatch(told)
+    width = float(found[1]) * MILLIMETRES[found[2]] if found else 0.0
+    if not LEAST <= width <= MOST:
+        units = ", ".join(MILLIMETRES)
+        allowed = f"a number with a unit ({units}), {LEAST:g} to {MOST:g} mm in all"
+        raise ValueError(f"{told!r}: has to be {allowed}")
+    return width
 
 
 class Paper(NamedTuple):
@@ -34,7 +52,7 @@ class Paper(NamedTuple):
         if self.figures is not None:
             write(self.figures, dict(map(self._file, page.figures, page.figures.values())))
         if self.tables is not None:
-            told = {f"{name}.tex": table(name, own) for name, own in page.tables.items()}
+            told = {f"{name}.tex": table(name, own, page.of) for name, own in page.tables.items()}
             write(self.tables, told)
         return [path for path in (self.figures, self.tables) if path is not None]
 

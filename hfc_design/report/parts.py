@@ -1,6 +1,6 @@
 """What the page of a design tells in its parts: use, bounds, structures, the controller."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,13 +14,16 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import with_converter
 from hfc_design.files.scenario import Scenario
-from hfc_design.pictures.numbers import score
+from hfc_design.pictures.numbers import digits, score
 from hfc_design.pictures.section import Listing, Section
+from hfc_design.report.comparison.tables import titled
 from hfc_design.report.in_use import in_use
 from hfc_design.runs.attained import HEADS, attained_rows, attained_told, kept_attained, left_out
 from hfc_design.runs.individuals import genome_of
 from hfc_design.search.loop import Archive
+from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.evaluation import Evaluation
+from hfc_design.simulation.score_tables import score_rows
 
 #: This many structures are listed.
 BEST = 10
@@ -33,6 +36,17 @@ def first_metrics(own: Evaluation, scenario: Scenario) -> Collection[str]:
     each = own.motions.items()
     errors = (f"{name.replace('-', '_')}_{next(iter(one.metrics))}" for name, one in each)
     return [*scenario.judge().titles.values(), *errors]
+
+
+def metric_rows(scenario: Scenario, found: Sequence[Evaluation]) -> dict[str, list[str]]:
+    """By the keys of the metrics, of scores their titles: rows of tables, a cell an evaluation."""
+    told = meanings(scenario)
+    rows = {row[0]: row for row in score_rows(scenario.judge(), found, "", "–")}
+    for key in rows.keys() & told:
+        values = [one.metrics[key] for one in found]
+        name, factor = titled(key, told[key], values)
+        rows[key] = [name, *("–" if x is None else digits(factor * x) for x in values)]
+    return rows
 
 
 def whether_used(numbers: Callable[[], Json]) -> Json | None:
@@ -61,7 +75,7 @@ def best_structures(archive: Archive, scenario: Scenario) -> Listing | None:
     trees = archive.population.tree
     return Listing(
         "The best structures, each with the best that the search "
-        f"(in {scenario.run.precision}) found for it; the controller above is the best of them in "
+        f"(in {scenario.run.precision}) found for it; the run's controller is the best of them in "
         "float64. A unit is written (column input, row input).",
         ["structure", scenario.judge().title],
         [[genome.notation(int(trees[k])), score(archive.score[k])] for k in order],

@@ -69,7 +69,12 @@ def test_terminal_and_page_have_them(counted):
     done = hfc("report", counted)
     lines = done.stdout.splitlines()
     assert lines[-1] == str(counted / "report.html")
-    assert lines[0].rstrip() == "structures that won in c-axis-ramp, group 1: preset race"
+    assert "structures that won in c-axis-ramp, group 1: preset race" in map(str.rstrip, lines)
+    assert lines[0].rstrip() == "c-axis-ramp: fitness"
+    (group,) = (line for line in lines if line.startswith("1: preset race"))
+    assert group.split()[-6:] == ["5", "12.0", "11.0", "to", "13.0", "14.0"]
+    told = " ".join(done.stdout.split())
+    assert "of group 1: preset race (5 runs). That the other group is lower may be chance." in told
     (row,) = (line for line in lines if "3 of 5" in line)
     assert row.split()[-6:] == ["60", "(15", "to", "95)", "12.0", "11.0"]
     page = (counted / "report.html").read_text()
@@ -90,7 +95,8 @@ def test_a_terminal_is_told_no_control_characters(tmp_path):
 def test_no_table_where_there_is_but_one_structure(tmp_path):
     batch_of(tmp_path, ({"scenario": "a"}, [(1.0, ""), (2.0, "")]))
     done = hfc("report", tmp_path)
-    assert done.stdout == f"{tmp_path / 'report.html'}\n"
+    assert "structure" not in done.stdout.replace(str(tmp_path), "")
+    assert "The highest median fitness is 1.5, of group 1 (2 runs)." in done.stdout
     assert not (tmp_path / "structures.csv").exists()
     assert "Which structures won" not in (tmp_path / "report.html").read_text()
 

@@ -1,11 +1,13 @@
 """The tables of many runs, against numpy and SciPy, as CSV and as Parquet."""
 
+import json
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 import scipy.stats
+import tex
 from run_folders import PRESETS, batch_folder, hfc, table
 
 
@@ -54,3 +56,29 @@ def test_parquet_without_pyarrow(tmp_path, monkeypatch):
     assert found.exit_code == 2
     assert "pip install 'hfc-design[parquet]'" in found.stderr
     assert not (tmp_path / "runs.csv").exists()
+
+
+def test_the_best_of_each_task_is_bold_in_a_paper(tmp_path):
+    """Less is better of an error, more of a fitness; tasks do not compare."""
+    runs = [
+        ("a", "x", 5.0, 2e-3),
+        ("a", "y", 4.0, 1e-3),
+        ("b", "x", 9.0, 4e-3),
+        ("b", "y", 8.0, 5e-3),
+    ]
+    told = [({"scenario": task, "search.preset": own}, [score]) for task, own, score, _ in runs]
+    for name, (*_, error) in zip(batch_folder(tmp_path, told), runs, strict=True):
+        path = tmp_path / name / "design.json"
+        design = json.loads(path.read_text())
+        design["score"] |= {"rms_error_rad": error, "merit": error}
+        path.write_text(json.dumps(design))
+        (tmp_path / name / "config.toml").write_text('name = "a"\n')
+    assert hfc("report", tmp_path, "--latex").exit_code == 0
+    text = (tmp_path / "latex" / "metrics.tex").read_text()
+    assert tex.rows(text)[0] == ["metric", "1", "2", "3", "4"]
+    bold = {line.split(" & ")[0]: line for line in text.splitlines() if "textbf" in line}
+    assert bold == {"rms error [mrad]": r"rms error [mrad] & 2 & \textbf{1} & \textbf{4} & 5 \\"}
+    groups = (tmp_path / "latex" / "groups.tex").read_text()
+    first = [line for line in groups.splitlines() if "textbf" in line]
+    assert [line.split(" & ")[0] for line in first] == ["1", "3"]
+    assert rf"\label{{tab:{tmp_path.name.lower().replace('_', '-')}-groups}}" in groups

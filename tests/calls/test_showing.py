@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 from matplotlib.figure import Figure
+from run_folders import batch_folder
 
 import hfc_design.api as hfc
 
@@ -120,3 +121,57 @@ def test_the_page_of_a_design_and_of_a_run(tmp_path):
         hfc.report("pd-only", each=True)
     with pytest.raises(hfc.UserError, match="no such design"):
         hfc.report(str(tmp_path / "nowhere"))
+
+
+PAPER = {"figures": "pdf", "width": "88mm", "latex": True}
+
+
+def test_a_page_for_a_paper_has_what_the_command_writes(tmp_path):
+    short = hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
+    hfc.report("pd-only", tmp_path / "a.html", scenario=short, **PAPER)
+    (box,) = re.findall(
+        rb"/MediaBox \[([^\]]*)\]", (tmp_path / "a-figures/response.pdf").read_bytes()
+    )
+    assert float(box.split()[2]) == pytest.approx(88 / 25.4 * 72)
+    assert "pd-only on c-axis-ramp" in (tmp_path / "a-latex/scores.tex").read_text()
+    found = hfc.compare(["pd-only", "lin-lee-1999-table-1"], [short], 0.2, 3)
+    hfc.comparison_page(found, tmp_path / "b.html", **PAPER)
+    assert r"\textbf" in (tmp_path / "b-latex/c-axis-ramp.tex").read_text()
+    assert (tmp_path / "b-figures/machines.pdf").exists()
+    for wrong, why in [
+        ({"width": "88mm"}, "width: is that of figures"),
+        ({"figures": "png"}, "figures = 'png': has to be one of pdf, svg, pgf"),
+        ({"figures": "pdf", "width": 88}, "width = 88: has to be a text"),
+    ]:
+        with pytest.raises(hfc.UserError, match=why):
+            hfc.report("pd-only", tmp_path / "c.html", scenario=short, **wrong)
+
+
+def test_several_are_drawn_over_one_another(tmp_path):
+    short = hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
+    two = {name: hfc.evaluate(name, short) for name in ("pd-only", "lin-lee-1999-table-1")}
+    figure = hfc.plot(two, tmp_path / "a.pdf", "on a ramp", width="88mm")
+    assert figure.get_figwidth() == pytest.approx(88 / 25.4)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [*two, "reference"]
+    error = figure.axes[1].lines[0].get_ydata()
+    assert max(abs(error)) == pytest.approx(1e3 * two["pd-only"].metrics["max_error_rad"])
+    other = hfc.evaluate(
+        "pd-only", hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.2})
+    )
+    with pytest.raises(hfc.UserError, match="of the same one motion"):
+        hfc.plot({"a": two["pd-only"], "b": other})
+    with pytest.raises(hfc.UserError, match="all evaluations, results or findings"):
+        hfc.plot({"a": "pd-only"})
+
+
+def test_findings_are_drawn_as_their_searches(tmp_path):
+    batch_folder(tmp_path, [({"search.preset": name}, [k, 9.0]) for k, name in enumerate("ab", 2)])
+    found = hfc.findings(tmp_path)
+    figure = hfc.plot(found)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["1: preset b", "2: preset a"]
+    assert figure.axes[0].lines[1].get_ydata()[-1] == 5.5  # the median of 2 and 9
+    twice = hfc.plot({"mine": found, "yours": found})
+    assert len(twice.axes[0].lines) == 4
+    assert twice.legends[0].get_texts()[0].get_text() == "mine 1: preset b"

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from run_folders import batch_folder
 
 from hfc_design import api as hfc
 from hfc_design.cli import main
@@ -195,3 +196,13 @@ def test_what_a_kind_has_not(tmp_path):
         "plot", "huang-soc", "surface", "--axis", "x", *out
     )
     assert not (tmp_path / "a.png").exists()
+
+
+@pytest.mark.parametrize("command", [("plot", "surface", "--out"), ("simulate", "", "--csv")])
+def test_the_folder_of_a_batch_is_called_one(command, tmp_path):
+    batch_folder(tmp_path / "many", [({"search.preset": "race"}, [1.0])])
+    name, what, option = command
+    words = [name, tmp_path / "many", *filter(None, [what]), option, tmp_path / "a.png"]
+    told = refused(*words)
+    assert "many: is the folder of a batch, not of a design; name one of the runs" in told
+    assert told.rstrip().endswith("many convergence")

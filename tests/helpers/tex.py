@@ -13,6 +13,7 @@ PRINTS = {
     "textbar": "|",
     "textmu": "µ",
     "textdegree": "°",
+    "textbf": "",
     "ldots": "…",
     "pm": "±",
     "times": "×",

@@ -60,7 +60,8 @@ def test_it_has_the_parts_of_a_runs_page_without_the_search(page):
 def test_its_figures_are_those_of_a_score(page):
     told = json.loads(hfc("score", page.parent / FILE, "--json").stdout)
     text = page.read_text()
-    assert f"{told['rms_error_rad']:.4g}</td>" in text
+    assert f"{1e3 * told['rms_error_rad']:.4g}</td>" in text
+    assert "rms error [mrad]</th>" in text
     assert "<dt>source</dt>" in text
     for hostile in (HOSTILE, FILE):
         assert hostile not in text

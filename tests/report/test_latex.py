@@ -46,22 +46,44 @@ def test_every_row_has_the_cells_of_the_head():
 @pytest.mark.parametrize(
     ("cell", "told"),
     [
-        ("4.83e-05", "0.0000483"),
+        ("4.83e-05", "4.83×10^−5"),
         ("-1.5e+03", "−1500"),
-        ("1e-05 to 2e-05", "0.00001 to 0.00002"),
+        ("1.234e+04", "1.234×10^4"),
+        ("1e-05 to 2e-05", "1×10^−5 to 2×10^−5"),
         ("0.203 / 2.48e+10", "0.203 / 2.48×10^10"),
-        ("1.2e-12", "1.2×10^−12"),
+        ("10358026.8", "1.036×10^7"),
+        ("8191.2 to 52483.1", "8191 to 52483"),
+        ("380.5724", "380.6"),
+        ("0.0000", "0"),
+        ("4294967295", "4294967295"),  # a seed
         ("< 0.0001", "< 0.0001"),
         ("94.3–99.2", "94.3–99.2"),
         ("∞", "∞"),
     ],
 )
-def test_numbers_are_plain_digits(cell, told):
+def test_numbers_have_few_digits(cell, told):
     text = table("x", Listing("c", ["name 1e-05", "value"], [["run 1e-05", cell]]))
     assert r"\begin{tabular}{lr}" in text
     (name, value) = tex.rows(text)[1]
     assert name == "run 1e-05"  # a name stays what it is
     assert value.replace(" ", "") == told.replace(" ", "")
+
+
+def test_the_best_are_bold_and_a_table_says_whose_it_is():
+    rows = [["a", "1.5", "2"], ["b", "3", "4"]]
+    listing = Listing("Medians.", ["metric", "x", "y"], rows, [[1], []])
+    text = table("groups", listing, "100 %_of runs")
+    assert [line for line in text.splitlines() if "textbf" in line] == [r"a & \textbf{1.5} & 2 \\"]
+    assert r"\label{tab:100-of-runs-groups}" in text
+    assert tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1]) == "100 %_of runs: Medians."
+    assert "wide" not in text
+
+
+def test_a_table_that_no_column_has_room_for_says_so():
+    wide = table("x", Listing("c", ["metric", *"ab"], [["a" * 30, "12345.678" * 2, "b" * 20]]))
+    assert "write table* for table." in wide
+    wider = table("x", Listing("c", [*"abc"], [["a" * 39] * 3]))
+    assert "leave columns out" in wider
 
 
 def test_words_stand_on_the_left_and_long_ones_have_lines():

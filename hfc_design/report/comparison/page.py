@@ -14,7 +14,7 @@ from hfc_design.report.comparison.tables import (
     lines,
 )
 from hfc_design.report.errors import errors
-from hfc_design.simulation.comparison import Bout, Comparison
+from hfc_design.simulation.comparison import SCORES, Bout, Comparison
 
 STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css")
 #: So many panels below each other fit on a page.
@@ -29,6 +29,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
     data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
     return rendered(
         "comparison.html.j2",
+        " and ".join(names),
         small_address,
         names=names,
         machines=comparison.machines,
@@ -37,6 +38,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
         failures=list(failures(comparison)),
         together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
         motions=[_moved(comparison, *each) for each in zip(moved, shown, strict=True)],
+        meant=_meant(comparison),
         machines_drawn=machines(comparison),
         ratios=ratios(comparison),
         head=DIFFERENCE_HEAD,
@@ -54,6 +56,12 @@ def page(comparison: Comparison, command: str = "") -> Page:
         script=inside("templates/comparison.js"),
         licence=inside("uplot/LICENSE"),
     )
+
+
+def _meant(comparison: Comparison) -> list[tuple[str, str]]:
+    """Names and meanings of all metrics, each once."""
+    each = ((bout, *item) for bout in comparison.bouts for item in bout.meanings.items())
+    return list({called(bout, key): text for bout, key, text in each if key not in SCORES}.items())
 
 
 def _told(comparison: Comparison, bout: Bout) -> dict[str, Any]:

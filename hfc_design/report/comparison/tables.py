@@ -8,7 +8,7 @@ import numpy as np
 
 from hfc_design.core.numbers import Floats
 from hfc_design.core.statistics import Interval
-from hfc_design.pictures.numbers import readable
+from hfc_design.pictures.numbers import digits, metric, readable
 from hfc_design.simulation.comparison import (
     HALF,
     NEARLY_ALL,
@@ -19,7 +19,6 @@ from hfc_design.simulation.comparison import (
     Side,
 )
 from hfc_design.simulation.repeats import range_told
-from plants import in_a_name
 
 #: What stands where there is no number.
 NONE = "–"
@@ -38,6 +37,11 @@ class Line(NamedTuple):
         """Its cells from the left to the right."""
         return [self.metric, self.of, *self.cells]
 
+    @property
+    def places(self) -> list[int]:
+        """Where in ``row`` the best ones stand."""
+        return [k + 2 for k in self.best]
+
 
 def lines(bout: Bout, every: bool = False) -> list[Line]:
     """How stable the designs are and what they do, the most important first.
@@ -49,7 +53,7 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
     shares = [float(side.stable.mean()) for side in sides]
     percent = [short(100 * share) for share in shares]
     found = [
-        Line("stable machines [%]", "all", percent, _best(shares, -1)),
+        Line("stable machines [%]", "all", percent, best(shares, -1)),
         Line("", "interval", [_percent(side.interval) for side in sides], []),
     ]
     keys = bout.compared()
@@ -67,35 +71,34 @@ def lines(bout: Bout, every: bool = False) -> list[Line]:
         for what in of if every or key == keys[0] else ("median",):
             each = zip(of[what], sides, strict=True)
             cells = [_cell(value, factor, side, what, key) for value, side in each]
-            found.append(Line(name, what, cells, _best(of[what], -1 if key in SCORES else 1)))
+            found.append(Line(name, what, cells, best(of[what], -1 if key in SCORES else 1)))
             name = ""
     return found
 
 
 def named(bout: Bout, key: str, values: Sequence[float | None]) -> tuple[str, float]:
     """What a metric is called, with a unit for numbers of this size, and the factor to that."""
+    return titled(key, bout.meanings[key], values)
+
+
+def titled(key: str, meaning: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """The same of a metric with a ``meaning``, which of a score is its title."""
     if key in SCORES:
-        return called(bout, key), 1.0
+        return meaning, 1.0
     sizes = [abs(x) for x in values if x and isfinite(x)]
-    factor, unit = readable(_unit(bout, key), min(sizes, default=1.0))
-    return f"{called(bout, key)} [{unit}]", factor
+    name, base = metric(key, meaning)
+    factor, unit = readable(base, min(sizes, default=1.0))
+    return f"{name} [{unit}]" if unit else name, factor
 
 
 def called(bout: Bout, key: str) -> str:
     """The same without a unit."""
-    if key in SCORES:
-        return bout.meanings[key]
-    return key.removesuffix(f"_{in_a_name(_unit(bout, key))}").replace("_", " ")
-
-
-def _unit(bout: Bout, key: str) -> str:
-    """Where the meaning of every metric ends."""
-    return bout.meanings[key].rpartition("[")[2].rstrip("]")
+    return bout.meanings[key] if key in SCORES else metric(key, bout.meanings[key])[0]
 
 
 def short(value: float) -> str:
     """Three digits, or all that stand before the point."""
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e7 else f"{value:.3g}"
+    return digits(value, 3)
 
 
 def between(low: float, high: float, write: Callable[[float], str] = short) -> str:
@@ -118,7 +121,8 @@ def _cell(value: float | None, factor: float, side: Side, what: str, key: str) -
     return NONE if stable else "unstable"
 
 
-def _best(values: Sequence[float | None], sign: int) -> list[int]:
+def best(values: Sequence[float | None], sign: int) -> list[int]:
+    """Places of the least ``sign`` times a value; none where all are alike."""
     known = [sign * x for x in values if x is not None]
     if not known or (len(known) == len(values) and max(known) == min(known)):
         return []

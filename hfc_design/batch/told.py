@@ -1,0 +1,45 @@
+"""What a batch found, at a terminal: its groups, which are more than chance, its structures."""
+
+from pathlib import Path
+
+from rich.text import Text
+
+from hfc_design.batch import structure_tables
+from hfc_design.batch.groups import Group
+from hfc_design.batch.page import group_row, sentence
+from hfc_design.batch.summary import Findings
+from hfc_design.core.console import plain_table, show_whole, terminal
+from hfc_design.core.records import harmless
+
+#: Of so many tasks, and groups of each, the medians are told.
+TASKS, GROUPS = 6, 10
+HEAD = ["group", "runs", "median", "quartiles", "best"]
+
+
+def tell(page: Path, found: Findings | None) -> None:
+    """Print what the runs gave, if it is more than one, and where the page is."""
+    if found is not None:
+        tasks = list(dict.fromkeys(group.task for group in found.groups))
+        for task in tasks[:TASKS]:
+            groups = [group for group in found.groups if group.task == task]
+            _show(groups)
+            terminal().print(Text(harmless(sentence(groups, found.comparisons))))
+            terminal().print()
+        if len(tasks) > TASKS:
+            terminal().print(f"{len(tasks) - TASKS} more tasks are in groups.csv\n")
+        structure_tables.tell(found.winners)
+    print(page)
+
+
+def _show(groups: list[Group]) -> None:
+    """The medians of a task over the seeds, the highest first."""
+    title = f"{groups[0].task}: {groups[0].measure}"
+    table = plain_table(title=Text(harmless(title)), title_style="")
+    for k, name in enumerate(HEAD):
+        table.add_column(name, justify="right" if k else "left")
+    for group in groups[:GROUPS]:
+        cells = [harmless(group.label), *group_row(group, [])[1:]]
+        table.add_row(*map(Text, cells))
+    show_whole(table)
+    if len(groups) > GROUPS:
+        terminal().print(f"{len(groups) - GROUPS} more groups are in groups.csv")
