@@ -97,8 +97,10 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
-        f"Control surface: what the rules command between the centres of the terms{whose}."
-        + f" An error of up to {zone:g} BLU enters as 0." * bool(zone),
+        f"Control surface: what the rules command over both inputs{whose}. Where a term of each is "
+        "highest one rule says it alone, elsewhere several together."
+        + f" An error of up to {zone:g} BLU enters as 0."
+        * bool(zone),
     )
 
 
