@@ -44,7 +44,8 @@ def stability(
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
     if design is None:
-        return StableGains(stable_range(**{**PUBLISHED, **given}), {})
+        drive = PUBLISHED | given
+        return StableGains(stable_range(**drive), {}, drive)
     from hfc_design.controllers.kind import needed
     from hfc_design.files.machine import PlantSettings  # with JAX
     from hfc_design.files.pairing import load_design, open_loops
@@ -55,9 +56,10 @@ def stability(
         if given:
             option = next(iter(given)).replace("_", "-")
             raise UserError(f"--{option}: design {own.name} is judged on its own drive")
-        return LoopMargins(loops, every)
+        return LoopMargins(loops, every, own.plant.name)
     lacks = "no flc, aflc or soflc, and neither pid+ff, lqr or lqi nor with a linear part"
     points = needed(own.kind.table_gains, own, lacks)(own.controller)
     axes = [(axis.drive, axis.parameters) for axis in plant.each()]
     told = f"design {own.name} is for the plant {own.plant.name}"
-    return StableGains(stable_range(**drive_of(told, axes, every, given)), points)
+    drive = drive_of(told, axes, every, given)
+    return StableGains(stable_range(**drive), points, drive)

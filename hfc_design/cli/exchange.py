@@ -122,7 +122,7 @@ def import_(
     from hfc_design.core.records import UserError
     from hfc_design.files.design import design_json
     from hfc_design.files.machine import ALL_PLANTS
-    from hfc_design.formats.reading import Wish, assumed, deviation_told, imported
+    from hfc_design.formats.reading import Wish, assumed, deviation_told, imported, left_out_told
 
     pairs = {}
     for item in signals:
@@ -138,6 +138,8 @@ def import_(
     write_whole(path, (design_json(design) + "\n").encode())
     if isinstance(told := design.provenance.get("sampled"), dict):
         click.echo(deviation_told(told, chosen=terms is not None))
+        if holes := left_out_told(told):
+            click.echo(f"hfc: warning: {holes}", err=True)
     if note := assumed(wish, design):
         click.echo(note)
     click.echo(path)

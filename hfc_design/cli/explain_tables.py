@@ -13,6 +13,10 @@ PARTS = {
     "integral": "integral",
     "compensation": "low-velocity compensation",
 }
+CONVERTED = (
+    "From the converter: the command as the drive gets it, rounded to whole steps\n"
+    "or cut to its limit."
+)
 #: Columns that degrees of all terms may take beside one another.
 WIDEST = 42
 
@@ -51,8 +55,10 @@ def _signals(found: Json) -> None:
     units = found["units_of_signals"]
     inputs = {item["name"]: item for item in found.get("inputs", ())}
     readings = {name: item["reading"] for name, item in inputs.items()} | found["signals"]
+    called = {signal: name for name, signal in found.get("names", {}).items()}
     for name, reading in readings.items():
-        row = [name, f"{reading:.6g}", units.get(name, "")]
+        told = f"{called[name]} ({name})" if name in called else name
+        row = [told, f"{reading:.6g}", units.get(name, "")]
         if name in inputs:
             scaled = inputs[name]["scaled"]
             clamped = f"{min(max(scaled, -1.0), 1.0):.4f}"
@@ -119,6 +125,8 @@ def _command(found: Json) -> None:
     if found["accepted"] != found["command"]:
         table.add_row("from the converter", f"{found['accepted']:.6g}")
     show_whole(table)
+    if found["accepted"] != found["command"]:
+        terminal().print(CONVERTED, highlight=False)
 
 
 def _table(title: str | None, *names: str) -> Table:

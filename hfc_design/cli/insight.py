@@ -103,5 +103,7 @@ def stability(
         save(found.figure(), plot)
     if as_json:
         click.echo(json.dumps(found.numbers()))
-    else:
-        found.show()
+        return
+    found.show()
+    if plot is not None:
+        click.echo(plot)

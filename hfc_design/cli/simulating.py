@@ -133,6 +133,8 @@ def simulate(
         from hfc_design.simulation.evaluating import learned_in
 
         FORMATS["json"].write(learned_in(found, where, evaluation), learned_file)
+    for path in filter(None, (csv_file, plot, learned_file)):
+        click.echo(path)
     if csv_file is None and plot is None and learned_file is None:
         click.echo(trajectory_csv(evaluation), nl=False)
 

@@ -182,6 +182,8 @@ class Explain(NamedTuple):
     held: Callable[[Own], Own] = lambda record: record
     #: Other names for what is remembered: as the change of a signal, say.
     changes: dict[str, str] = {}
+    #: Names that inputs have in the program that a record comes from -> the signals that they are.
+    names: Callable[[Own], dict[str, str]] = lambda record: {}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,5 @@
-"""A two-input fuzzy unit drawn: what it commands over both inputs, and its terms."""
+"""A two-input fuzzy unit drawn: what it commands over both inputs."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,9 +8,9 @@ from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.displayed import Displayed
-from hfc_design.pictures.figure import OTHER, OWN, STRIP, WIDTH, colour_strip, framed, round_above
+from hfc_design.pictures.figure import STRIP, WIDTH, colour_strip, framed, round_above
 
-#: Points a side that a surface is computed at, and that terms are drawn with.
+#: Points a side that a surface is computed at, and that curved terms are drawn with.
 POINTS = 81
 #: About so many colours stand for an output of one sign.
 BANDS = 12
@@ -80,28 +79,4 @@ def solid(
     axes.set_box_aspect(None, zoom=0.85)  # else the labels are cut off
     axes.view_init(elev=28.0, azim=-125.0)
     axes.set_title(title, fontsize=11, y=0.93)
-    return figure
-
-
-def terms(values: Floats, degrees: Mapping[str, Floats], label: str, title: str) -> Figure:
-    """Degrees of membership (points,) of one input's terms at ``values`` (points,)."""
-    figure = framed(2.8, top=0.75)
-    axes = figure.subplots()
-    for k, (name, degree) in enumerate(degrees.items()):
-        color = (OWN, OTHER)[k % 2]
-        axes.plot(values, degree, color=color, lw=1.4)
-        top = values[int(np.argmax(degree))]
-        axes.annotate(
-            name,
-            (top, 1.05),
-            xytext=(0, 3 + 11 * (k % 2)),  # in two rows: tops may stand close together
-            textcoords="offset points",
-            ha="center",
-            fontsize=9,
-            color=color,
-        )
-    axes.set(xlim=(values[0], values[-1]), ylim=(0.0, 1.05), yticks=(0.0, 0.5, 1.0))
-    axes.set(xlabel=label, ylabel="degree [1]", axisbelow=True)
-    axes.grid(color="0.93")
-    axes.set_title(title, fontsize=11, pad=32)
     return figure

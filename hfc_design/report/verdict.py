@@ -70,7 +70,7 @@ def _compared(own: Evaluation, rival: Evaluation, name: str) -> str:
         mine, (theirs, told) = _fitness(own)[0], _fitness(rival)
         if min(mine, theirs) <= 0.0:
             return f"that of {name} is {told}"
-        return f"{short(mine / theirs)} times that of {name}, which is {told}"
+        return f"{short(mine / theirs)} times that of {name} ({told})"
     its = f"{_rms(rival):.3g} {own.contour.unit}"
     factor = _rms(rival) / _rms(own) if _rms(own) else np.inf
     if not 0 < factor < np.inf:

@@ -4,7 +4,7 @@ All of them come from the runtime's own step: nothing is computed here but share
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hfc_design.controllers.controller import units_of
@@ -95,10 +95,11 @@ def explanation(
     """
     record = design.controller
     kind: Explain = needed(design.kind.explain, design, "it has no rules")
-    samples = [_sample(text) for text in texts]
+    names = _own_names(kind, record)
+    samples = [_sample(text, names) for text in texts]
     alone = len(samples) == 1
     for sample in samples:
-        _check(design, kind, sample, alone)
+        _check(design, kind, sample, alone, names)
     # Of a sample alone nobody knows what was commanded before it, nor which rules fired.
     own = {"controller": kind.held(record), "limits": design.limits.without_rate()}
     held = design.model_copy(update=own) if alone else design
@@ -120,6 +121,7 @@ def explanation(
         "units_of_signals": {
             name: units[kind.changes.get(name, name).removeprefix(PREVIOUS)] for name in samples[-1]
         },
+        **({"names": names} if names else {}),
         **kind.shown(record, parts),
         "command": command,
         "accepted": float(accepted),  # by the drive's converter
@@ -132,7 +134,16 @@ def explanation(
     return found
 
 
-def _sample(text: str) -> Sample:
+def _own_names(kind: Explain, record: Any) -> dict[str, str]:
+    """Names of the file that a design comes from -> signals; a signal's own name is its own."""
+    now, before = kind.signals(record)
+    taken = {*now, *before, *kind.changes}
+    own = kind.names(record)
+    both = own | {f"{PREVIOUS}{name}": f"{PREVIOUS}{signal}" for name, signal in own.items()}
+    return {name: signal for name, signal in both.items() if name not in taken and signal in taken}
+
+
+def _sample(text: str, names: Mapping[str, str]) -> Sample:
     found: Sample = {}
     for item in text.split(","):
         name, _, value = (part.strip() for part in item.partition("="))
@@ -142,18 +153,22 @@ def _sample(text: str) -> Sample:
             reading = math.nan
         if not name or not math.isfinite(reading):
             raise UserError(f"--at {item[:60]!r}: has to be SIGNAL=NUMBER, as in error=1e-4")
+        name = names.get(name, name)
         if name in found:
             raise UserError(f"--at {text[:60]}: {name} stands there twice")
         found[name] = reading
     return found
 
 
-def _check(design: Design, kind: Explain, sample: Sample, alone: bool) -> None:
+def _check(
+    design: Design, kind: Explain, sample: Sample, alone: bool, own: Mapping[str, str]
+) -> None:
     """Whether a sample holds what the controller reads and nothing else."""
     now, before = kind.signals(design.controller)
     others = {new: old for new, old in kind.changes.items() if old in before}
     names = [*now, *before, *others] if alone else now
-    listed = ", ".join(names)
+    called = {signal: name for name, signal in own.items()}
+    listed = ", ".join(f"{x} ({called[x]})" if x in called else x for x in names)
     for name in sample:
         if name not in names:
             why = f"{design.name} reads {listed}"

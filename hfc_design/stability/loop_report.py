@@ -29,6 +29,7 @@ class LoopMargins(NamedTuple):
 
     loops: Loops
     sample_time: float  # [s]
+    plant: str  # name of the machine whose drives they are of
 
     def __repr__(self) -> str:
         told: dict[str, object] = {}
@@ -48,15 +49,16 @@ class LoopMargins(NamedTuple):
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
-        return numbers(*self)
+        return numbers(self.loops, self.sample_time)
 
     def figure(self) -> "Figure":
         """Magnitude and phase of the open loops."""
-        return loop_figure(*self)
+        return loop_figure(self.loops, self.sample_time)
 
     def show(self) -> None:
         """Print the margins as a table, a column for each axis."""
-        shown = Table(caption=about(self.loops), caption_justify="left")
+        caption = f"On the plant {self.plant}. {about(self.loops)}"
+        shown = Table(caption=caption, caption_justify="left")
         shown.add_column("linear loop, opened at the command", no_wrap=True)
         for axis in self.loops:
             shown.add_column(axis or "value", justify="right")

@@ -26,6 +26,11 @@ Points = Mapping[str, tuple[float, float]]
 MARKERS = "os^Dv*"
 #: A K_2 beyond so many times the range's is left out of the picture: there it has no limit.
 BEYOND = 4.0
+#: What inside and outside mean.
+WITHOUT = (
+    "the drive is taken without friction; what is outside may still settle in one motion, which "
+    "hfc score simulates"
+)
 #: Height of a line of the legend [in].
 LINE = 0.19
 
@@ -35,6 +40,7 @@ class StableGains(NamedTuple):
 
     range: StableRange
     points: Points  # of the design's tables; none without a design
+    drive: Mapping[str, float]  # that it is about, as the arguments of ``stable_range``
 
     def __repr__(self) -> str:
         inside = {name: self.range.contains(*point) for name, point in self.points.items()}
@@ -46,15 +52,15 @@ class StableGains(NamedTuple):
 
     def numbers(self) -> Json:
         """What ``hfc stability --json`` prints."""
-        return numbers(*self)
+        return {"drive": dict(self.drive), **numbers(self.range, self.points)}
 
     def figure(self) -> "Figure":
         """The bound of K_2 against K_1 (JK04 fig. 4)."""
-        return stability_figure(*self)
+        return stability_figure(self.range, self.points)
 
     def show(self) -> None:
         """Print the numbers as a table."""
-        shown = Table(caption="gains in unit/BLU", caption_justify="left")
+        shown = Table(caption=f"gains in unit/BLU; {WITHOUT}", caption_justify="left")
         shown.add_column("stable range, JK04 section 3", no_wrap=True)
         shown.add_column("value", justify="right")
         for name, value in rows(self).items():
@@ -99,7 +105,11 @@ def numbers(found: StableRange, points: Points) -> Json:
 def rows(gains: StableGains) -> dict[str, str]:
     """The numbers as people read them."""
     found, data = gains.range, gains.numbers()
+    drive = gains.drive
     values = {
+        "drive: K [(BLU/s)/unit]": drive["gain"],
+        "drive: tau [s]": drive["time_constant"],
+        "sample time T [s]": drive["sample_time"],
         "K_0 [BLU/unit]": found.k0,
         "a": found.a,
         "b": found.b,

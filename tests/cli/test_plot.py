@@ -138,7 +138,7 @@ def test_a_surface_in_space_has_the_same_values_and_labels():
     """The published table commands 32 units at most, and is drawn up to 1.25 times 21 BLU."""
     axes = picture(hfc.load_design("jee-koren-2004-flc"), "surface-3d").axes[0]
     assert axes.get_xlabel() == "change of error [BLU per sample]"
-    assert (axes.get_ylabel(), axes.get_zlabel()) == ("error e [BLU]", "command [unit]")
+    assert (axes.get_ylabel(), axes.get_zlabel()) == ("error [BLU]", "command [unit]")
     assert axes.xy_dataLim.intervaly == pytest.approx([-26.25, 26.25])
     assert axes.zz_dataLim.intervalx == pytest.approx([-32.0, 32.0])
 

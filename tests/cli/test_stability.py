@@ -187,7 +187,8 @@ def test_the_delay_of_the_drive_is_in_the_margins(tmp_path):
     crossing = np.radians(before["phase"]) / before["delay"]  # rad a sample
     assert found["phase"] == pytest.approx(before["phase"] - np.degrees(crossing))
     assert found["gain_up"] < before["gain_up"]
-    told = hfc(linear(tmp_path), "--change", "limits.delay_samples=1").stdout
+    told = " ".join(hfc(linear(tmp_path), "--change", "limits.delay_samples=1").stdout.split())
+    assert "On the plant feed-drive." in told
     assert "With the delay of 1 sample that the drive has" in told
 
 
@@ -214,3 +215,15 @@ def test_a_gain_without_a_limit_does_not_flatten_the_picture():
     near, free = (stability_figure(found, {"table": (3.0, k2)}).axes[0] for k2 in (16.0, 1000.0))
     assert 16.0 < near.get_ylim()[1] < 20.0
     assert free.get_ylim() == pytest.approx((0.0, 4 * 9.4125), abs=0.01)
+
+
+def test_the_drive_is_named():
+    done = hfc("--gain", 40, "--json")
+    assert json.loads(done.stdout)["drive"] == {
+        "gain": 40.0,
+        "time_constant": 0.055,
+        "sample_time": 0.01,
+    }
+    shown = " ".join(hfc("--gain", 40).stdout.split())
+    assert "K [(BLU/s)/unit]" in shown
+    assert "without friction" in shown

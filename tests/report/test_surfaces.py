@@ -48,7 +48,9 @@ def written():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pages, "usable", unknown)
-        patch.setattr(fuzzy, "ERROR", (HOSTILE, "BLU"))
+        patch.setattr(
+            fuzzy, "called", lambda name, usual, told: HOSTILE * (told == "error") or told
+        )
         return page(Design.model_validate(record), scenario_of(scenario, "short", Path()))
 
 
@@ -219,7 +221,13 @@ const point = (kind, x, y, buttons) => own.place.dispatchEvent(new PointerEvent(
 point("pointerdown", 0.5, 0.5, 1); tell();
 point("pointermove", 1, 0, 1); tell();
 point("pointermove", 0, 0, 0); type(own.boxes.row, 1e9); tell();
-document.body.textContent = JSON.stringify({ found, steps, kept, title: document.title,
+type(own.boxes.row, ""); tell();  // which letters are for a box of numbers
+const invalid = [own.boxes.row, own.boxes.column].map((box) => box.getAttribute("aria-invalid"));
+own.boxes.row.dispatchEvent(new Event("change")); tell();
+type(own.boxes.row, 2); tell();
+const links = [...document.links].map((link) => link.hash);
+document.body.textContent = JSON.stringify({ found, steps, kept, invalid, links,
+  left: own.boxes.row.hasAttribute("aria-invalid"), title: document.title,
   focused: document.activeElement === own.place, bold: document.querySelector("b") !== null });
 </script>"""
 
@@ -237,7 +245,7 @@ def test_the_script_says_what_explain_says(written, tmp_path):
     for (_, _, own), found in zip(told.values(), answer["found"], strict=True):
         for (rules, output), wanted in zip(found, own, strict=True):
             same({(a, b): (share, x) for a, b, share, x in rules}, output, wanted)
-    typed, moved, middle, corner, beyond = answer["steps"]
+    typed, moved, middle, corner, beyond, none, still, again = answer["steps"]
     assert typed["says"] == "command = 34 unit; 4 rules fire"
     assert typed["peaks"] == 4
     assert typed["rules"] == [
@@ -258,6 +266,13 @@ def test_the_script_says_what_explain_says(written, tmp_path):
     assert middle["says"] == "command = 0 unit; 1 rule fires"
     assert (corner["row"], corner["column"]) == ("25", "18.75")
     assert beyond["says"] == corner["says"] == "command = 120 unit; 1 rule fires"
+    assert none["says"].endswith(": a number from \u221225 to 25 is needed")
+    assert (none["peaks"], none["rules"]) == (0, [])
+    assert still == none
+    assert answer["invalid"] == ["true", None]
+    assert again["says"].startswith("command = ")
+    assert not answer["left"]
+    assert answer["links"] == ["#surface-1"]
     assert answer["title"] != "x"
     assert not answer["bold"]
 
@@ -277,3 +292,7 @@ def test_the_page_as_it_is(written, tmp_path):
     assert dom.count("<img") == written.count("<img")
     on_paper = [browser.printed(tmp_path / name, tmp_path) for name in ("page.html", "bare.html")]
     assert on_paper[0] == on_paper[1]
+    typing = "<script>surfaces[0].boxes.row.oninput();</script></body>"
+    free = re.sub(r"<meta http-equiv[^>]*>", "", written).replace("</body>", typing)
+    (tmp_path / "moved.html").write_text(free)
+    assert browser.printed(tmp_path / "moved.html", tmp_path) != on_paper[1]

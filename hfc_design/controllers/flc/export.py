@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hfc_design.controllers.flc.law import STANDSTILL, FlcGains, Parts, joints
-from hfc_design.controllers.flc.names import NamesRecord
+from hfc_design.controllers.flc.names import USUAL, signals_of
 from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
 from hfc_design.controllers.kind import Explain, Member, Template
 from hfc_design.controllers.rules import Rows, RuleBase, RuleUnit, Triangle, fired, rows_of, side
@@ -77,7 +77,7 @@ def about(record: FuzzyRecord, signal_units: dict[str, str]) -> Json:
         "output": output,
         "integral_gain": record.integral_gain,
         "low_velocity": low.model_dump(mode="json") if low else None,
-        **({"names": names.model_dump()} if names != NamesRecord() else {}),
+        **({"names": names.model_dump()} if names != USUAL else {}),
         **({"dead_zone": record.dead_zone} if record.dead_zone else {}),
     }
 
@@ -102,7 +102,7 @@ def tables(record: FuzzyRecord) -> dict[str, Rows]:
     corner = f"row {names.error} [BLU] \\ column {names.error_change} [BLU]"
     found = {"rules.csv": rows_of(corner, error, change, rules.centroids)}
     manifest = [["unit", "column_input", "row_input", "file"]]
-    unit = record.kind if names.output == NamesRecord().output else names.output
+    unit = record.kind if names.output == USUAL.output else names.output
     manifest.append([unit, names.error_change, names.error, "rules.csv"])
     if rules.output_terms is not None:
         found["labels.csv"] = rows_of(corner, error, change, rules.labels, str)
@@ -223,6 +223,12 @@ def _st(record: FuzzyRecord) -> Json:
 
 
 RULES = RuleBase(units, inputs, about, notes, tables)
-EXPLAIN = Explain(signals, remember, shown, changes={"error_change": "previous_error"})
+EXPLAIN = Explain(
+    signals,
+    remember,
+    shown,
+    changes={"error_change": "previous_error"},
+    names=lambda record: signals_of(record.names),
+)
 C = Template((HERE,), c_values)
 ST = Template((HERE,), _st)

@@ -26,6 +26,21 @@ class NamesRecord(Record):
         return self
 
 
+#: Names of variables that no other program has given.
+USUAL = NamesRecord()
+
+
+def called(name: str, usual: str, meaning: str) -> str:
+    """A variable for people: its own name with what it means, if it is not the usual one."""
+    return meaning if name in (usual, meaning) else f"{name} ({meaning})"
+
+
+def signals_of(names: NamesRecord) -> dict[str, str]:
+    """Names of the inputs -> the signals that they are; none where they have the usual ones."""
+    pairs = (names.error, USUAL.error), (names.error_change, USUAL.error_change)
+    return {name: signal for name, signal in pairs if name != signal}
+
+
 def _rising(ends: tuple[float, float]) -> tuple[float, float]:
     if not ends[0] < ends[1]:
         raise ValueError(f"a range has to rise; from {ends[0]} to {ends[1]} it does not")

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from hfc_design.controllers import surfaces
+from hfc_design.controllers.flc.names import signals_of
 from hfc_design.controllers.flc.pictures import rule_table, surface, terms
 from hfc_design.controllers.flc.record import FlcDesign, FuzzyRecord
 from hfc_design.controllers.kind import Shown
@@ -36,6 +37,12 @@ def controller(
     record: FuzzyRecord, kind: str = "", before: Parameters = (), behind: Parameters = ()
 ) -> Section:
     """The table and the terms; ``kind`` says more, with parameters before and behind the gain."""
+    own = record.names
+    if signals_of(own):
+        kind += (
+            f"Where the table comes from the error is called {own.error}, its change "
+            f"{own.error_change}, and what the rules say {own.output}. "
+        )
     integral = "To what the rules command it adds the integral of the error. "
     if not record.integral_gain:
         integral = "There is no integral of the error. "
@@ -90,8 +97,10 @@ def drawn_surface(record: FuzzyRecord, title: str, whose: str) -> Drawing:
     zone = record.dead_zone
     return surfaces.drawing(
         surface(record, title),
-        f"Control surface: what the rules command between the centres of the terms{whose}."
-        + f" An error of up to {zone:g} BLU enters as 0." * bool(zone),
+        f"Control surface: what the rules command over both inputs{whose}. Where a term of each is "
+        "highest one rule says it alone, elsewhere several together."
+        + f" An error of up to {zone:g} BLU enters as 0."
+        * bool(zone),
     )
 
 
@@ -118,7 +127,9 @@ def stable_gains(
         "K₁ is the largest slope of the command over the error, K₂ over its change (Jee & Koren "
         "2004, section 3). The range is that of a drive without friction, of "
         f"{drive['gain']:g} (BLU/s)/unit and {1e3 * drive['time_constant']:g} ms; "
-        f"it ends at K₁ = {found.k1_bound:.4g} unit/BLU.",
+        f"it ends at K₁ = {found.k1_bound:.4g} unit/BLU. Gains outside it may still "
+        "settle in the motions of this page, which \u201cCan I use it?\u201d tells by simulation; "
+        "the range is about every motion of that drive.",
         Listing(
             "Gains of the rules [unit/BLU]; eq. 13 and 14 look at the centres of the terms alone.",
             ["gains of", "K₁", "K₂", "inside"],

@@ -1,7 +1,5 @@
 """Pictures of adaptive fuzzy sliding control: rules, surface, terms, what they learn."""
 
-from functools import partial
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,7 +10,6 @@ from hfc_design.controllers.fuzzy_sliding.record import LABELS, SlidingDesign
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
 from hfc_design.core.records import ZR
-from hfc_design.pictures import units
 from hfc_design.pictures.figure import (
     OTHER,
     OWN,
@@ -25,6 +22,7 @@ from hfc_design.pictures.figure import (
 )
 from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.section import Drawn
+from hfc_design.pictures.terms import Panel, terms
 from plants import Drive
 
 #: Terms and surfaces are drawn up to this share of the outermost centre.
@@ -61,17 +59,24 @@ def _side(record: SlidingDesign, drive_units: dict[str, str], name: str) -> Side
 def pictures(record: SlidingDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
     """For ``hfc plot``: the rules without what they learn and without the switching part."""
     told, table = f"command [{drive.units['command']}]", np.array(record.table())
-    shares = BEYOND * np.linspace(-1.0, 1.0, units.POINTS)
-    named = dict(zip(LABELS, np.array(degrees(ARRAYS, ZR * shares)), strict=True))
-    sides = {name: _side(record, drive.units, name) for name in ("error_rate", "error")}
     return {
         **surfaces.pictures({"rules": lambda: surface(record, drive.units, "control surface")}),
-        "terms": {
-            name: partial(units.terms, side.points, named, side.label, "terms")
-            for name, side in sides.items()
-        },
+        "terms": {"rules": lambda: _terms(record, drive.units)},
         "tables": {"rules": lambda: rules(table, "rule table", told)},
     }
+
+
+def _terms(record: SlidingDesign, drive_units: dict[str, str]) -> Figure:
+    """Of the error and of its rate: straight from centre to centre."""
+    places = np.array([-BEYOND * ZR, *range(-ZR, ZR + 1), BEYOND * ZR])
+    named = dict(zip(LABELS, np.array(degrees(ARRAYS, places)), strict=True))
+    panels = []
+    for name in ("error", "error_rate"):
+        side = _side(record, drive_units, name)
+        values = places / (BEYOND * ZR) * side.ends[1]
+        curves = {label: (values, own) for label, own in named.items()}
+        panels.append(Panel(side.label, side.ends, curves))
+    return terms(panels, "terms")
 
 
 def phase_plane(

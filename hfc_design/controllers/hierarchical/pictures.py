@@ -17,6 +17,8 @@ from hfc_design.pictures import units
 from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.numbers import readable as in_unit
 from hfc_design.pictures.section import Drawn
+from hfc_design.pictures.terms import Panel
+from hfc_design.pictures.terms import terms as drawn_terms
 from plants import Drive
 
 #: The terms are drawn up to here; inputs end at 1, outputs of units go on.
@@ -79,7 +81,10 @@ def _side(record: HierarchicalDesign, drive: Drive, source: str) -> Side:
 
 def terms(record: HierarchicalDesign) -> Figure:
     """The terms of every input of every unit."""
-    values, own = np.linspace(-BEYOND, BEYOND, 4 * units.POINTS + 1), layout_of(record).terms
+    own = layout_of(record).terms
+    grid = np.linspace(-BEYOND, BEYOND, 4 * units.POINTS + 1)
+    values = np.union1d(grid, [term.centre for term in own])  # where they are highest
     degrees = memberships(ARRAYS, own, values)
-    named = {term.label: degree for term, degree in zip(own, degrees, strict=True)}
-    return units.terms(values, named, "input of a unit, scaled [1]", "terms of every unit")
+    curves = {term.label: (values, own) for term, own in zip(own, degrees, strict=True)}
+    panel = Panel("input of a unit, scaled [1]", (-BEYOND, BEYOND), curves)
+    return drawn_terms([panel], "terms of every unit")

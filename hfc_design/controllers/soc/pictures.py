@@ -11,11 +11,11 @@ from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, degrees
 from hfc_design.controllers.soc.record import SocDesign
 from hfc_design.controllers.surfaces import Side, Surface
 from hfc_design.core.numbers import ARRAYS, Floats
-from hfc_design.pictures import units
 from hfc_design.pictures.figure import STRIP, colour_strip, framed
 from hfc_design.pictures.heat_map import heat_map
 from hfc_design.pictures.numbers import readable as in_unit
 from hfc_design.pictures.section import Drawn
+from hfc_design.pictures.terms import Panel, terms
 from plants import Drive
 
 EDGES = np.arange(SETS + 1) - HIGHEST - 0.5
@@ -60,14 +60,16 @@ def pictures(record: SocDesign, drive: Drive) -> dict[str, dict[str, Drawn]]:
 
 
 def _terms(record: SocDesign, drive: Drive) -> Figure:
-    values = np.linspace(-HIGHEST, HIGHEST, 20 * HIGHEST + 1)
-    named = dict(zip(LABELS, np.array(degrees(ARRAYS, values)), strict=True))
+    ends = (-HIGHEST, HIGHEST)
+    values = np.linspace(*ends, 20 * HIGHEST + 1)
+    each = zip(LABELS, np.array(degrees(ARRAYS, values)), strict=True)
+    curves = {label: (values, own) for label, own in each}
     gains, unit = record.gains(), drive.units["error"]
     told = (
         f"{name}, a set is {1.0 / gain:.3g} {unit}"
         for name, gain in (("error", gains.ge), ("its change in a sample", gains.gc))
     )
-    return units.terms(values, named, "; ".join(told), "sets of both inputs")
+    return terms([Panel("; ".join(told), ends, curves)], "sets of both inputs")
 
 
 def _table(record: SocDesign, title: str) -> Figure:

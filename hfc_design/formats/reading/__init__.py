@@ -20,10 +20,10 @@ from hfc_design.files.design import Design
 from hfc_design.formats.reading import any_fis, any_fll, csv_tables, fis, fll, learned
 from hfc_design.formats.reading.design_of import Wish, assumed, checked_name, design_of
 from hfc_design.formats.reading.inference import RuleBase
-from hfc_design.formats.reading.sampling import deviation_told, sampled
+from hfc_design.formats.reading.sampling import deviation_told, left_out_told, sampled
 from hfc_design.formats.reading.system import System
 
-__all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported"]
+__all__ = ["READERS", "Wish", "assumed", "deviation_told", "imported", "left_out_told"]
 
 #: Ending of a file -> its reader. Tables (.csv, or a folder) are several files.
 READERS: dict[str, Callable[[dict[str, str]], System]] = {
@@ -62,7 +62,7 @@ def imported(path: Path, wish: Wish) -> Design:
         if (base := _rule_base(ending, texts, wish)) is not None:
             system, told = sampled(base, wish.terms)
         else:
-            system = READERS[ending](texts)
+            system = _exact(ending, texts)
         return design_of(system, wish, path, digests, told)
 
 
@@ -83,6 +83,30 @@ def _rule_base(ending: str, texts: dict[str, str], wish: Wish) -> RuleBase | Non
         return None
     (text,) = texts.values()
     return reader.rule_base(text) if wish.terms or reader.is_mamdani(text) else None
+
+
+def _exact(ending: str, texts: dict[str, str]) -> System:
+    """The tables as they are; ValueError: they are none, which says if they can be sampled."""
+    try:
+        return READERS[ending](texts)
+    except ValueError as fault:
+        if _can_be_sampled(ending, texts):
+            told = "with --terms 7 it is sampled into triangles, and how far they are off is told"
+            raise ValueError(f"{fault}; {told}") from None
+        raise
+
+
+def _can_be_sampled(ending: str, texts: dict[str, str]) -> bool:
+    """Whether it says one thing of everything; what says two of the same is a mistake."""
+    if ending not in SAMPLED:
+        return False
+    try:
+        base = SAMPLED[ending].rule_base(*texts.values())
+        sampled(base, None)
+    except ValueError:
+        return False
+    conditions = [(rule.every, sorted(rule.clauses)) for rule in base.rules]
+    return all(one not in conditions[:k] for k, one in enumerate(conditions))
 
 
 def _learned(path: Path, ending: str, wish: Wish) -> Design:

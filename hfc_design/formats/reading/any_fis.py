@@ -36,7 +36,7 @@ PLACES = 101
 
 def is_mamdani(text: str) -> bool:
     """Whether its output has terms with a shape, so that a table of it is a sample."""
-    return bool(re.search(r"^\s*Type\s*=\s*'mamdani'", text, re.MULTILINE))
+    return bool(re.search(r"^\s*Type\s*=\s*['\"]?mamdani\b", text, re.MULTILINE))
 
 
 def rule_base(text: str) -> RuleBase:

@@ -37,9 +37,22 @@ def files(path: Path) -> list[Path]:
     if isfile(path) and path.name != FILES[0]:
         raise ValueError(f"has to be named {FILES[0]}, beside {FILES[1]} and {FILES[2]}")
     if not isfile(folder / FILES[0]):
-        raise ValueError(f"has no {FILES[0]}; a hierarchy's tables hold no terms to import")
+        raise ValueError(f"has no {FILES[0]}; {_instead(folder)}")
     others = [name for name in OTHERS if isfile(folder / name)]
     return [folder / name for name in (*FILES, *others)]
+
+
+def _instead(folder: Path) -> str:
+    """What can be done with a folder that has no table of rules."""
+    others = sorted(one.name for one in folder.iterdir() if one.suffix.lower() in (".fll", ".fis"))
+    if not others:
+        return "a hierarchy's tables hold no terms to import"
+    if len(others) == 1:
+        return f"of an engine a file is imported, as in hfc import {folder / others[0]}"
+    return (
+        f"its {len(others)} files are the units of a hierarchy; each is imported alone, as in hfc "
+        f"import {folder / others[0]}, and all together from --to json"
+    )
 
 
 def read(texts: dict[str, str]) -> System:

@@ -8,7 +8,7 @@ from math import inf, sqrt
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.controllers.flc.names import NamesRecord
+from hfc_design.controllers.flc.names import USUAL
 from hfc_design.controllers.hierarchical.record import input_names
 from hfc_design.controllers.rules import numbered, range_of, spread
 from hfc_design.core.numbers import Json
@@ -17,8 +17,6 @@ from hfc_design.files.design import Design, named_design
 from hfc_design.formats.reading.names import identifiers
 from hfc_design.formats.reading.system import Input, Output, Shape, Singleton, System
 
-#: Names of variables that a design does not speak of.
-USUAL = NamesRecord()
 VARIABLES = ("error", "error_change", "output")
 HIERARCHY = "pd+hierarchical-fuzzy"
 #: Kind -> plant where neither --plant nor --like says one.

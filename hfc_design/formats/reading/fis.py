@@ -93,7 +93,7 @@ def _sections(text: str) -> dict[str, Block]:
 
 def unquoted(value: Token) -> Token:
     """A text without its quotes."""
-    return value._replace(text=value.text.strip("'"))
+    return value._replace(text=value.text.strip("'\""))
 
 
 def _input(section: Block) -> Input:
@@ -118,7 +118,8 @@ def terms_in(section: Block) -> list[list[Token]]:
         if key != f"MF{len(found) + 1}" or not term:
             wanted = f"MF{len(found) + 1}='NAME':'SHAPE',[NUMBERS]"
             told = f"{key[:20]}={value.text[:40]} cannot be imported"
-            raise value.fault(f"{told}; here belongs {wanted}")
+            quotes = ", names between apostrophes" * ("'" not in value.text)
+            raise value.fault(f"{told}; here belongs {wanted}{quotes}")
         found.append(term)
     check_count(section, "NumMFs", len(found))
     return found

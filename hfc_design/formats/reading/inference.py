@@ -88,6 +88,15 @@ class Rule(NamedTuple):
     hedges: Sequence[str]
     weight: float
 
+    def speaks_of(self, terms: tuple[int, int]) -> bool:
+        """Whether it is made for these terms of the inputs, that is fires where they are 1."""
+        holds = (
+            "any" in clause.hedges
+            or (terms[clause.input] == clause.term) != (clause.hedges.count("not") % 2 == 1)
+            for clause in self.clauses
+        )
+        return self.weight > 0.0 and (all(holds) if self.every else any(holds))
+
 
 class Methods(NamedTuple):
     """How rules make an output."""
@@ -112,6 +121,16 @@ class RuleBase(NamedTuple):
     methods: Methods
     #: Where the output's terms are functions of the inputs, Sugeno's: one a term.
     conclusions: Sequence[Callable[[Floats, Floats], Floats]] = ()
+
+    def left_out(self) -> list[str]:
+        """Pairs of terms for which there is no rule, in words."""
+        first, second = self.inputs
+        return [
+            f"{first.name.text} is {a.label.text} and {second.name.text} is {b.label.text}"
+            for i, a in enumerate(first.terms)
+            for j, b in enumerate(second.terms)
+            if not any(rule.speaks_of((i, j)) for rule in self.rules)
+        ]
 
     def outputs(self, first: Floats, second: Floats) -> Floats:
         """(n,) output at inputs (n,); nan where no rule fires and there is no default."""

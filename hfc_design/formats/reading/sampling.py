@@ -1,8 +1,4 @@
-"""A rule base of any kind as a table of triangles: the output at the centres, straight between.
-
-Where the centres lie decides how far the table is from the original between them. They move one
-by one to where that is least, from evenly spaced ones and from those of the file's terms.
-"""
+"""A rule base of any kind as a table of triangles: the output at the centres, straight between."""
 
 from itertools import product
 from typing import NamedTuple
@@ -10,22 +6,21 @@ from typing import NamedTuple
 import numpy as np
 
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST
-from hfc_design.core.numbers import Floats, Integers, Json
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import TERMS
+from hfc_design.formats.reading.fitting import Side, core, fitted, straight
 from hfc_design.formats.reading.inference import RuleBase, Variable
 from hfc_design.formats.reading.system import Input, Output, Singleton, System, input_of, shape_of
 
 #: Points a side at which table and original are compared, and of these one in so many at which a
 #: centre can lie, beside the places of the file's terms.
 POINTS, COARSE = 201, 2
-#: Deviations count with this power, so that the largest decide.
-POWER = 8
+#: So many pairs of terms without a rule are named.
+NAMED = 3
 #: A range of an input that can be sampled, and its width in shares of that.
 LARGEST, SMALLEST = 1e9, 1e-15
 #: What is smaller, in shares of the largest output, is a 0 that was rounded.
 ROUNDING = 1e-13
-#: How often every centre may move.
-SWEEPS = 12
 
 
 class Sampled(NamedTuple):
@@ -33,15 +28,6 @@ class Sampled(NamedTuple):
 
     system: System
     told: Json  # for the design's provenance
-
-
-class Side(NamedTuple):
-    """An input on a grid."""
-
-    values: Floats  # (points,) from the lowest to the highest of its range
-    allowed: Integers  # places in ``values`` at which a centre can lie
-    centres: int  # how many
-    held: int | None  # number of the centre that stays on 0
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of any number in a file
@@ -54,10 +40,10 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
     counts = wanted or [min(max(len(v.terms), FEWEST), MOST) for v in base.inputs]
     sides = [_side(*pair) for pair in zip(base.inputs, counts, strict=True)]
     grid = _on(base, sides[0].values, sides[1].values)
-    centres = _fitted(grid, sides, base.inputs)
+    centres = fitted(grid, sides, base.inputs)
     x, y = (side.values[places] for side, places in zip(sides, centres, strict=True))
     table = grid[np.ix_(*centres)]
-    off = np.abs(_weights(sides[0].values, x) @ table @ _weights(sides[1].values, y).T - grid)
+    off = np.abs(straight(sides[0].values, x) @ table @ straight(sides[1].values, y).T - grid)
     row, column = np.unravel_index(off.argmax(), off.shape)
     names = [variable.name.text for variable in base.inputs]
     at = (sides[0].values[row], sides[1].values[column])
@@ -68,6 +54,8 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
         "output_range": [float(grid.min()), float(grid.max())],
         "points": f"{len(sides[0].values)} x {len(sides[1].values)}",
     }
+    if pairs := base.left_out():
+        told["without_rule"] = pairs
     inputs = _input(base.inputs[0], x), _input(base.inputs[1], y)
     labels = [term.label.text for term in base.output.terms]
     output = Output(base.output.name.text, base.output.low, base.output.high, labels)
@@ -92,6 +80,15 @@ def deviation_told(told: Json, chosen: bool) -> str:
         f"sampled to {told['terms']} terms: output off by {most:.3g} at most{share}, at {at}; "
         f"of {told['points']} points{'' if full else more}"
     )
+
+
+def left_out_told(told: Json) -> str:
+    """Which pairs of terms have no rule, in a line; "": all have one."""
+    pairs = told.get("without_rule", [])
+    if not pairs:
+        return ""
+    more = f" and {len(pairs) - NAMED} more pairs" if len(pairs) > NAMED else ""
+    return f"no rule for {'; '.join(pairs[:NAMED])}{more}: there the rules beside them decide"
 
 
 def _side(variable: Variable, count: int) -> Side:
@@ -130,101 +127,9 @@ def _on(base: RuleBase, x: Floats, y: Floats) -> Floats:
     return np.asarray(found)
 
 
-def _fitted(
-    grid: Floats, sides: list[Side], inputs: tuple[Variable, Variable]
-) -> tuple[Integers, Integers]:
-    """Places of the centres on both axes."""
-    coarse = grid[np.ix_(sides[0].allowed, sides[1].allowed)]
-    scale = float(np.ptp(coarse)) or 1.0
-    axes = [side.values[side.allowed] for side in sides]
-    starts = [[_even(side, axis) for side, axis in zip(sides, axes, strict=True)]]
-    own = [_own(*each) for each in zip(sides, axes, inputs, strict=True)]
-    starts += [[own[0], own[1]]] if own[0] and own[1] else []
-    found = [_moved(coarse / scale, axes, start, sides) for start in starts]
-    _, best = min(found, key=lambda pair: pair[0])
-    return sides[0].allowed[best[0]], sides[1].allowed[best[1]]
-
-
-def _even(side: Side, axis: Floats) -> list[int]:
-    """Evenly spaced, on either side of 0 where one stays there."""
-    if side.held is None:
-        wanted = np.linspace(axis[0], axis[-1], side.centres)
-    else:
-        half = side.centres // 2 + 1
-        below, above = np.linspace(axis[0], 0.0, half), np.linspace(0.0, axis[-1], half)
-        wanted = np.concatenate([below, above[1:]])
-    return _different([int(np.abs(axis - value).argmin()) for value in wanted], len(axis))
-
-
-def _own(side: Side, axis: Floats, variable: Variable) -> list[int]:
-    """Where the file's terms are highest; none if these are not as many, or miss 0."""
-    found = sorted({_core(term.degree(axis)) for term in variable.terms})
-    if len(found) != side.centres or (side.held is not None and axis[found[side.held]] != 0.0):
-        return []
-    return found
-
-
-def _core(degree: Floats) -> int:
-    """Where a term is highest; of a flat top the middle, or its end where it begins at the edge."""
-    highest = np.flatnonzero(degree == degree.max())
-    first, last = int(highest[0]), int(highest[-1])
-    if first == 0 or last == len(degree) - 1:
-        return last if first == 0 else first
-    return (first + last) // 2
-
-
-def _different(places: list[int], count: int) -> list[int]:
-    """The places, rising, each at least one behind the one before."""
-    for k in range(1, len(places)):
-        places[k] = max(places[k], places[k - 1] + 1)
-    for k in range(len(places) - 1, -1, -1):
-        places[k] = min(places[k], count - len(places) + k)
-    return places
-
-
-def _moved(
-    grid: Floats, axes: list[Floats], places: list[list[int]], sides: list[Side]
-) -> tuple[float, list[list[int]]]:
-    """The deviation, and the places after each has moved to where it is least."""
-    places = [list(own) for own in places]
-    weights = [_weights(axis, axis[own]) for axis, own in zip(axes, places, strict=True)]
-    least = _deviation(grid, weights, places)
-    for _ in range(SWEEPS):
-        before = least
-        for side in (0, 1):
-            for k in range(len(places[side])):
-                if k == sides[side].held:
-                    continue
-                tried = [*places[side]]
-                low = tried[k - 1] + 1 if k else 0
-                high = tried[k + 1] if k + 1 < len(tried) else len(axes[side])
-                for tried[k] in range(low, high):
-                    trial = [*weights]
-                    trial[side] = _weights(axes[side], axes[side][tried])
-                    both = [*places]
-                    both[side] = tried
-                    if (found := _deviation(grid, trial, both)) < least:
-                        least, weights, places = found, trial, [*both]
-                        places[side] = [*tried]
-        if least >= before:
-            break
-    return least, places
-
-
-def _deviation(grid: Floats, weights: list[Floats], places: list[list[int]]) -> float:
-    table = grid[np.ix_(*places)]
-    off = weights[0] @ table @ weights[1].T - grid
-    return float(np.mean((off * off) ** (POWER // 2)))
-
-
-def _weights(values: Floats, centres: Floats) -> Floats:
-    """(values, centres) degrees in triangles from centre to centre, the outermost flat."""
-    return np.stack([np.interp(values, centres, unit) for unit in np.eye(len(centres))], axis=1)
-
-
 def _input(variable: Variable, centres: Floats) -> Input:
     grid = np.linspace(variable.low, variable.high, POINTS)
-    cores = [float(grid[_core(term.degree(grid))]) for term in variable.terms]
+    cores = [float(grid[core(term.degree(grid))]) for term in variable.terms]
     order = sorted(range(len(cores)), key=cores.__getitem__)
     own = [variable.terms[k].label.text for k in order]
     labels = _labels(own, [float(x) for x in centres])

@@ -135,12 +135,15 @@ function built(unit, data, number) {
   surface.append(place);
   data.after(made("div", { className: "fires" }, made("p", {}, ...labels), says, rules));
   if (number === 1) surface.after(made("p", { className: "how", textContent: HOW }));
-  return { place, says, body, boxes };
+  return { figure: surface.parentElement, place, says, body, boxes };
 }
 
 // What there is to see with the cursor there; the box that is being typed in stays as it is.
 function show(unit, at, parts, typed) {
-  for (const [key, box] of Object.entries(parts.boxes)) if (box !== typed) box.value = at[key];
+  for (const [key, box] of Object.entries(parts.boxes)) {
+    if (box !== typed) box.value = at[key];
+    box.removeAttribute("aria-invalid");
+  }
   const found = fired(unit, at.column, at.row);
   const shown = found.rules.filter((rule) => rule.share >= LEAST);
   parts.place.replaceChildren(...shown.map((rule) => peak(unit, rule)),
@@ -148,6 +151,15 @@ function show(unit, at, parts, typed) {
   parts.says.textContent = told(unit, found);
   parts.body.replaceChildren(...shown.map((rule) => listed(unit, rule)),
     ...others(found.rules.slice(shown.length)));
+}
+
+// What is typed is no number: nothing fires that could be told.
+function refuse(side, box, { place, says, body }) {
+  box.setAttribute("aria-invalid", "true");
+  place.replaceChildren();
+  body.replaceChildren();
+  const [low, high] = side.ends.map(digits);
+  says.textContent = `${side.name}: a number from ${low} to ${high} is needed`;
 }
 
 function pointing(unit, place, move) {
@@ -169,13 +181,17 @@ const KEYS = { ArrowLeft: ["column", -1], ArrowRight: ["column", 1],
 function explore(data, index) {
   const unit = JSON.parse(data.textContent), parts = built(unit, data, index + 1);
   const at = { column: valueAt(unit.column, 0.6), row: valueAt(unit.row, 0.7) };
-  const move = (values, typed = null) => show(unit, Object.assign(at, values), parts, typed);
+  const move = (values, typed = null) => {
+    parts.figure.classList.add("moved");
+    show(unit, Object.assign(at, values), parts, typed);
+  };
   for (const [key, box] of Object.entries(parts.boxes)) {
+    const typed = () => Number.isFinite(box.valueAsNumber);
     box.oninput = () => {
-      const value = box.valueAsNumber;
-      if (Number.isFinite(value)) move({ [key]: within(value, unit[key].ends) }, box);
+      if (typed()) move({ [key]: within(box.valueAsNumber, unit[key].ends) }, box);
+      else refuse(unit[key], box, parts);
     };
-    box.onchange = () => move({});
+    box.onchange = () => { if (typed()) move({}); };
   }
   parts.place.onkeydown = (event) => {
     if (!(event.key in KEYS) || event.altKey || event.ctrlKey || event.metaKey) return;
@@ -184,8 +200,14 @@ function explore(data, index) {
     move({ [key]: rounded(unit[key], at[key] + sign * step * (event.shiftKey ? LARGER : 1)) });
   };
   pointing(unit, parts.place, move);
-  move({});
+  show(unit, at, parts, null);
   return { unit, ...parts };
 }
 
 const surfaces = [...document.querySelectorAll("script.rules")].map(explore);
+if (surfaces.length) {
+  const text = surfaces.length === 1 ? "Its surface, with a cursor"
+    : `Its ${surfaces.length} surfaces, each with a cursor`;
+  const link = made("a", { href: "#surface-1", textContent: text });
+  document.querySelector("h1").after(made("p", { className: "how" }, link));
+}

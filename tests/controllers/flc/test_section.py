@@ -228,5 +228,5 @@ def test_surface_is_what_the_rules_command():
     ]
     np.testing.assert_allclose(fuzzy_plots.commanded(record, error, change), expected, atol=1e-9)
     axes = flat(fuzzy_plots.surface(record, "")).axes[0]
-    assert axes.get_ylabel() == "error e [BLU]"
+    assert axes.get_ylabel() == "error [BLU]"
     assert axes.get_ylim() == (-26.25, 26.25)  # 1.25 times 21 BLU
