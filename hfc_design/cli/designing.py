@@ -183,5 +183,5 @@ def _searched(
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None
     except RunError as error:
-        raise RunError(f"{error} (run folder {folder})") from None
+        raise RunError(f"{error.typed} (run folder {folder})") from None
     return result, "" if quiet else watch.summary()

@@ -21,7 +21,6 @@ from typing import Any, Generic, TypeVar, get_type_hints
 
 from pydantic import (
     ConfigDict,
-    ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WrapValidator,
@@ -30,6 +29,7 @@ from pydantic import (
 
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json
+from hfc_design.core.own_faults import raised
 from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.core.wording import one_of
 
@@ -95,7 +95,7 @@ class Group(Generic[Thing]):
         if not found:
             raise UserError(
                 f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
-                f"ones by --{self.what} module:OBJECT, api.register, runtime.use"
+                "ones by --use module:OBJECT, or runtime.use('module:OBJECT')"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -110,7 +110,7 @@ class Group(Generic[Thing]):
         try:
             return self.get(name)
         except UserError as error:
-            why = str(error).removeprefix(f"{short(name)} ")
+            why = error.typed.removeprefix(f"{short(name)} ")
             raise ValueError(f"{key} = {short(name)}: {why}") from None
 
     def source(self, name: str) -> str | None:
@@ -240,7 +240,7 @@ def own_code(
         if not own or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(own)}{doing}: {noted}{_told(error)}") from error
+        raise UserError(f"{' or '.join(own)}{doing}: {noted}{raised(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:
@@ -259,12 +259,6 @@ def resuming(folder: Path) -> str:
     """How a run that was stopped goes on, with the own parts that this process was given."""
     own = "".join(f" --use {text}" for _, text in given())
     return f"continue with: hfc design --resume --out {folder}{own}"
-
-
-def _told(error: Exception) -> str:
-    """Kind and first line of an error; all lines of a record's."""
-    text = str(error) if isinstance(error, ValidationError) else str(error).partition("\n")[0]
-    return f"{type(error).__name__}: {text}"
 
 
 def _check_fields(thing: Any, source: str) -> None:
@@ -319,7 +313,7 @@ def _found_at(reference: str) -> Any:
     try:
         found = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        raise UserError(f"{module} cannot be imported: {_told(error)}") from error
+        raise UserError(f"{module} cannot be imported: {raised(error)}") from error
     for part in name.split("."):
         if not hasattr(found, part):
             raise UserError(f"{module} has no {name}")

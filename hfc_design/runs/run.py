@@ -74,7 +74,10 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     """
     check_polish(scenario)
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
-        raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
+        raise UserError(
+            f"--out {folder}: already holds a run; name another folder, or go on with it: "
+            f"hfc design --resume --out {folder}"
+        )
 
     def copied(key: str, file: AnyFile) -> Path:
         checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())

@@ -163,9 +163,9 @@ def test_bad_input_is_one_line():
         compare(["pd-only"])
     with pytest.raises(UserError, match="needs two designs at least"):
         compare([])
-    with pytest.raises(UserError, match="--machines 0: has to lie between 1 and"):
+    with pytest.raises(UserError, match="machines=0: has to lie between 1 and"):
         compare(["pd-only", "lin-lee-1999-table-1"], machines=0)
     with pytest.raises(UserError, match="scenario c-axis-ramp: two of them have this name"):
         compare(["pd-only", "lin-lee-1999-table-1"], ["c-axis-ramp"] * 2)
-    with pytest.raises(UserError, match=r"--spread 2.0: has to lie between 0 and 1"):
+    with pytest.raises(UserError, match=r"spread=2.0: has to lie between 0 and 1"):
         compare(["pd-only", "lin-lee-1999-table-1"], spread=2.0)
