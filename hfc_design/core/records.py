@@ -84,7 +84,11 @@ class Record(BaseModel):
         if not isinstance(data, dict) or not any(isinstance(x, bool) for x in data.values()):
             return data
         kinds = {name: one.annotation for name, one in cls.model_fields.items()}
-        numbers = {name for name, x in kinds.items() if {x, *get_args(x)} & {int, float}}
+        numbers = {
+            name
+            for name, x in kinds.items()
+            if {x, *get_args(x), *map(type, get_args(x))} & {int, float}  # of Literal[0, 1] too
+        }
         wrong = {key for key, x in data.items() if isinstance(x, bool) and key in numbers}
         return data | dict.fromkeys(wrong, ...)
 

@@ -192,8 +192,9 @@ def test_what_a_design_needs_is_told_of_every_group(group, options, own):
         for name in ("sledge", "only-p", "last-error"):
             known.pop(name, None)
     used = [text if ":" in text else "--use" for text in options]
-    line = refused("score", "run", *used)
-    assert f"; its provenance names --use mine:{names[group]}" in line
+    for command in ("score", "report"):
+        line = refused(command, "run", *used)
+        assert f"; its provenance names --use mine:{names[group]}" in line
 
 
 def test_a_search_in_which_everybody_failed_says_so(own):

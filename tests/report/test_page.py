@@ -22,6 +22,7 @@ from hfc_design.report import plots, searches
 from hfc_design.report.errors import errors
 from hfc_design.report.page import write_page
 from hfc_design.report.parts import sections
+from hfc_design.report.verdict import baselines
 from hfc_design.runs.run import Result, new_run
 from hfc_design.search.loop import Archive, History, Search
 from hfc_design.simulation.evaluating import evaluate
@@ -375,3 +376,12 @@ def test_what_others_do_is_seen_without_scrolling(with_answer, tmp_path, width):
     assert table >= scrolled or width == 400
     for left, right in others:
         assert 0 <= left < right <= width
+
+
+def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
+    stage = {"name": "x", "plant": {"name": "positioning-stage"}}
+    stage |= {"reference": {"kind": "step", "height": 0.01}, "controller": {"kind": "pid"}}
+    assert [*baselines(load_scenario(stage))] == ["emps-cascade"]
+    assert not baselines(load_scenario(stage, {"plant.parameters.mass": 40.0}))
+    other = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 150.0})
+    assert len(baselines(other)) == 3
