@@ -157,7 +157,7 @@ def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
 @pytest.mark.parametrize(
     ("columns", "told", "words"),
     [
-        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT] by --column, "),
+        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT] by --column; "),
         (
             ["p", "u"],
             ["command=u", "position=p"],
