@@ -68,6 +68,11 @@ strategies: Mapping[str, Strategy] = MappingProxyType(STRATEGIES.known)
 Registered = TypeVar("Registered")
 
 
+def __dir__() -> list[str]:
+    """What a script may name, for completion; not what this module itself is made of."""
+    return sorted(__all__)
+
+
 def register(thing: Registered) -> Registered:
     """Let scenarios and designs of this program name an own part.
 

@@ -93,6 +93,9 @@ class Drive:
     #: What each signal, or the command, is and where it is positive; left out: its name says it.
     meanings: dict[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return f"Drive({self.name!r}: {len(self.parameters._fields)} parameters)"
+
     @property
     def seen(self) -> tuple[str, str]:
         """State fields of the position and the velocity that are fed back."""

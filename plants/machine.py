@@ -33,6 +33,9 @@ class Machine:
     #: None: no axis feels another one.
     forces: Forces | None = None
 
+    def __repr__(self) -> str:
+        return f"Machine({self.name!r}: axes {', '.join(self.axes)})"
+
     def only(self, k: int) -> "Machine":
         """Axis ``k`` alone."""
         return Machine(self.name, (self.axes[k],), (self.drives[k],))

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 import hfc_design.api as hfc
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.objectives.judge import OBJECTIVES
+from plants.feed_drive import FEED_DRIVE
 
+CONTOUR = OBJECTIVES.get("lin-lee")
 SHORT = {"simulation.duration_s": 0.1}
 FOUND = hfc.load_design("pd-only")
 RAMP = hfc.load_scenario("c-axis-ramp", SHORT)
@@ -111,3 +115,38 @@ def test_a_way_to_judge_many_that_there_is_not():
     assert judged.kept("quantile", 0.5) == 2.0
     with pytest.raises(hfc.UserError, match=r"'nonsense' is no way .* mean, quantile, worst"):
         judged.kept("nonsense")
+
+
+def test_only_public_names_are_listed():
+    assert dir(hfc) == sorted(hfc.__all__)
+    assert len(hfc.__all__) == len({*hfc.__all__})
+    assert not [name for name in hfc.__all__ if not hasattr(hfc, name)]
+
+
+def test_a_registered_part_is_shown_in_a_few_words():
+    """A cell of a notebook ends with ``hfc.register(...)``, and shows what it gives."""
+    machine = hfc.side_by_side(x=FEED_DRIVE, y=FEED_DRIVE)
+    for thing in (FEED_DRIVE, machine, KINDS.get("pd"), hfc.strategies["race"], CONTOUR):
+        assert repr(thing).startswith(f"{type(thing).__name__}({thing.name!r}")
+        assert len(repr(thing)) < 80
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "told"),
+    [
+        (
+            {"stifness": 0.1},
+            r"robust\.tolerances\.stifness: no parameter of c-axis; did you mean",
+        ),
+        ({"stiffness": 1.5}, r"robust\.tolerances\.stiffness = 1\.5: has to be less than 1"),
+    ],
+)
+def test_tolerances_are_checked_where_a_scenario_is_read(tolerances, told):
+    with pytest.raises(hfc.UserError, match=told):
+        hfc.load_scenario({"name": "x", "robust": {"tolerances": tolerances}})
+
+
+@pytest.mark.parametrize("wrong", [True, False, 2])
+def test_a_delay_is_a_number_of_samples(wrong):
+    with pytest.raises(hfc.UserError, match=f"delay_samples = {wrong}: has to be 0 or 1"):
+        hfc.load_scenario(RAMP, {"limits.delay_samples": wrong})

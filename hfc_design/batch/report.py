@@ -86,7 +86,7 @@ def _write_missing(path: Path, runs: list[Run]) -> int:
             write_page(*finished_run(place), place)
         except UserError as error:
             failed += 1
-            told = error
+            told = error.typed
         print(f"page {k}/{len(missing)}  {told}", file=sys.stderr)
     return failed
 

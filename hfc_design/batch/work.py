@@ -12,7 +12,7 @@ from hfc_design.batch import folder
 from hfc_design.batch.plan import Cell, Plan
 from hfc_design.core.checkpoint import tidy, write_whole
 from hfc_design.core.lock import Overtaken
-from hfc_design.core.records import RunError, in_a_line
+from hfc_design.core.records import RunError, UserError, in_a_line
 from hfc_design.runs import run as design
 from hfc_design.runs.problem import check_memory
 from hfc_design.search.loop import Search
@@ -130,7 +130,8 @@ def _unfinished(error: Exception) -> Outcome:
 
 def told(error: Exception) -> str:
     """Why a cell failed, in one line."""
-    return in_a_line(f"{type(error).__name__}: {error}")
+    fault = error.typed if isinstance(error, UserError) else error
+    return in_a_line(f"{type(error).__name__}: {fault}")
 
 
 def _started(out: Path, cell: Cell, place: Place) -> Outcome | tuple[Any, ExitStack]:

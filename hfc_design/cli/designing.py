@@ -75,7 +75,7 @@ def design(
     from hfc_design.core.lock import alone
     from hfc_design.files.doubts import doubts
     from hfc_design.report.page import write_page
-    from hfc_design.report.verdict import BASELINES
+    from hfc_design.report.verdict import baselines
     from hfc_design.runs import run
     from hfc_design.runs.polishing import polish_told
 
@@ -93,7 +93,7 @@ def design(
     show_usable(use)
     if line := settling_told(use, found.constraints):
         click.echo(line)
-    names = BASELINES.get(found.plant.name, {})
+    names = baselines(found)
     rows = {"this design": result.evaluation} | {names[k].short: x for k, x in rivals.items()}
     shown.show_table(found, rows, summary)
     if line := polish_told(result.design):
@@ -183,5 +183,5 @@ def _searched(
     except KeyboardInterrupt:
         raise RunError(f"interrupted; {resuming(folder)}") from None
     except RunError as error:
-        raise RunError(f"{error} (run folder {folder})") from None
+        raise RunError(f"{error.typed} (run folder {folder})") from None
     return result, "" if quiet else watch.summary()

@@ -3,6 +3,8 @@
 from typing import Any
 
 from hfc_design.cli.show_tables import columns, told
+from hfc_design.controllers.controller import FOLLOWED
+from hfc_design.controllers.controller import units_of as followed_too
 from hfc_design.core.console import terminal
 from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Json
@@ -15,6 +17,7 @@ def facts(design: Design) -> Json:
     plant, record = design.plant, design.controller
     units = units_of(plant.name)
     signals = {one.key.rpartition(".")[2]: one for one in parts(PLANT, plant.name)}
+    read = followed_too(units) if units else {}  # of an own plant that is not known here: none
     reads = design.kind.reads(record) if design.kind.reads else []
     return {
         "name": design.name,
@@ -27,7 +30,7 @@ def facts(design: Design) -> Json:
         "limits": design.limits.model_dump(mode="json", exclude_none=True),
         "score": {key: x for key, x in design.score.items() if isinstance(x, str | float)},
         "signals": [
-            {"name": name, "unit": units.get(name, ""), "meaning": _meaning(signals, name)}
+            {"name": name, "unit": read.get(name, ""), "meaning": _meaning(signals, name)}
             for name in reads
         ],
         "units": [
@@ -39,7 +42,7 @@ def facts(design: Design) -> Json:
 
 
 def _meaning(signals: dict[str, Entry], name: str) -> str:
-    return signals[name].meaning if name in signals else ""
+    return signals[name].meaning if name in signals else FOLLOWED.get(name, "")
 
 
 def _keys(design: Design, units: dict[str, str]) -> list[Json]:

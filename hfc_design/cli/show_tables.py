@@ -88,9 +88,10 @@ def _table(title: str, found: Sequence[Entry], prefix: str) -> None:
     table = columns(title, "name" if read else "key", "unit" if read else "default", "meaning")
     for one in found:
         default = told(one.default, one.unit) if one.default is not None else _without(one)
-        allowed = f"; {one.allowed}" if one.allowed and one.allowed not in one.meaning else ""
         of = f" ({one.name})" if one.kind not in ("key", "design-key") and not title else ""
-        table.add_row(dotted(one.key.removeprefix(prefix)), default, one.meaning + allowed + of)
+        meaning = [one.meaning, one.allowed if one.allowed not in one.meaning else ""]
+        meant = "; ".join(filter(None, meaning)) + of
+        table.add_row(dotted(one.key.removeprefix(prefix)), default, meant)
     terminal().print(table)
     if any(word in one.unit for one in found for word in ("error", "command", "load", "signal")):
         terminal().print(WORDS, highlight=False)

@@ -11,7 +11,12 @@ from hfc_design.core.numbers import Gains, Memory, Parameters, Scalar, Xp, clipp
 #: What one axis tells at a sample: ``error``, ``error_rate``, what it follows (``FOLLOWED``) and
 #: the readings of its drive.
 Signals: TypeAlias = Mapping[str, Scalar]
-FOLLOWED = ("reference", "reference_rate", "reference_acceleration")
+#: What it follows, and what that is.
+FOLLOWED = {
+    "reference": "where the axis is to be",
+    "reference_rate": "velocity that is commanded",
+    "reference_acceleration": "acceleration that is commanded",
+}
 
 
 def units_of(units: Mapping[str, str]) -> dict[str, str]:

@@ -244,6 +244,9 @@ class Kind:
     #: What a report shows: (record, Shown) -> sections.
     sections: Callable[[Own, Shown], list[Any]] = numbers
 
+    def __repr__(self) -> str:
+        return f"Kind({self.name!r})"
+
     def controller_of(self, record: Own, limits: Limits) -> Controller:
         """The controller of a machine whose axes have these limits of their commands."""
         if self.controller is not None:

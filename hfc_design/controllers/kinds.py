@@ -27,7 +27,7 @@ KINDS: Group[Kind] = Group(
     "controller",
     (Law, Kind),  # of a law a kind is made
     "hfc_design.controllers",
-    found_in(controllers, "KIND"),
+    found_in(controllers, "KIND", folders=True),
     fault=_fault,
     adopt=lambda thing: kind_of(thing) if isinstance(thing, Law) else thing,
 )

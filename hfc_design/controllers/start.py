@@ -17,7 +17,7 @@ def controller_named(start: Plain, info: ValidationInfo) -> Plain:
     try:
         design = (info.context or {})["named_design"](start)
     except UserError as error:
-        raise ValueError(str(error)) from None
+        raise ValueError(error.typed) from None
     if (kind := design.controller.kind) != info.data.get("kind"):
         raise ValueError(f"is of kind {kind}, which needs controller.kind = {kind!r}")
     return design.controller.model_dump()

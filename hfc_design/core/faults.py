@@ -1,6 +1,8 @@
 """What is wrong with the file of a user: every fault a line with its key. Never imports JAX."""
 
+import re
 from collections.abc import Callable, Iterable
+from itertools import islice
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -10,8 +12,10 @@ from pydantic_core.core_schema import ErrorType
 from hfc_design.core.numbers import Plain
 from hfc_design.core.wording import Keys, near, one_of, rule
 
-#: Lines on one file; of the others the keys are named.
-MOST = 20
+#: Lines on one file; the others are counted.
+MOST = 100
+#: Parts of a dotted key that are looked at; a file has no deeper ones, a quoted key may.
+DEEP, _DOT = 64, re.compile(r"\.")
 #: What pydantic can make an error of; others are made up by whoever found them.
 KINDS = frozenset(get_args(ErrorType))
 NO_SUCH, MEANT = "there is no such key", "did you mean"
@@ -43,9 +47,14 @@ def _fields(model: type[BaseModel], name: str) -> Iterable[str]:
 def with_keys(error: ValidationError, model: type[BaseModel]) -> ValidationError:
     """The same error, in which unknown keys of the ``model`` itself tell those that there are."""
 
+    mine = 0  # of so many, looking for what each may mean takes minutes
+
     def told(kind: str, place: Place) -> Exception | None:
-        mine = kind == "extra_forbidden" and len(place) == 1
-        return no_such_key(model, str(place[0])) if mine else None
+        nonlocal mine
+        if kind != "extra_forbidden" or len(place) != 1:
+            return None
+        mine += 1
+        return no_such_key(model, str(place[0])) if mine <= MOST else NoSuchKey(NO_SUCH)
 
     return _again(error, (), told)
 
@@ -87,22 +96,21 @@ def explained(
         if one["type"] == "missing":
             missing.append(_place(one["loc"], data, True)[0])
             continue
-        key, line = _told(one, data, again, keys)
+        if len(faults) <= MOST:
+            key, line = _told(one, data, again, keys)
+        else:
+            key = line = _place(one["loc"], data, False)[0]
         faults.setdefault(key, []).append(line)
     lines = []
     if missing:
         lines = [f"{', '.join(missing)}: {'are' if len(missing) > 1 else 'is'} missing"]
     # Of what may be one thing or another, a fault inside says more than that it is not the other.
-    shown = {key: told for key, told in faults.items() if not any(_within(key, x) for x in faults)}
-    lines += [_either(told) for told in shown.values()]
-    if len(lines) > MOST:
-        rest = [*shown][MOST - len(lines) :]
-        lines[MOST:] = [f"and {len(rest)} more: {', '.join(rest)}"]
+    around = {key[: dot.start()] for key in faults for dot in islice(_DOT.finditer(key), DEEP)}
+    shown = {key: told for key, told in faults.items() if key not in around}
+    lines += [_either(told) for told in [*shown.values()][:MOST]]
+    if rest := [*shown][MOST:]:
+        lines.append(f"and {len(rest)} more keys with faults, from {rest[0]} on")
     return lines
-
-
-def _within(key: str, other: str) -> bool:
-    return bool(key) and other.startswith(f"{key}.")
 
 
 def _either(told: list[str]) -> str:

@@ -21,7 +21,6 @@ from typing import Any, Generic, TypeVar, get_type_hints
 
 from pydantic import (
     ConfigDict,
-    ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WrapValidator,
@@ -30,8 +29,9 @@ from pydantic import (
 
 from hfc_design.core.faults import short
 from hfc_design.core.numbers import Json
+from hfc_design.core.own_faults import raised
 from hfc_design.core.records import NAME, UserError, checked
-from hfc_design.core.wording import one_of
+from hfc_design.core.wording import near, one_of
 
 Thing = TypeVar("Thing")
 #: Of several groups: ``Group.what`` and the name or ``module:OBJECT`` of each plug-in.
@@ -95,7 +95,7 @@ class Group(Generic[Thing]):
         if not found:
             raise UserError(
                 f"{short(name)} is no {self.what} known here; {one_of(name, self.names())}; own "
-                f"ones by --{self.what} module:OBJECT, api.register, runtime.use"
+                "ones by --use module:OBJECT, or runtime.use('module:OBJECT')"
             )
         if len(found) > 1:
             values = ", ".join(entry.value for entry in found)
@@ -110,7 +110,7 @@ class Group(Generic[Thing]):
         try:
             return self.get(name)
         except UserError as error:
-            why = str(error).removeprefix(f"{short(name)} ")
+            why = error.typed.removeprefix(f"{short(name)} ")
             raise ValueError(f"{key} = {short(name)}: {why}") from None
 
     def source(self, name: str) -> str | None:
@@ -127,6 +127,8 @@ class Group(Generic[Thing]):
             UserError: there is no such thing, or it cannot be used.
         """
         if ":" not in text:
+            if text not in self.names() and (meant := _module_meant(text)):
+                raise UserError(f"--{self.what} {text}: no {self.what} is called so; {meant}")
             return self.get(text)
         thing = self._imported(text, f"--{self.what} {text}")
         self.given[str(getattr(thing, "name", ""))] = text
@@ -240,7 +242,7 @@ def own_code(
         if not own or isinstance(error, (UserError, *passing)):
             raise
         noted = "".join(f"{x}: " for x in getattr(error, "__notes__", ()) if x.isidentifier())
-        raise UserError(f"{' or '.join(own)}{doing}: {noted}{_told(error)}") from error
+        raise UserError(f"{' or '.join(own)}{doing}: {noted}{raised(error)}") from error
 
 
 def uses(named: Any, known: bool = True) -> str:
@@ -259,12 +261,6 @@ def resuming(folder: Path) -> str:
     """How a run that was stopped goes on, with the own parts that this process was given."""
     own = "".join(f" --use {text}" for _, text in given())
     return f"continue with: hfc design --resume --out {folder}{own}"
-
-
-def _told(error: Exception) -> str:
-    """Kind and first line of an error; all lines of a record's."""
-    text = str(error) if isinstance(error, ValidationError) else str(error).partition("\n")[0]
-    return f"{type(error).__name__}: {text}"
 
 
 def _check_fields(thing: Any, source: str) -> None:
@@ -296,16 +292,30 @@ def chosen(
     return WrapValidator(validated)
 
 
-def found_in(package: ModuleType, attribute: str) -> Json:
+def found_in(package: ModuleType, attribute: str, folders: bool = False) -> Json:
     """What the modules and folders of a package hold under one name, by the names of these.
 
-    One that holds several has a tuple of them under the plural.
+    One that holds several has a tuple of them under the plural. With ``folders`` only those are
+    looked at, so that nothing else is imported, as what draws.
     """
-    modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    inside = pkgutil.iter_modules(package.__path__)
+    modules = sorted(module.name for module in inside if module.ispkg or not folders)
     parts = [importlib.import_module(f"{package.__name__}.{name}") for name in modules]
     things = [getattr(part, attribute) for part in parts if hasattr(part, attribute)]
     things += [thing for part in parts for thing in getattr(part, f"{attribute}S", ())]
     return {thing.name: thing for thing in things}
+
+
+def _module_meant(text: str) -> str:
+    """What ``module:OBJECT`` may be meant by mine.py:AXIS, mine.AXIS or mine.py; "": none."""
+    start, colon, name = text.partition(":")
+    path = Path(start)
+    if path.suffix == ".py":
+        return f"did you mean {path.stem}:{name or 'OBJECT'}?"
+    module, dot, last = start.rpartition(".")
+    if not colon and dot and Path(*module.split(".")).with_suffix(".py").is_file():
+        return f"did you mean {module}:{last}?"
+    return ""
 
 
 def _found_at(reference: str) -> Any:
@@ -313,15 +323,19 @@ def _found_at(reference: str) -> Any:
     module, _, name = reference.partition(":")
     if not module or not name:
         raise UserError("has to look like module:OBJECT")
+    if meant := _module_meant(reference):
+        raise UserError(f"a module is named without its .py and its folder; {meant}")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
     try:
         found = importlib.import_module(module)
     except Exception as error:  # whatever the user's code raises
-        raise UserError(f"{module} cannot be imported: {_told(error)}") from error
+        raise UserError(f"{module} cannot be imported: {raised(error)}") from error
     for part in name.split("."):
         if not hasattr(found, part):
-            raise UserError(f"{module} has no {name}")
+            known = [x for x in vars(found) if not x.startswith("_")]
+            meant = "".join(f"; did you mean {module}:{x}?" for x in near(name, known))
+            raise UserError(f"{module} has no {name}{meant}")
         found = getattr(found, part)
     return found

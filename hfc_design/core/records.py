@@ -18,6 +18,7 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from hfc_design.core.faults import NO_KEYS, explained, with_keys
+from hfc_design.core.for_scripts import for_scripts
 from hfc_design.core.numbers import Plain
 from hfc_design.core.wording import Keys
 
@@ -83,7 +84,11 @@ class Record(BaseModel):
         if not isinstance(data, dict) or not any(isinstance(x, bool) for x in data.values()):
             return data
         kinds = {name: one.annotation for name, one in cls.model_fields.items()}
-        numbers = {name for name, x in kinds.items() if {x, *get_args(x)} & {int, float}}
+        numbers = {
+            name
+            for name, x in kinds.items()
+            if {x, *get_args(x), *map(type, get_args(x))} & {int, float}  # of Literal[0, 1] too
+        }
         wrong = {key for key, x in data.items() if isinstance(x, bool) and key in numbers}
         return data | dict.fromkeys(wrong, ...)
 
@@ -112,11 +117,18 @@ class UserError(Exception):
 
     @property
     def lines(self) -> list[str]:
-        """Every fault in a line, whatever was quoted in it."""
+        """Every fault in a line in the words of the command line, whatever was quoted in it."""
         return [in_a_line(str(line)) for line in self.args]
 
     def __str__(self) -> str:
-        return "\n".join(self.lines)  # whoever says where it was has room before
+        """The same for a script: its arguments where the command line has options."""
+        # Whoever says where it was has room before.
+        return "\n".join(in_a_line(for_scripts(str(line))) for line in self.args)
+
+    @property
+    def typed(self) -> str:
+        """All ``lines``, for what is made of them: another error, or a table of the program."""
+        return "\n".join(self.lines)
 
     def within(self, source: object) -> Self:
         """The same faults, said to be of ``source``."""

@@ -1,14 +1,26 @@
 """On how many machines a search tries its designs, and how far they are from the nominal one."""
 
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from hfc_design.core.records import Record
+from hfc_design.core.wording import one_of
+from hfc_design.files.machine import PlantSettings
 from hfc_design.objectives.verdict import Keep
 
 Share = Annotated[float, Field(gt=0, lt=1)]
 Count = Annotated[int, Field(ge=1, le=100_000)]
+
+
+def unknown_parameter(settings: PlantSettings, names: Iterable[str]) -> str | None:
+    """The first of ``names`` that is no parameter of a machine, and what there is; None: none."""
+    known = dict.fromkeys(name for own in settings.values() for name in own._fields)
+    for name in names:
+        if name not in known:
+            return f"{name}: no parameter of {settings.machine.name}; {one_of(name, known)}"
+    return None
 
 
 class RobustSettings(Record):

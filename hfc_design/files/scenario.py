@@ -24,7 +24,7 @@ from hfc_design.files.machine import (
     reading_fault,
 )
 from hfc_design.files.motions import AnyReference, Motion, Start, beside, started, way
-from hfc_design.files.robust import RobustSettings
+from hfc_design.files.robust import RobustSettings, unknown_parameter
 from hfc_design.motion.program import Program
 from hfc_design.motion.references import Load, Ramp
 from hfc_design.motion.reversals import turned_back
@@ -99,6 +99,12 @@ class Scenario(Record, metaclass=Asked):
         own = self.simulation
         more = {"motions": ", ".join(one.name for one in self.motions)} if self.motions else {}
         return {**told, "duration_s": own.duration_s, "sample_time_s": own.sample_time_s, **more}
+
+    @model_validator(mode="after")
+    def _tolerances_of_parameters(self) -> "Scenario":
+        if told := unknown_parameter(self.plant, self.robust.tolerances if self.robust else ()):
+            raise ValueError(f"robust.tolerances.{told}")
+        return self
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":

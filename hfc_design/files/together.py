@@ -83,8 +83,8 @@ def _same(one: AnyDesign, other: AnyDesign) -> bool:
 def _no_kind(one: AnyDesign) -> AnyDesign:
     if isinstance(one, str) and one in KINDS.names() and not exists(one):
         raise UserError(
-            f"{one}: is a kind of controller, of which a design has to be made first, as by hfc "
-            f"design SCENARIO --controller {one} --out runs/mine; then compare runs/mine"
+            f"{one}: is a kind of controller, of which a design has to be made first, as by "
+            f"hfc design SCENARIO --controller {one} --out runs/mine; then compare runs/mine"
         )
     return one
 

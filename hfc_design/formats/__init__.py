@@ -24,5 +24,5 @@ def check_score(design: Design, anyway: bool) -> None:
         where = design.score.get("scenario", "its scenario")
         raise UserError(
             f"design {design.name}: diverged on {where}, as its score says; "
-            "export it with --anyway (anyway=True) if that is wanted"
+            "export it with --anyway if that is wanted"
         )

@@ -47,8 +47,8 @@ def components(design: Design) -> dict[str, Content]:
         loop, files["reference.txt"] = _simulated_loop(design)
     except UserError as error:
         if "scenario" in design.provenance:
-            raise UserError(f"{error}; --to c holds the controller alone") from None
-        reason = re.sub("[<>`]", "_", harmless(str(error)))
+            raise UserError(f"{error.typed}; --to c holds the controller alone") from None
+        reason = re.sub("[<>`]", "_", harmless(error.typed))
         values |= {"machine": None, "axes": [""], "reason": reason}
     else:
         values |= {"machine": loop, "axes": list(loop["axes"])}

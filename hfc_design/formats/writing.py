@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 from jinja2 import ChoiceLoader, DictLoader, Environment, FileSystemLoader, StrictUndefined
 
 from hfc_design import __version__
-from hfc_design.controllers.controller import units_of
+from hfc_design.controllers.controller import FOLLOWED, units_of
 from hfc_design.controllers.kind import needed
 from hfc_design.controllers.rules import RuleBase, RuleUnit, identifier
 from hfc_design.core.checkpoint import synced, write_whole
@@ -38,9 +38,7 @@ RESERVED: dict[str, list[str]] = {
 MEANINGS = {
     "error": "reference less position",
     "error_rate": "rate of the reference less velocity",
-    "reference": "where the axis is to be",
-    "reference_rate": "velocity that is commanded",
-    "reference_acceleration": "acceleration that is commanded",
+    **FOLLOWED,
 }
 #: What a spreadsheet takes for the start of a formula, unless a number follows.
 FORMULA = tuple("=+-@\t\r\n")

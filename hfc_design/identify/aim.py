@@ -72,7 +72,7 @@ def scenario_text(found: "Identified") -> str:
         if made:
             raise
         del data["robust"]  # its fitness ranks one machine alone
-        notes = [f"# Without [robust]: {str(error).splitlines()[0]}"]
+        notes = [f"# Without [robust]: {error.lines[0]}"]
         load_scenario(data)
     head = ["# What the machine is by its log; tolerances are halves of the 95 % intervals,"]
     head += [f"# at least {100 * LEAST:g} % and at most {100 * MOST:g} %.", *notes]

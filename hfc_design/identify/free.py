@@ -59,7 +59,7 @@ class Free:
         values = {name: float(getattr(self.start, name)) for name in names}
         units = {x: unit for x, unit in self.drive.parameter_units.items() if unit != "1"}
         told = [f"{x} {value:.6g} {units.get(x, '')}".strip() for x, value in values.items()]
-        known = "; --set plant.parameters.NAME=VALUE if you know better"
+        known = "; set plant.parameters.NAME if you know better"
         return f"not looked for: {', '.join(told)}{known}" if told else ""
 
     def away(self, numbers: Floats) -> dict[str, float]:

@@ -53,7 +53,7 @@ def untold_lines(found: "Identified") -> list[str]:
     lines = [_untold(one) for one in found.known.untold[:COMBINATIONS]]
     if len(found.known.untold) > COMBINATIONS:
         more = len(found.known.untold) - COMBINATIONS
-        lines.append(f"and {more} more such combinations: look for fewer parameters with --free")
+        lines.append(f"and {more} more such combinations: look for fewer parameters")
     return lines
 
 
@@ -70,7 +70,7 @@ def _untold(one: Combination) -> str:
 
 NOTHING = (
     "no sine of the command would tell much more; measure other signals too, as the current, or "
-    "look for fewer parameters with --free"
+    "look for fewer parameters"
 )
 
 

@@ -72,7 +72,7 @@ def millimetres_of(drive: Drive) -> float | None:
 
 def how(name: str) -> str:
     """How a user says which column a signal is."""
-    return f"say {name}=COLUMN [UNIT] by --column, of a script by columns"
+    return f"say {name}=COLUMN [UNIT] by --column"
 
 
 def there(log: Log) -> str:

@@ -70,7 +70,7 @@ def signals(
             places[name] = one._replace(unit=unit)
     _check(values, drive, log)
     if "time" not in values and not (log.sample_time or sample_time):
-        other = "or a sample time by --sample-time (sample_time)"
+        other = "or a sample time by --sample-time"
         raise ValueError(f"which column is the time? {how('time')}, {other}; {there(log)}")
     told, step = log.sample_time or sample_time, step_of(values[drive.seen[0]])
     found = even(values.pop("time", None), told, values, log.breaks)

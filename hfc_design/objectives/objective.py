@@ -85,6 +85,9 @@ class Objective(NamedTuple):
     #: What the number can be at most in the end, of the sums by now; None: anything.
     best: Callable[[Sums, Left], Scalar] | None = None
 
+    def __repr__(self) -> str:
+        return f"Objective({self.name!r})"
+
     def label(self, tail: str = "") -> str:
         """What people read: the title, ``tail`` behind it, the unit."""
         unit = f" [{self.unit}]" if self.unit else ""

@@ -28,7 +28,7 @@ from hfc_design.report.parts import (
     sections,
     whether_used,
 )
-from hfc_design.report.verdict import BASELINES, Evaluations, measure, summary
+from hfc_design.report.verdict import Evaluations, baselines, measure, summary
 from hfc_design.runs.polishing import polish_told
 from hfc_design.runs.run import CONFIG, Result, used
 from hfc_design.simulation.evaluating import evaluate, meanings
@@ -127,7 +127,7 @@ def design_page(
 def _published(scenario: Scenario) -> Evaluations:
     """What the published designs for its plant do, those that fit it."""
     found = {}
-    for name in BASELINES.get(scenario.plant.name, {}):
+    for name in baselines(scenario):
         with suppress(UserError):  # it does not fit the plant or the sampling
             found[name] = evaluate(load_design(name), scenario)
     return found

@@ -19,6 +19,7 @@ class Baseline(NamedTuple):
 
     short: str  # in the table
     name: str = ""  # in the summary; "": it is not compared with there
+    nominal: bool = False  # it was tuned for one machine, and says nothing of another
 
 
 #: Plant -> built-in designs shown beside every result.
@@ -39,9 +40,18 @@ BASELINES = {
         "huang-pid": Baseline("Huang PID", "their PID"),
     },
     "positioning-stage": {
-        "emps-cascade": Baseline("EMPS cascade", "the loop that recorded the logs of EMPS"),
+        "emps-cascade": Baseline(
+            "EMPS cascade", "the loop that recorded the logs of EMPS", nominal=True
+        ),
     },
 }
+
+
+def baselines(scenario: Scenario) -> dict[str, Baseline]:
+    """The published designs that the machine of a scenario is for, by their names."""
+    known = BASELINES.get(scenario.plant.name, {})
+    nominal = all(own == type(own)() for own in scenario.plant.values())
+    return {name: one for name, one in known.items() if nominal or not one.nominal}
 
 
 def summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
@@ -54,7 +64,7 @@ def summary(scenario: Scenario, own: Evaluation, rivals: Evaluations) -> str:
     line = f"The controller reaches {achieved} on {scenario.name}"
     if own.substeps > scenario.simulation.substeps:
         line += f" (simulated with {own.substeps} substeps, it diverges with fewer)"
-    known = BASELINES.get(scenario.plant.name, {})
+    known = baselines(scenario)
     names = {key: known[key].name for key in known if key in rivals}
     parts = [_compared(own, rivals[key], name) for key, name in names.items() if name]
     if not parts:

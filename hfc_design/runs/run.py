@@ -12,7 +12,8 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import resuming
 from hfc_design.core.records import RunError, UserError, writing
 from hfc_design.core.shown import line, table
-from hfc_design.files.design import Design, design_json, read_design
+from hfc_design.core.texts import json_of, read_text
+from hfc_design.files.design import Design, design_json, naming, read_design
 from hfc_design.files.named_scenario import config_toml, load_scenario, renamed
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
@@ -74,7 +75,10 @@ def new_run(scenario: Scenario, folder: Path, given: Design | None = None) -> Sc
     """
     check_polish(scenario)
     if any((folder / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN, FRONT)):
-        raise UserError(f"--out {folder}: already holds a run; add --resume or name another folder")
+        raise UserError(
+            f"--out {folder}: already holds a run; name another folder, or go on with it: "
+            f"hfc design --resume --out {folder}"
+        )
 
     def copied(key: str, file: AnyFile) -> Path:
         checkpoint.write_whole(folder / (key + file.suffix), file.read_bytes())
@@ -98,7 +102,16 @@ def opened_run(folder: Path) -> Scenario:
     """
     if not (folder / CONFIG).is_file():
         raise UserError(f"--out {folder}: holds no run to resume (no file {CONFIG})")
-    return load_scenario(str(folder / CONFIG))
+    with naming(_provenance(folder / DESIGN)):
+        return load_scenario(str(folder / CONFIG))
+
+
+def _provenance(path: Path) -> Json:
+    """What a run's design says that it was made with; nothing where it cannot be read."""
+    try:
+        return dict(json_of(read_text(path))["provenance"])
+    except (UserError, ValueError, TypeError, KeyError):  # its own reader says what is wrong
+        return {}
 
 
 def run(

@@ -56,8 +56,8 @@ def _inside(design: Design, inside: Inside, axis: str) -> Design:
 
 def _no_axis(design: Design, axis: str, known: Iterable[str]) -> UserError:
     has = ", ".join(filter(None, known)) or "the same on every axis, leave --axis out"
-    asked = f" {axis!r}" if axis else " is missing, one has to be named"
-    return UserError(f"--axis{asked}: design {design.name} has {has}")
+    asked = f" {axis!r}:" if axis else ": is missing, one has to be named;"
+    return UserError(f"--axis{asked} design {design.name} has {has}")
 
 
 def explained(design: Design, samples: Sequence[str], axis: str = "") -> dict[str, Any]:
@@ -173,7 +173,7 @@ def _check(
         if name not in names:
             why = f"{design.name} reads {listed}"
             if not alone and (name in before or name in others):
-                why = "several --at start from rest, and each is the one before the next"
+                why = "of several samples the first starts from rest, each precedes the next"
             raise UserError(f"--at {name}={sample[name]:g}: no such signal; {why}")
     for new, old in others.items():
         if new in sample and old in sample:

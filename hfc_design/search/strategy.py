@@ -108,3 +108,6 @@ class Strategy(NamedTuple):
     #: Names of the objectives that it trades off, of its settings; None: it ranks by a score. The
     #: state then has a ``front``, a record with a ``population`` and its ``score``.
     trades: Callable[[Any], tuple[str, ...]] | None = None
+
+    def __repr__(self) -> str:
+        return f"Strategy({self.name!r})"

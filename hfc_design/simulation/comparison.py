@@ -10,9 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hfc_design.core.faults import short
 from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import Interval, share_interval
+from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.monte_carlo import Robustness
@@ -175,7 +178,16 @@ class Comparison(NamedTuple):
         return f"±{100 * self.spread:g} %{''.join(single)}"
 
     def of(self, motion: str, metric: str) -> list[Difference]:
-        """The differences by a metric in a motion."""
+        """The differences by a metric in a motion; none where it is not compared.
+
+        Raises:
+            UserError: there is no such motion, or it has no such metric.
+        """
+        bouts = {bout.name: bout for bout in self.bouts}
+        if motion not in bouts:
+            raise UserError(f"motion {short(motion)}: is none here; {one_of(motion, bouts)}")
+        if metric not in (known := bouts[motion].meanings):
+            raise UserError(f"metric {short(metric)}: is none of {motion}; {one_of(metric, known)}")
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
     def numbers(self) -> Json:

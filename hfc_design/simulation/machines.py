@@ -14,8 +14,8 @@ from scipy.stats import qmc
 
 from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.records import UserError
-from hfc_design.core.wording import one_of
 from hfc_design.files.machine import PlantSettings
+from hfc_design.files.robust import unknown_parameter
 from hfc_design.simulation.population import Machines
 
 #: A spread is refused if it needs more than this many draws a machine.
@@ -46,11 +46,8 @@ def drawn(
     """
     drives, nominal = settings.machine.drives, settings.values()
     names = [name for own in nominal for name in own._fields]
-    for name in tolerances:
-        if name not in names:
-            where = "--tolerance " if key == KEY else "robust.tolerances."
-            has = one_of(name, dict.fromkeys(names))
-            raise UserError(f"{where}{name}: no parameter of {settings.machine.name}; {has}")
+    if told := unknown_parameter(settings, tolerances):
+        raise UserError(f"{'--tolerance ' if key == KEY else 'robust.tolerances.'}{told}")
     exact = [name in drive.exact for drive in drives for name in drive.parameters._fields]
     width = np.where(exact, 0.0, [tolerances.get(name, spread) for name in names])
     generator = np.random.default_rng(seed)

@@ -123,7 +123,7 @@ def fuzzy(place, text, suffix):
     try:
         found = imported(file, wish)
     except UserError as error:
-        if "--signal" not in str(error):
+        if "signals=" not in str(error):
             raise
         found = imported(file, Wish(signals={"change": "error_change"}))
     assert parse_design(design_json(found), "again") == found

@@ -60,13 +60,13 @@ def test_one_gpu_a_worker(monkeypatch):
     found = batch("none.toml", "--workers", 3)
     assert (found.exit_code, "none.toml" in found.output) == (2, True)
     with (
-        pytest.raises(UserError, match="--workers 3: there are 2 GPUs"),
+        pytest.raises(UserError, match="workers=3: there are 2 GPUs"),
         connected(3, None, False, NO_TLS, print),
     ):
         pass
     monkeypatch.setenv("JAX_PLATFORMS", "cpu")
     assert worker.gpus() == []
-    with pytest.raises(UserError, match=r"--workers 9999: there are \d+ cores"):
+    with pytest.raises(UserError, match=r"workers=9999: there are \d+ cores"):
         connected(9999, None, False, NO_TLS, print).__enter__()
 
 

@@ -40,6 +40,19 @@ def test_help_does_not_import_jax():
     assert "design" in done.stdout
 
 
+@pytest.mark.parametrize(
+    "arguments", [["score", "pd-only", "--set", "simulation.duration_s=0.1"], ["list", "plants"]]
+)
+def test_what_draws_nothing_does_not_import_what_draws(arguments):
+    code = (
+        "import sys\nfrom hfc_design.cli import main\n"
+        f"try:\n    main({arguments})\nfinally:\n"
+        "    print([m for m in sys.modules if m.split('.')[0] == 'matplotlib'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_help_lists_the_commands_as_their_page_introduces_them():
     page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
     introduced = dict.fromkeys(re.findall(r"^hfc (\w+)", page, re.MULTILINE))

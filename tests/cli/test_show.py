@@ -120,11 +120,23 @@ def test_a_design_with_the_units_of_its_plant():
     assert [unit["id"] for unit in found["units"]] == [7, 3, 1, 0]
 
 
+def test_what_a_controller_is_to_follow_has_a_unit_and_a_meaning():
+    found = json.loads(hfc("show", "design", "emps-cascade", "--json").stdout)
+    signals = {one.pop("name"): one for one in found["signals"]}
+    rate = {"unit": "mm/s", "meaning": "velocity that is commanded"}
+    assert signals["reference_rate"] == rate
+    assert signals["reference_acceleration"]["unit"] == "mm/s2"
+    assert all(one["unit"] and one["meaning"] for one in signals.values())
+
+
 def test_an_own_plant():
     done = hfc("show", "plant", "examples.02_own_plant:TABLE", "--json")
     assert done.exit_code == 0, done.output
     every = json.loads(done.stdout)
     assert every[0]["name"] != ""
+    told = hfc("show", "plant", "examples.02_own_plant:TABLE").stdout
+    assert "more than zero" in told
+    assert " ; more" not in told
     assert [one for one in every if one["part"] == "parameter"]
 
 

@@ -4,7 +4,7 @@ import json
 import sys
 
 import pytest
-from sledge import BUDGET, api_text, imported, refused, scenario_of
+from sledge import BUDGET, MODULE, api_text, imported, refused, scenario_of
 
 from hfc_design import api
 
@@ -32,15 +32,15 @@ def test_a_file_alone_imports_nothing(own):
 
 def test_what_is_missing_is_said(own):
     line = refused("design", "sledge.toml")
-    for part in ("sledge.toml: plant.name = 'sledge'", "c-axis,", "--plant module:OBJECT"):
+    for part in ("sledge.toml: plant.name = 'sledge'", "c-axis,", "--use module:OBJECT"):
         assert part in line
     (own / "own.toml").write_text("fitness = { kind = 'smooth' }\n")
     line = refused("design", "own.toml")
-    for part in ("fitness.kind = 'smooth'", "lin-lee,", "contour,", "--fitness module:OBJECT"):
+    for part in ("fitness.kind = 'smooth'", "lin-lee,", "contour,", "--use module:OBJECT"):
         assert part in line
     (own / "own.toml").write_text("controller = { kind = 'mpc' }\n")
     line = refused("design", "own.toml")
-    for part in ("controller.kind = 'mpc'", "pid,", "aflc,", "--controller module:OBJECT"):
+    for part in ("controller.kind = 'mpc'", "pid,", "aflc,", "--use module:OBJECT"):
         assert part in line
 
 
@@ -61,6 +61,10 @@ def test_what_is_missing_is_said(own):
         ("plant", "mine:NO_FIELD", ["no field 'angle'"]),
         ("plant", "mine:OWN_ERROR", ["'error' is a signal of the loop"]),
         ("plant", "mine:NO_DEFAULTS", ["default"]),
+        ("plant", "mine.py:SLEDGE", ["--plant mine.py:SLEDGE: ", "did you mean mine:SLEDGE?"]),
+        ("plant", "mine.SLEDGE", ["--plant mine.SLEDGE: ", "did you mean mine:SLEDGE?"]),
+        ("plant", "mine.py", ["--plant mine.py: ", "did you mean mine:OBJECT?"]),
+        ("plant", "mine:SLEDG", ["mine has no SLEDG; did you mean mine:SLEDGE?"]),
         ("plant", "rocket", ["'rocket' is no plant", "feed-drive,"]),
         ("controller", "mine:SLEDGE", ["is a Drive and no Law or Kind"]),
         ("controller", "mine:NO_RANGE", ["ranges.p", "[low, high]"]),
@@ -75,10 +79,24 @@ def test_references_that_cannot_be_used(own, option, reference, words):
         assert word in line
 
 
+def line_of(text):
+    """The line of mine.py in which a text stands."""
+    (found,) = [k for k, line in enumerate(MODULE.split("\n"), 1) if text in line]
+    return found
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["--plant", "mine:BRANCHING"], ["plant 'sledge' cannot", "TracerBoolConversionError"]),
+        (
+            ["--plant", "mine:BRANCHING"],
+            [f"in mine.py, line {line_of('if force > 0.0')}, branching", "jnp.where(condition,"],
+        ),
+        (
+            ["--plant", "mine:WAVING"],
+            [f"in mine.py, line {line_of('math.sin')}, waving", "jnp.sin for math.sin"],
+        ),
         (["--plant", "mine:SHRINKING"], ["plant 'sledge' cannot", "TypeError"]),
         (
             ["--controller", "mine:BLIND"],

@@ -72,7 +72,7 @@ def design_for_the_sledge(name):
 
 def test_stability_knows_an_own_plant_and_asks_for_its_drive(own):
     file = design_for_the_sledge("jee-koren-2004-flc")
-    assert "--plant module:OBJECT" in refused("stability", file)
+    assert "--use module:OBJECT" in refused("stability", file)
     line = refused("stability", file, "--plant", "mine:SLEDGE")
     for part in ("sledge", "no feed drive", "--gain", "--time-constant"):
         assert part in line

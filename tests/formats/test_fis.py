@@ -89,7 +89,7 @@ def test_terms_with_gaps_are_refused(written):
         for term in controller["terms"]:
             term |= {"half_width": 0.0, "rate": 1e6}
 
-    with pytest.raises(UserError, match="--to fis: the terms of unit_7 leave gaps"):
+    with pytest.raises(UserError, match="to='fis': the terms of unit_7 leave gaps"):
         written(changed("lin-lee-1999-table-1", narrow))
 
 
@@ -107,7 +107,7 @@ def test_a_name_that_is_none_of_matlab_is_refused(written, name):
             for key in ("column_input", "row_input"):
                 unit[key] = name if unit[key] == "deflection" else unit[key]
 
-    with pytest.raises(UserError, match="--to fis: "):
+    with pytest.raises(UserError, match="to='fis': "):
         written(changed("lin-lee-1999-table-1", rename))
 
 

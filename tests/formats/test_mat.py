@@ -86,5 +86,5 @@ def test_a_name_is_a_string_and_never_a_field(read):
     good = named_design("lin-lee-1999-table-1")
     assert read(good.model_copy(update={"name": evil}))["design"]["name"] == evil
     plant = good.plant.model_copy(update={"parameters": {evil: 1.0}})
-    with pytest.raises(UserError, match=r"--to mat: .* is no name of a field"):
+    with pytest.raises(UserError, match=r"to='mat': .* is no name of a field"):
         read(good.model_copy(update={"plant": plant}))

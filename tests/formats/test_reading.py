@@ -121,7 +121,7 @@ def test_what_the_file_does_not_hold_comes_from_another_design(tmp_path):
     root = controller_of(GAUSSIAN, like="lin-lee-1999-table-1")
     assert (root.pd.kp, root.output_scale) == (758.405, 10.0)
     assert {item.name: item.scale for item in root.inputs} == {"error": 50.0, "deflection": 80.0}
-    with pytest.raises(UserError, match=r"--like pd-only: has to be of kind flc or aflc or pd"):
+    with pytest.raises(UserError, match=r"like='pd-only': has to be of kind flc or aflc or pd"):
         imported(file, Wish(like="pd-only"))
     with pytest.raises(UserError, match=r"kind flc needs triangles"):
         imported(GAUSSIAN, Wish(kind="flc"))

@@ -111,7 +111,7 @@ def test_an_unknown_signal_is_asked_for(tmp_path):
     free = r"line 3: input 'change': .* --signal change=error; there is error, error_change$"
     with pytest.raises(UserError, match=free):
         imported(file, Wish(signals={"error": "torque"}))
-    with pytest.raises(UserError, match=r"--signal speed: no such input"):
+    with pytest.raises(UserError, match=r"signals: speed: no such input"):
         imported(file, Wish(signals={"speed": "error"}))
     with pytest.raises(UserError, match=r"both inputs are the signal 'error'"):
         imported(file, Wish(signals={"change": "error"}))
@@ -208,7 +208,7 @@ def test_files_that_are_none(tmp_path):
         (tmp_path / "mine.fcl", "is neither .fll, .fis, .txt, .hal nor a folder of .csv tables"),
         (tmp_path / "terms.csv", "has to be named rules.csv"),
         (tmp_path, "has no rules.csv"),
-        (tmp_path / "x y.fll", "--name 'x y'"),
+        (tmp_path / "x y.fll", "name='x y'"),
     ):
         with pytest.raises(UserError) as caught:
             imported(path, Wish(signals=CHANGE))

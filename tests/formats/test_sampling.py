@@ -228,5 +228,5 @@ def test_where_no_rule_fires_is_named(tmp_path):
 
 def test_files_whose_tables_stay_as_they_are(tmp_path):
     FORMATS["csv"].write(taken(MAMDANI_SUM.with_name("mamdani.fis")), tmp_path / "t")
-    with pytest.raises(UserError, match=r"--terms: tables of \.csv have as many as they have"):
+    with pytest.raises(UserError, match=r"terms: tables of \.csv have as many as they have"):
         imported(tmp_path / "t", Wish(terms=(3, 3)))

@@ -101,7 +101,7 @@ def test_the_same_design_gives_the_same_bytes(text):
     ],
 )
 def test_a_name_that_is_none_of_the_standard_is_refused(name, fault, text):
-    with pytest.raises(UserError, match=f"--to st: .*{fault}"):
+    with pytest.raises(UserError, match=f"to='st': .*{fault}"):
         text(renamed("deflection", name))
 
 

@@ -4,6 +4,8 @@ import re
 
 from pydantic_core._pydantic_core import list_all_errors  # its own list of all that it says
 
+from hfc_design.core.faults import MOST
+
 #: Every sentence of the library that checks records, with room for what it puts into them.
 SENTENCES = [
     re.compile(".*".join(map(re.escape, re.split(r"\{\w+\}", one["message_template_python"]))))
@@ -29,5 +31,5 @@ def plain_lines(error: Exception, start: str = "") -> list[str]:
         assert line.isprintable()
         assert len(line) <= 520
         assert not library_words(line), line
-    assert len(lines) <= 21
+    assert len(lines) <= MOST + 1
     return lines

@@ -11,6 +11,7 @@ from hfc_design.files.design import design_json
 
 #: A mass under a force against viscous friction, m dv/dt = u - b v - load; a P law; a fitness.
 MODULE = """
+import math
 from typing import Any, NamedTuple
 import jax.numpy as jnp
 import hfc_design.api as hfc
@@ -57,6 +58,11 @@ def branching(c, x, force, loads, dt):
     return x if force > 0.0 else step(c, x, force, loads, dt)
 
 BRANCHING = sledge(step=branching)
+
+def waving(c, x, force, loads, dt):
+    return step(c, x, force * math.sin(x.place), loads, dt)
+
+WAVING = sledge(step=waving)
 SHRINKING = sledge(step=lambda c, x, force, loads, dt: (x.place, x.speed))
 
 P = hfc.Law("only-p", Gains(p=(1.0, 100.0)), lambda zero: (),

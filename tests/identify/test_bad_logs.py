@@ -91,7 +91,7 @@ CASES = {
     "line in a name": (text((*GOOD, PLACE), HEAD + ',"a\nb"'), "line 2: 'b\"' is no finite number"),
     "page": (
         text(GOOD, "time_s,<script>alert(1)</script>,voltage_V"),
-        "say position=COLUMN [UNIT] by --column, of a script by columns; there is time_s, <script>",
+        "say position=COLUMN [UNIT] by --column; there is time_s, <script>",
     ),
     "quotes": (text(GOOD, 'time_s,"a, \'""b",voltage_V'), "there is time_s, a, '\"b, voltage_V"),
     "very many": (

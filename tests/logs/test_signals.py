@@ -157,12 +157,12 @@ def test_what_is_cut_off_at_an_end_of_a_scale_is_left_out():
 @pytest.mark.parametrize(
     ("columns", "told", "words"),
     [
-        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT] by --column, "),
+        (["p", "u"], [], "which column is the command? say command=COLUMN [UNIT] by --column; "),
         (
             ["p", "u"],
             ["command=u", "position=p"],
-            "which column is the time? say time=COLUMN [UNIT] by --column, of a script by columns, "
-            "or a sample time by --sample-time (sample_time); there is p, u",
+            "which column is the time? say time=COLUMN [UNIT] by --column, "
+            "or a sample time by --sample-time; there is p, u",
         ),
         (
             ["time", "p", "q [mm]", "u"],

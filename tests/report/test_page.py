@@ -11,6 +11,7 @@ from hfc_design.core.records import RunError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.report.page import write_page
+from hfc_design.report.verdict import baselines
 from hfc_design.runs.run import Result, new_run
 from hfc_design.simulation.evaluating import evaluate
 
@@ -102,3 +103,12 @@ def test_tables_are_not_written_through_a_link(tmp_path):
     with pytest.raises(RunError, match="is a link"):
         write_page(scenario, result, folder, {})
     assert [file.read_text() for file in others.iterdir()] == ["precious"]
+
+
+def test_the_loop_of_one_machine_is_a_rival_on_that_machine_only():
+    stage = {"name": "x", "plant": {"name": "positioning-stage"}}
+    stage |= {"reference": {"kind": "step", "height": 0.01}, "controller": {"kind": "pid"}}
+    assert [*baselines(load_scenario(stage))] == ["emps-cascade"]
+    assert not baselines(load_scenario(stage, {"plant.parameters.mass": 40.0}))
+    other = load_scenario("c-axis-ramp", {"plant.parameters.stiffness": 150.0})
+    assert len(baselines(other)) == 3

@@ -17,7 +17,7 @@ BROKEN_OFF = Path(__file__).parent.parent / "data" / "broken_off_1"
 def test_a_run_that_an_earlier_version_began_goes_on(tmp_path):
     folder = tmp_path / "run"
     shutil.copytree(BROKEN_OFF, folder)
-    with pytest.raises(RunError, match=r"did not say what made it; with --anyway"):
+    with pytest.raises(RunError, match=r"did not say what made it; with anyway=True"):
         run.run(run.opened_run(folder), folder)
     assert sorted(path.name for path in folder.iterdir()) == ["checkpoint.npz", "config.toml"]
     run.run(run.opened_run(folder), folder, anyway=True)

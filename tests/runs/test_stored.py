@@ -70,7 +70,7 @@ def test_another_version_goes_on_only_anyway(package, both, monkeypatch):
         assert refused.exit_code == 1
         which = f"belongs to a run with another {package} ('{now}', here '9.8.7')"
         assert which in refused.stderr
-        assert "; with --anyway it goes on" in refused.stderr
+        assert "; with anyway=True it goes on" in refused.stderr
         assert len(refused.stderr.splitlines()) == 1
         assert (part / "checkpoint.npz").read_bytes() == before
         design.finished_run(whole)  # is only read
@@ -185,7 +185,7 @@ def test_a_finished_run_of_an_earlier_version_is_read(both, tmp_path):
     scenario, result = design.finished_run(old)
     assert result.search.generation == 4
     assert result.design == design.finished_run(whole)[1].design
-    with pytest.raises(RunError, match="did not say what made it; with --anyway"):
+    with pytest.raises(RunError, match="did not say what made it; with anyway=True"):
         design.run(scenario, old)
     design.run(scenario, old, anyway=True)
     assert contents(old) == contents(whole)

@@ -193,13 +193,13 @@ def test_alone_nothing_adapts_and_the_stable_range_still_bounds_the_table():
     ("design", "at", "message"),
     [
         ("jee-koren-2004-flc", ["error=1"], "previous_error (or error_change) is missing"),
-        ("jee-koren-2004-flc", ["error=1,speed=2"], "speed=2: no such signal; "),
+        ("jee-koren-2004-flc", ["error=1,speed=2"], "sample={'speed': 2}: no such signal; "),
         ("jee-koren-2004-flc", ["error=1,error=2"], "error stands there twice"),
         ("jee-koren-2004-flc", ["error=1,error_change=1,previous_error=0"], "only one"),
         (
             "jee-koren-2004-flc",
             ["error=1", "error=1,previous_error=0"],
-            "several --at start from rest",
+            "of several samples the first starts from rest",
         ),
         ("jee-koren-2004-flc", ["error=nan"], "SIGNAL=NUMBER"),
         ("jee-koren-2004-flc", ["error"], "SIGNAL=NUMBER"),

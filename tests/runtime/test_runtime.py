@@ -204,7 +204,7 @@ from hfc_design.core.records import UserError
 try:
     runtime.load("own.json")
 except UserError as error:
-    assert "by --controller module:OBJECT, api.register, runtime.use" in str(error), error
+    assert "or runtime.use('module:OBJECT')" in str(error), error
 runtime.use("mykind:LAW")
 print(runtime.load("own.json").step({"error": 2.0}), "jax" in sys.modules)
 """

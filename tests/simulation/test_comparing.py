@@ -92,6 +92,16 @@ def difference(first, second):
     return found
 
 
+def test_a_motion_or_metric_that_there_is_not(found):
+    comparison, *_ = found
+    assert comparison.of("c-axis-ramp", ERROR)
+    assert comparison.of("c-axis-ramp", "gear_reversals_1_s") == []  # in the tables, not compared
+    with pytest.raises(UserError, match="motion 'c-axis-rmp': is none here; did you mean c-axis-r"):
+        comparison.of("c-axis-rmp", ERROR)
+    with pytest.raises(UserError, match="metric 'rms_eror_rad': is none of c-axis-ramp; did"):
+        comparison.of("c-axis-ramp", "rms_eror_rad")
+
+
 def test_a_difference_by_hand():
     a = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
     b = [2.0, 2.0, 1.0, 8.0, 20.0, 36.0, 49.0, 80.0]
@@ -163,9 +173,9 @@ def test_bad_input_is_one_line():
         compare(["pd-only"])
     with pytest.raises(UserError, match="needs two designs at least"):
         compare([])
-    with pytest.raises(UserError, match="--machines 0: has to lie between 1 and"):
+    with pytest.raises(UserError, match="machines=0: has to lie between 1 and"):
         compare(["pd-only", "lin-lee-1999-table-1"], machines=0)
     with pytest.raises(UserError, match="scenario c-axis-ramp: two of them have this name"):
         compare(["pd-only", "lin-lee-1999-table-1"], ["c-axis-ramp"] * 2)
-    with pytest.raises(UserError, match=r"--spread 2.0: has to lie between 0 and 1"):
+    with pytest.raises(UserError, match=r"spread=2.0: has to lie between 0 and 1"):
         compare(["pd-only", "lin-lee-1999-table-1"], spread=2.0)

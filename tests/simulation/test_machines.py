@@ -46,7 +46,7 @@ def test_the_first_machines_of_a_seed_stay():
 
 def test_an_unknown_parameter():
     for key, told in (
-        ("--spread", "--tolerance "),
+        ("--spread", "tolerances: "),
         ("robust.spread", "robust.tolerances."),
     ):
         with pytest.raises(api.UserError, match=f"{told}mass: no parameter of c-axis"):

@@ -53,7 +53,7 @@ class LinearHierarchyGenome(Genome):
         try:
             self.regulator = LqGenome(settings.linear, target)
         except UserError as error:
-            raise UserError(str(error).replace("controller.", "controller.linear.", 1)) from None
+            raise UserError(error.typed.replace("controller.", "controller.linear.", 1)) from None
         #: What is fed forward; of a load only one that is expected.
         self.expected_load = settings.linear.expected_load
         self.forward = FORWARD if self.expected_load else FORWARD[:-1]

@@ -30,7 +30,7 @@ def loop_section(
     try:
         found = {axis: loop_of(record, *own) for axis, *own in each}
     except UserError as error:
-        return Section("The linear loop", f"{error}.", None, [])
+        return Section("The linear loop", f"{error.typed}.", None, [])
     loops = {
         axis if len(axes) > 1 else "": loop.delayed(delays.get(axis, 0))
         for axis, loop in found.items()

@@ -1,0 +1,47 @@
+"""What an error of a user's own code says in a line: where it was, and what to write instead.
+
+Never imports JAX: its errors are known by their names.
+"""
+
+import sys
+from pathlib import Path
+from traceback import walk_tb
+
+from pydantic import ValidationError
+
+#: Packages in which a user's mistake ends, and is not made.
+OURS = {"hfc_design", "plants", "jax", "jaxlib", "numpy", "scipy", "equinox", "optimistix"}
+_NO_NUMBER = "what the simulator hands over are arrays of JAX that have no value yet"
+_WRITE = "write jnp.sin for math.sin or np.sin, and alike every function, jnp.asarray for float"
+#: What JAX raises of code that needs a number where there is none yet.
+INSTEAD = {
+    "TracerBoolConversionError": f"{_NO_NUMBER}; write jnp.where(condition, a, b) for if (xp.where "
+    "in a control law), jnp.minimum and jnp.maximum for min and max, & and | for and, or",
+    **dict.fromkeys(
+        ("ConcretizationTypeError", "TracerArrayConversionError"), f"{_NO_NUMBER}; {_WRITE}"
+    ),
+    "TracerIntegerConversionError": f"{_NO_NUMBER}; write jnp.take(values, k) for values[k]",
+}
+
+
+def raised(error: Exception) -> str:
+    """Kind, place in the user's file and first line of an error; of a record's all lines."""
+    kind, place = type(error).__name__, _place(error)
+    for one in type(error).__mro__:
+        if one.__name__ in INSTEAD:
+            return f"{kind}{place and f' in {place}'}: {INSTEAD[one.__name__]}"
+    if isinstance(error, ValidationError):
+        return f"{kind}: {error}"
+    told = str(error).partition("\n")[0]
+    return f"{kind}: {told}{place and f' ({place})'}"
+
+
+def _place(error: Exception) -> str:
+    """File, line and function where the user's own code was last; "" where none was."""
+    last = ""
+    for frame, line in walk_tb(error.__traceback__):
+        module = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+        if module not in OURS and module not in sys.stdlib_module_names:
+            code = frame.f_code
+            last = f"{Path(code.co_filename).name}, line {line}, {code.co_name.strip('<>')}"
+    return last
