@@ -108,7 +108,7 @@ def test_an_unknown_signal_is_asked_for(tmp_path):
     free = r"line 13: input 'error': .* signals={'error': 'error'}; there is error$"
     with pytest.raises(UserError, match=free):
         imported(file, Wish(signals={"change": "error_change", "error": "torque"}))
-    free = r"line 3: input 'change': .* --signal change=error; there is error, error_change$"
+    free = r"line 3: input 'change': .* signals={'change': 'error'}; there is error, error_change$"
     with pytest.raises(UserError, match=free):
         imported(file, Wish(signals={"error": "torque"}))
     with pytest.raises(UserError, match=r"signals: speed: no such input"):
