@@ -102,13 +102,13 @@ def test_a_missing_rule_is_named(tmp_path):
 def test_an_unknown_signal_is_asked_for(tmp_path):
     file = tmp_path / "mine.fll"
     file.write_text(TEXTS["fll"])
-    free = r"line 3: input 'change': .* --signal change=error_change; there is error_change$"
+    free = r"line 3: input 'change': .* signals={'change': 'error_change'}; there is error_change$"
     with pytest.raises(UserError, match=free):  # the other one is taken
         imported(file, Wish())
-    free = r"line 13: input 'error': .* --signal error=error; there is error$"
+    free = r"line 13: input 'error': .* signals={'error': 'error'}; there is error$"
     with pytest.raises(UserError, match=free):
         imported(file, Wish(signals={"change": "error_change", "error": "torque"}))
-    free = r"line 3: input 'change': .* --signal change=error; there is error, error_change$"
+    free = r"line 3: input 'change': .* signals={'change': 'error'}; there is error, error_change$"
     with pytest.raises(UserError, match=free):
         imported(file, Wish(signals={"error": "torque"}))
     with pytest.raises(UserError, match=r"signals: speed: no such input"):

@@ -70,7 +70,7 @@ def test_another_version_goes_on_only_anyway(package, both, monkeypatch):
         assert refused.exit_code == 1
         which = f"belongs to a run with another {package} ('{now}', here '9.8.7')"
         assert which in refused.stderr
-        assert "; with anyway=True it goes on" in refused.stderr
+        assert "; with --anyway it goes on" in refused.stderr
         assert len(refused.stderr.splitlines()) == 1
         assert (part / "checkpoint.npz").read_bytes() == before
         design.finished_run(whole)  # is only read

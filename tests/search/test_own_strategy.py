@@ -166,7 +166,7 @@ def test_a_strategy_that_lacks_something_is_told_so_in_a_line(reference, words, 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"search.preset": "swarm"}, ["search.preset = 'swarm'", " race,", "--strategy"]),
+        ({"search.preset": "swarm"}, ["search.preset = 'swarm'", " race,", "hfc.register"]),
         ({"search.preset": 3}, ["search.preset = 3"]),
         ({"search.preset": "climb", "search.step": "far"}, ["search.step = 'far'"]),
         ({"search.preset": "climb", "search.tournament": 3}, ["search.tournament = 3"]),
