@@ -36,6 +36,8 @@ PARETO_HELP = "Look for the front of two or three objectives, as in tracking,eff
 POLISH_HELP = "Steps that polish the design when the search has ended [default: 0]."
 PRESET_HELP = "Search strategy: NAMES [default: the scenario's, else race]."
 DEFAULT = "c-axis-practical"
+#: For whoever has got a design that cannot be used.
+ADVICE = "so may twice the --generations, or a smaller robust.spread"
 
 
 @click.command(short_help="Search a controller for SCENARIO.")
@@ -102,6 +104,8 @@ def design(
         show_front(result.front)
     if told:
         click.echo(told)
+    if use and not use["usable"]:
+        click.echo(f"another seed may end in one that is: --seed {found.run.seed + 1}; {ADVICE}")
     click.echo(f"run folder {folder}\nreport     {folder / 'report.html'}")
 
 
@@ -153,6 +157,12 @@ def _asked_for(
         raise UserError("--anyway needs --resume")
     if not resume:
         found = load_scenario(scenario or DEFAULT, [*plugins, *given, *changes])
+        known = click.get_current_context().meta.get("hfc.strategy", found.search.preset)
+        if known != found.search.preset:  # it is easily thought to be the one that searches
+            raise UserError(
+                f"--strategy: makes {known} known, and the search would be {found.search.preset}; "
+                f"add --preset {known}"
+            )
         check_memory(found)
         return found, out or shown.free_folder(found.name)
     if out is None or scenario is not None or given or changes or pareto:

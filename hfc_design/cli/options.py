@@ -128,7 +128,7 @@ def with_plugins(helps: dict[str, str]) -> Callable[[Command], Command]:
 knowing_plugins = with_plugins(KNOWN)
 
 
-def _known(_: click.Context, option: click.Parameter, told: str | Texts | None) -> str:
+def _known(ctx: click.Context, option: click.Parameter, told: str | Texts | None) -> str:
     """Make known what an option names; the change of a scenario that chooses it, "" for none."""
     if not told:
         return ""
@@ -141,6 +141,7 @@ def _known(_: click.Context, option: click.Parameter, told: str | Texts | None) 
         return ""
     key = str(option.name)
     name = told if told in GROUPS[key].built_in else GROUPS[key].resolve(told).name
+    ctx.meta[f"hfc.{key}"] = name
     # The plant's parameters stay; a fitness or controller of another kind has other settings.
     return f"plant.name='{name}'" if key == "plant" else f"{key}={{kind='{name}'}}"
 

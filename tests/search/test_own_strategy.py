@@ -112,6 +112,12 @@ def test_a_hierarchy_keeps_the_bounds_that_a_strategy_sets(searching):
     assert abs(found.consequents[:, -1]).max() == 0.5
 
 
+def test_one_that_is_known_and_not_asked_for_is_refused(searching):
+    for others in ((), ("--preset", "l-shade")):
+        line = refused("design", "c-axis-ramp", "--strategy", "hunt:CLIMB", *others)
+        assert line.endswith(f"would be {others[1] if others else 'race'}; add --preset climb\n")
+
+
 def test_a_batch_of_strategies(searching):
     grid = '[grid]\nsearch.preset = ["random", "climb", "race"]\nrun.seed = [0, 1]\n'
     sizes = "[set]\nsearch.population = 6\nsearch.generations = 2\nsimulation.duration_s = 0.1\n"
