@@ -204,6 +204,7 @@ def score_spread(
     from hfc_design.cli.usable_table import QUESTION, WARNING, answer, missed_on_average
     from hfc_design.simulation.monte_carlo import robustness
     from hfc_design.simulation.repeats import chaos_told
+    from hfc_design.simulation.settling import reasons_told
 
     def progress(done: int, total: int) -> None:
         bar.show(description="simulating", completed=done, total=total)
@@ -215,13 +216,15 @@ def score_spread(
     own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
     numbers = own | found.numbers()
     chaotic = [key for key in found.ranges if key in numbers["metrics"]]
+    lost = f"of the others {reasons_told(found.reasons)}\n" if found.reasons else ""
     table = plain_table(
         title=f"{numbers['design']} on {numbers['scenario']}, "
         f"parameters +-{100 * numbers['spread']:g} %",
         title_style="",
         caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
         f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
-        f"quantiles of the stable ones that have the metric; merit is {numbers['judged_by']}\n"
+        f"{lost}quantiles of the stable ones that have the metric; merit is "
+        f"{numbers['judged_by']}\n"
         f"{_refused(numbers['refused_draws'])}"
         f"simulated again with shorter steps: {numbers['refined']}"
         + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from hfc_design.core.numbers import Json
 from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.simulation.gain_range import gain_told
-from hfc_design.simulation.in_use import measured, merit_told, several
+from hfc_design.simulation.in_use import measured, merit_told
 from hfc_design.simulation.missed import missed_told
+from hfc_design.simulation.settling import reasons_told
 
 #: Units that numbers of this size are not read in -> factor to one that they are, and that one.
 SHOWN_IN = {"rad": (1e6, "µrad")}
@@ -26,7 +27,7 @@ def in_use(found: Json) -> Json:
     return found | {
         "heads": [*heads, "share at a limit [1]"],
         "rows": [_row(name, one, factors) for name, one in each],
-        "others": {name: why for name, one in each if (why := _why_others(one))},
+        "others": {name: why for name, one in each if (why := reasons_told(one["reasons"]))},
         "alone": any(one.get("asked_of") == "nominal" for _, one in each),
         "gain_told": found["gain"] and gain_told(found["gain"]),
         "chaos_told": merit_told(found),
@@ -42,10 +43,3 @@ def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:
         cells.append(" / ".join(measured(x, factor, short, NONE) for x in pair))
     mark = " *" if found.get("asked_of") == "nominal" else ""
     return [name + mark, f"{100 * found['share']:.4g}", *cells]
-
-
-def _why_others(found: Json) -> str:
-    """Why machines do not keep everything in a motion, the most frequent first; "" if all do."""
-    reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
-    told = (f"{count} {reason if count == 1 else several(reason)}" for reason, count in reasons)
-    return ", ".join(told)

@@ -81,7 +81,7 @@ def compare(
         [bout for bout, all_of_them in zip(bouts, asked, strict=True) if all_of_them]
     )
     said = [*dict.fromkeys(others), *(f"{', '.join(who)}: {note}" for note, who in notes.items())]
-    said += [told for bout in bouts for told in bout.chaos()]
+    said += [told for bout in bouts for told in (*bout.lost(), *bout.chaos())]
     found_all = bouts, _differences(bouts), said
     return Comparison(named, spread, seed, machines, *found_all, dict(tolerances))
 

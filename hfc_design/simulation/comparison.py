@@ -20,6 +20,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.simulation.repeats import chaos_told
+from hfc_design.simulation.settling import reasons_told
 
 #: Parts of the names of the metrics that are compared, in the order of every table.
 COMPARED = (
@@ -104,6 +105,17 @@ class Bout(NamedTuple):
         heads = tuple(f"{window.name}_" for window in windows)
         keys = [key for key in self.meanings if not key.startswith(heads)]
         return [key for part in COMPARED for key in keys if part in key]
+
+    def lost(self) -> Iterator[str]:
+        """Why designs do not keep machines stable, a line each."""
+        for name, one in self.found.items():
+            told = [f"nominal machine {' and '.join(one.nominal_reasons)}"] * (
+                not one.nominal_stable
+            )
+            if one.reasons:
+                told += [f"of {len(one.stable)} others {reasons_told(one.reasons)}"]
+            if told:
+                yield f"{name} in {self.name}, not stable: {'; '.join(told)}"
 
     def chaos(self) -> Iterator[str]:
         """Which scores are chaotic on the nominal machine, a line each."""

@@ -12,6 +12,7 @@ from hfc_design.simulation.missed import missed, missed_told
 from hfc_design.simulation.monte_carlo import ENOUGH
 from hfc_design.simulation.one_motion import InMotion, plain
 from hfc_design.simulation.repeats import Repeats, chaos_told
+from hfc_design.simulation.settling import several
 
 #: What motions that never rest may not show.
 UNSTABLE = (
@@ -148,12 +149,6 @@ def measured(value: float | None, factor: float, write: Callable[[float], str], 
 def merit_told(found: Json) -> str:
     """Of ``Usable.numbers``: between what the merit is if it is chaotic, else nothing."""
     return chaos_told("merit", found["repeats"]) if found.get("chaotic") else ""
-
-
-def several(reason: str) -> str:
-    """What one machine does, as several do it."""
-    verb, blank, rest = reason.partition(" ")
-    return ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
 
 
 def _percent(share: float) -> str:

@@ -25,7 +25,7 @@ from hfc_design.simulation.evaluating import evaluate, evaluations
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import measuring, settled
+from hfc_design.simulation.settling import faults, measuring
 
 Progress = Callable[[int, int], None]
 
@@ -56,6 +56,8 @@ class Robustness(NamedTuple):
     values: dict[str, Floats]  # the same of every sample, (samples,)
     motion: Evaluation  # of the nominal machine
     ranges: dict[str, Json]  # of its fitness or merit, where that is chaotic
+    reasons: dict[str, int]  # why some of the others are not stable -> how many
+    nominal_reasons: tuple[str, ...]  # why the nominal machine is not
 
     def __repr__(self) -> str:
         return line("Robustness", self._told())
@@ -97,6 +99,8 @@ class Robustness(NamedTuple):
             "stable_share": float(self.stable.mean()),
             "stable_interval": [*share_interval(int(self.stable.sum()), len(self.stable))],
             "nominal_stable": self.nominal_stable,
+            "reasons": self.reasons,
+            "nominal_reasons": list(self.nominal_reasons),
             "refused_draws": self.refused_draws,
             "refined": self.refined,
             "repeats": self.ranges,
@@ -149,7 +153,10 @@ def robustness(
     evaluations, judged = zip(*found, strict=True)
     measured, failed = (np.stack([getattr(x, key) for x in judged]) for key in ("values", "failed"))
     lost = failed | np.array([[one.diverged] for one in evaluations])
-    stable = settled(measured, lost, [scenario])[:, 0]
+    why = {told: mask[:, 0] for told, mask in faults(measured, lost, [scenario]).items()}
+    stable = ~np.logical_or.reduce([*why.values()])
+    reasons = {told: int(mask[1:].sum()) for told, mask in why.items() if mask[1:].any()}
+    own = tuple(told for told, mask in why.items() if mask[0])
     judge = scenario.judge()
     scores = [one.score(judge) for one in evaluations]
     keys = (*judge.titles, *evaluations[0].metrics)
@@ -157,14 +164,14 @@ def robustness(
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
     ranges = evaluate(design, scenario).ranges
-    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges)
+    parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges, reasons, own)
     return Robustness(spread, seed, machines, refused, refined, *parts)
 
 
 def _motions(
     design: Design, scenario: Scenario, machines: Machines, progress: Progress, at_once: int
 ) -> Iterator[tuple[Evaluation, Judged]]:
-    """Of every machine in turn its evaluation, without the motion, and what ``settled`` needs.
+    """Of every machine in turn its evaluation, without the motion, and what ``faults`` needs.
 
     At most ``at_once`` step together. The first one has its motion still.
     """

@@ -12,7 +12,7 @@ On every machine
   machine that does not settle is no measure; a reference of 0 bounds no error.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from hfc_design.objectives.constraints import constraints_on
 from hfc_design.objectives.measures import MEASURES
 from hfc_design.simulation.closed_loop import Loop
 
-#: What is to be measured of a loop, in the order in which ``settled`` has it.
+#: What is to be measured of a loop, in the order in which ``faults`` has it.
 STABILITY = tuple(MEASURES[name] for name in ("unsettled", "limit_share", "late_error"))
 #: Largest share of a small disturbance of the start that may still move in the end.
 UNSETTLED = 0.3
@@ -33,22 +33,17 @@ TOLERANCE = 0.05
 
 
 def measuring(loop: Loop) -> Loop:
-    """The loop with what ``settled`` needs measured after everything else."""
+    """The loop with what ``faults`` needs measured after everything else."""
     judge = loop.judge
     return loop._replace(judge=judge._replace(measured=(*judge.measured, *STABILITY)))
 
 
-def settled(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> Mask:
-    """(machines, motions) whether each is stable; the nominal machine is the first.
+def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
+    """Why machines are not stable, in words -> (machines, motions) of which ones that is so.
 
     ``measured`` (machines, motions, values) ends with ``STABILITY``; ``motions`` are scenarios of
-    one motion each.
+    one motion each. The nominal machine is the first; of a stable one nothing is so.
     """
-    return np.asarray(~np.logical_or.reduce([*faults(measured, failed, motions).values()]))
-
-
-def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:
-    """Why machines are not stable, in words -> (machines, motions) of which ones that is so."""
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
     axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
     swings, held = ~(unsettled <= UNSETTLED), ~(limited <= LIMITED / axes)
@@ -61,6 +56,18 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
         off[1:, k] = ~(late[1:, k] <= most)
     found = {"diverges": failed, "stays at a limit": held, "swings": swings, "is far off": off}
     return {why: mask & (failed if why == "diverges" else ~failed) for why, mask in found.items()}
+
+
+def reasons_told(reasons: Mapping[str, int]) -> str:
+    """How many machines there are for each reason, the most frequent first; "" of none."""
+    found = sorted(reasons.items(), key=lambda item: -item[1])
+    return ", ".join(f"{count} {why if count == 1 else several(why)}" for why, count in found)
+
+
+def several(reason: str) -> str:
+    """What one machine does, as several do it."""
+    verb, blank, rest = reason.partition(" ")
+    return ("are" if verb == "is" else verb.removesuffix("s")) + blank + rest
 
 
 def _largest_reference(motion: Scenario) -> float:

@@ -8,10 +8,16 @@ from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import controller_of, load_design, with_converter
 from hfc_design.simulation import population
 from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.comparing import compare
 from hfc_design.simulation.monte_carlo import robustness
-from hfc_design.simulation.settling import STABILITY, measuring, settled
+from hfc_design.simulation.settling import STABILITY, faults, measuring, reasons_told
 
 SHORT = ["simulation.duration_s=3"]
+
+
+def settled(measured, failed, motions):
+    """(machines, motions) for which there is no reason why it should not be stable."""
+    return ~np.logical_or.reduce([*faults(measured, failed, motions).values()])
 
 
 def of_nominal(design, scenario):
@@ -110,3 +116,22 @@ def test_the_rule_by_hand():
     assert judged([0, 0, 1e-4], [0, 0, 1.9e-3], [0, 0, 2.1e-3], where=told) == [True, True, False]
     still = load_scenario(ramp, {"reference.velocity": 0.0})
     assert judged([0, 0, 5.0], [0, 0, 16.0], [0.4, 0, 0.0], where=still) == [True, True, False]
+
+
+def test_reasons_are_counted_in_words():
+    told = reasons_told({"is far off": 1, "swings": 2, "stays at a limit": 3})
+    assert told == "3 stay at a limit, 2 swing, 1 is far off"
+    assert reasons_told({}) == ""
+
+
+def test_a_comparison_says_why_a_design_is_not_stable():
+    """Of a gain that swings, see above."""
+    designs = {"calm": load_design("pd-only"), "sharp": pd_only(1.5)}
+    scenario = load_scenario("c-axis-ramp", [*SHORT, "limits.command=60"])
+    found = compare(designs, scenario, spread=0.01, machines=3)
+    (note,) = [line for line in found.notes if "stable" in line]
+    told = "nominal machine swings; of 3 others 3 swing, 3 are far off"
+    assert note == f"sharp in c-axis-ramp, not stable: {told}"
+    alone = robustness(designs["sharp"], scenario, 0.01, 3)
+    assert alone.numbers()["reasons"] == {"swings": 3, "is far off": 3}
+    assert alone.numbers()["nominal_reasons"] == ["swings"]
