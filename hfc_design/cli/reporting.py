@@ -57,38 +57,50 @@ def report(
     --figures and --latex write the folders figures and latex into FOLDER, of a DESIGN NAME-figures
     and NAME-latex beside the page.
     """
-    from hfc_design.core.records import UserError, harmless
+    from hfc_design.core.records import UserError
     from hfc_design.files.design import builtin_designs
 
     if not (exists(place) or str(place) in builtin_designs()):
         raise UserError(f"{place}: is no folder, no design file and no built-in design")
-    elsewhere = bool(scenario or changes or others)
-    if isdir(place) and not elsewhere:
-        from hfc_design.batch.report import report
-        from hfc_design.batch.told import tell
-
+    if isdir(place) and not (scenario or changes or others):
         if out is not None:
             raise UserError(f"--out {out}: is for a lone design; the page of a folder lies in it")
-        told: list[Any] = []
-        try:
-            with busy("writing the pages"):
-                report(place, each, parquet, lambda *found: told.append(found), papers(place, ""))
-        finally:
-            for found in told:
-                tell(*found)
+        _of_folder(place, each, parquet, papers)
         return
     if each or parquet:
         raise UserError(f"{place}: is a design; --each and --parquet are for folders of runs")
     path = out or free(Path(f"{place.stem}.html"))
-    paper = papers(path.parent, f"{path.stem}-")
+    _of_design(str(place), path, (others, scenario, changes), papers)
+    click.echo(path)
 
+
+def _of_folder(place: Path, each: bool, parquet: bool, papers: Papers) -> None:
+    """Write the pages of a folder, and tell what they say of many runs."""
+    from hfc_design.batch.report import report
+    from hfc_design.batch.told import tell
+
+    told: list[Any] = []
+    try:
+        with busy("writing the pages"):
+            report(place, each, parquet, lambda *found: told.append(found), papers(place, ""))
+    finally:
+        for found in told:
+            tell(*found)
+
+
+def _of_design(
+    name: str, path: Path, differs: tuple[Texts, str | None, Texts], papers: Papers
+) -> None:
+    """Write the page of a design with changes, on a scenario (None: its own) with changes."""
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.core.plugins import uses
+    from hfc_design.core.records import harmless
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import load_design, own_scenario
     from hfc_design.report.page import design_page
 
-    name = str(place)
+    others, scenario, changes = differs
+    paper = papers(path.parent, f"{path.stem}-")
     design = load_design(name, others)
     where = load_scenario(scenario, changes) if scenario else own_scenario(design, name, changes)
     asked = {"--change": others, "--scenario": (scenario,) if scenario else (), "--set": changes}
@@ -100,4 +112,3 @@ def report(
     write_whole(path, page.html)
     if paper:
         paper.write(page)
-    click.echo(path)

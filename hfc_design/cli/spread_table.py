@@ -1,0 +1,96 @@
+"""What ``hfc score --spread`` shows: one design on machines whose parameters are spread."""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+from rich.table import Table
+
+from hfc_design.core.console import ProgressBar, plain_table, show_whole
+from hfc_design.core.numbers import Json
+from hfc_design.files.design import Design
+from hfc_design.files.scenario import Scenario
+from hfc_design.simulation.monte_carlo import Robustness, robustness
+from hfc_design.simulation.repeats import chaos_told
+from hfc_design.simulation.settling import reasons_told
+
+
+def score_spread(
+    design: Design,
+    scenario: Scenario,
+    spread: float,
+    as_json: bool,
+    samples: int = 1000,
+    seed: int = 0,
+    plot: Path | None = None,
+) -> None:
+    """``hfc score --spread``: one design on many machines.
+
+    Raises:
+        UserError: a value is not allowed, or design and scenario do not fit.
+    """
+    from hfc_design.cli.usable_table import QUESTION, WARNING, answer, missed_on_average
+
+    def progress(done: int, total: int) -> None:
+        bar.show(description="simulating", completed=done, total=total)
+
+    begun = time.monotonic()
+    with ProgressBar("compiling", samples + 1, "machines") as bar:
+        found = robustness(design, scenario, spread, samples, seed, progress)
+    print(f"{samples} machines in {time.monotonic() - begun:.1f} s", file=sys.stderr)
+    own = {"design": design.name, "scenario": scenario.name, "judged_by": scenario.judge().title}
+    numbers = own | found.numbers()
+    if as_json:
+        print(json.dumps(numbers))
+    else:
+        print(f"{QUESTION} {answer(found)}")
+        if missed := missed_on_average(scenario, found):
+            print(missed)
+        show_whole(_spread_table(found, numbers))
+    if not found.usable:
+        print(WARNING, file=sys.stderr)
+    if plot is not None:
+        from hfc_design.pictures.files import save
+        from hfc_design.report.batch_plots import distributions
+
+        save(distributions(found, f"{design.name} on {scenario.name}"), plot)
+
+
+def _spread_table(found: Robustness, numbers: Json) -> Table:
+    """Quantiles of each metric over the machines; ``numbers`` name design and scenario too."""
+    chaotic = [key for key in found.ranges if key in numbers["metrics"]]
+    lost = f"of the others {reasons_told(found.reasons)}\n" if found.reasons else ""
+    table = plain_table(
+        title=f"{numbers['design']} on {numbers['scenario']}, "
+        f"parameters +-{100 * numbers['spread']:g} %",
+        title_style="",
+        caption=f"{100 * numbers['stable_share']:.4g} % of {numbers['samples']} machines are "
+        f"stable, the nominal one {'too' if numbers['nominal_stable'] else 'is not'}\n"
+        f"{lost}quantiles of the stable ones that have the metric; merit is "
+        f"{numbers['judged_by']}\n"
+        f"{_refused(numbers['refused_draws'])}"
+        f"simulated again with shorter steps: {numbers['refined']}"
+        + "".join(f"\nnominal {chaos_told(key, found.ranges[key])}" for key in chaotic),
+        caption_justify="left",
+    )
+    table.add_column("metric", no_wrap=True)
+    for name in ("nominal", "5 %", "25 %", "50 %", "75 %", "95 %", "count"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for key, values in numbers["metrics"].items():
+        nominal, *quantiles = map(_short, values.values())
+        table.add_row(key, "chaotic" if key in chaotic else nominal, *quantiles)
+    return table
+
+
+def _refused(draws: int) -> str:
+    """What became of machines that were drawn and cannot be, a line; "" without any."""
+    told = f"{draws} more were drawn and replaced: no machine has such parameters together\n"
+    return told if draws else ""
+
+
+def _short(value: float | None) -> str:
+    """At most eight characters; quantiles of a random draw deserve no more."""
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
