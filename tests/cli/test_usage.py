@@ -9,7 +9,6 @@ from click.testing import CliRunner
 from plain_words import plain_lines
 
 from hfc_design.cli import main, summary
-from hfc_design.core.records import UserError
 
 DIGITS = "has to be a whole number"
 
@@ -18,7 +17,7 @@ def refused(*arguments):
     """What a command line is refused with, without ``hfc: ``."""
     done = CliRunner().invoke(main, [*arguments])
     assert (done.exit_code, done.stdout) == (2, "")
-    lines = plain_lines(UserError(*done.stderr.splitlines()), "hfc: ")
+    lines = plain_lines(Exception(done.stderr.rstrip("\n")), "hfc: ")
     return "\n".join(line.removeprefix("hfc: ") for line in lines)
 
 
