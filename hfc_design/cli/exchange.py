@@ -125,7 +125,7 @@ def import_(
     from hfc_design.formats.reading import Wish, assumed, deviation_told, imported, left_out_told
 
     pairs = {}
-    for item in signals:
+    for item in (one for text in signals for one in text.split(",")):  # as --at has them
         name, equals, signal = item.partition("=")
         if not equals:
             raise UserError(f"--signal {item}: has to be INPUT=SIGNAL, as in input1=error")

@@ -18,6 +18,8 @@ from hfc_design.files.scenario import Scenario
 from hfc_design.motion.references import Load
 
 HEAD = "Of what it was made with, the design keeps here:"
+#: A file of rules tells neither machine nor limits; the import takes those of its plant.
+IMPORTED = "Its file says nothing of a machine; of what the import assumed, it keeps here:"
 KEPT, UNKNOWN = "kept", "this scenario's; the design does not say what it was made with"
 
 
@@ -33,7 +35,9 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
         "sensors": _told(design, scenario, "sensors"),
         "load": _told(design, scenario, "load"),
     }
-    return [HEAD, *(f"  {name:8} {text}" for name, text in told.items())]
+    imported = str(design.provenance.get("source", "")).startswith("imported from")
+    head = IMPORTED if imported else HEAD
+    return [head, *(f"  {name:8} {text}" for name, text in told.items())]
 
 
 def _machine(design: Design, scenario: Scenario) -> str:

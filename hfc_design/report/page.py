@@ -22,6 +22,7 @@ from hfc_design.report.errors import errors, motion_errors
 from hfc_design.report.paper import Paper
 from hfc_design.report.parts import (
     best_structures,
+    everything,
     first_metrics,
     how_near,
     metric_rows,
@@ -161,6 +162,7 @@ def _rendered(
         measure=measure(scenario.judge()),
         contour=own.contour is not None and not own.contour.any_axes,
         used=whether_used(used),
+        everything=everything(scenario),
         doubts=doubts(scenario),
         chaotic=own.chaotic,
         several={name: plots.motion(one, f"{OWN} in {name}") for name, one in own.motions.items()},

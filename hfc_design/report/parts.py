@@ -14,6 +14,7 @@ from hfc_design.files.design import Design
 from hfc_design.files.machine import SensorSettings
 from hfc_design.files.pairing import with_converter
 from hfc_design.files.scenario import Scenario
+from hfc_design.objectives.constraints import constraints_on
 from hfc_design.pictures.numbers import digits, score
 from hfc_design.pictures.section import Listing, Section
 from hfc_design.report.comparison.tables import titled
@@ -54,6 +55,22 @@ def whether_used(numbers: Callable[[], Json]) -> Json | None:
     with suppress(UserError, KeyError, TypeError, AttributeError, ValueError):
         return in_use(numbers())
     return None
+
+
+def everything(scenario: Scenario) -> str:
+    """What a machine has to keep to count as one that keeps everything, in words."""
+    bounds = constraints_on(scenario.constraints, scenario.units)
+    if not bounds:
+        return (
+            "the loop is stable. This scenario has no constraints, so that a bad controller may "
+            "keep everything too"
+        )
+    units = scenario.units.signals
+    told = (
+        f"{one.measure.name} of {one.most:g} [{units.get(one.measure.unit, one.measure.unit)}]"
+        for one in bounds
+    )
+    return f"the loop is stable, and has at most {', '.join(told)}"
 
 
 def how_near(folder: Path) -> Json | None:

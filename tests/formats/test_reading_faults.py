@@ -38,6 +38,12 @@ FLL_FAULTS = [
     ("if error is e1 and", "if error is e1 or", 85, "cannot be imported, only: if change"),
     ("change is d1 and error is e0", "change is d0 and error is e0", 79, "the first is in line 78"),
     ("change is d1 and error is e0", "error is e1 and error is e0", 79, "read both inputs"),
+    (
+        "change is d1 and error is e0",
+        "chnge is d1 and error is e0",
+        79,
+        "'chnge' is no input; there is",
+    ),
     ("u is u11", "u is u99", 86, "'u99' is no term of u"),
     ("Engine: mine", "Engine", 2, "no line of FLL"),
     ("Engine: mine", "Motor: mine", 2, "stands before any block"),

@@ -10,7 +10,9 @@ from click.testing import CliRunner
 
 from hfc_design.cli import main
 from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
+from hfc_design.report.parts import everything
 
 NAME = "lin-lee-1999-table-1"
 HOSTILE, FILE = '<script>alert("1")</script>', "<b>&'.json"
@@ -94,3 +96,12 @@ def test_what_does_not_go_together_is_a_line(arguments, why, tmp_path, monkeypat
     assert why in done.stderr
     assert done.stderr.count("\n") == 1
     assert not list(Path().iterdir())
+
+
+def test_the_page_says_what_everything_is():
+    units = {"late_error": "2 mrad", "stick_slip": 0.0}
+    asked = load_scenario("c-axis-ramp", {f"constraints.{key}": x for key, x in units.items()})
+    assert everything(asked) == (
+        "the loop is stable, and has at most late_error of 0.002 [rad], stick_slip of 0 [1]"
+    )
+    assert "no constraints" in everything(load_scenario("feed-drive-circle"))

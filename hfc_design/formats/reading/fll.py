@@ -138,6 +138,8 @@ def _add(system: System, rule: Token, output: str, singletons: dict[str, Singlet
         told = f"a rule of weight {weight.text} cannot be imported, only of weight 1"
         raise rule.fault(told)
     target.one_of("output of the rule", (output,))
+    for name in pairs[::2]:
+        name.place(names, "input")
     terms = {name.text: term for name, term in zip(pairs[::2], pairs[1::2], strict=True)}
     if sorted(terms) != sorted(names):
         raise rule.fault(f"a rule has to read both inputs, {names[0]} and {names[1]}")
