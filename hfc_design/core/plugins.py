@@ -106,12 +106,15 @@ class Group(Generic[Thing]):
         return thing
 
     def named(self, key: str, name: str) -> Thing:
-        """The one with the name that a file has under ``key``; ValueError: ``get`` refuses it."""
+        """The one with the name that a file has under ``key``; ValueError: ``get`` refuses it.
+
+        Where the ``key`` is known otherwise it is "".
+        """
         try:
             return self.get(name)
         except UserError as error:
             why = error.typed.removeprefix(f"{short(name)} ")
-            raise ValueError(f"{key} = {short(name)}: {why}") from None
+            raise ValueError(f"{key} = {short(name)}: {why}" if key else why) from None
 
     def source(self, name: str) -> str | None:
         """Where an own one comes from, as ``module:OBJECT``; None where it is not known."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from operator import not_
 from typing import Literal, NamedTuple, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from hfc_design.core import devices
 from hfc_design.core.numbers import Parameters
@@ -64,9 +64,14 @@ class PlantSettings(Record):
     #: what differs in one axis; several of one drive make a machine of them [of the parameter]
     axes: dict[Label, dict[str, Finite]] = {}
 
+    @field_validator("name")
+    @classmethod
+    def _there(cls, name: str) -> str:
+        ALL_PLANTS.named("", name)  # told beside what is wrong with the parameters
+        return name
+
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
-        ALL_PLANTS.named("name", self.name)
         machine = self.machine
         check_axes("axes", self.axes, machine.axes)
         for axis, drive in zip(machine.axes, machine.drives, strict=True):

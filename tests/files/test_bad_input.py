@@ -301,3 +301,14 @@ def test_fuzzed_change_is_refused_or_taken(change):
         assert isinstance(load_scenario("c-axis-ramp", [change]), Scenario)
     except UserError as error:
         plain_lines(error)
+
+
+def test_a_mistyped_plant_is_told_beside_its_parameters():
+    wrong = {"plant": {"name": "c-axsi", "parameters": {"poles": "many"}}, "name": "x"}
+    with pytest.raises(UserError) as told:
+        load_scenario(wrong)
+    lines = told.value.lines
+    assert any(
+        "plant.name = 'c-axsi': is no plant known here; did you mean c-axis?" in x for x in lines
+    )
+    assert any("plant.parameters.poles = 'many': has to be a number" in x for x in lines)
