@@ -105,9 +105,12 @@ def lists(value: Plain) -> Plain:
 
 
 def flat(table: Json, prefix: str = "") -> Json:
-    """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table."""
+    """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table.
+
+    An empty table is a value: ``controller.linear = {}`` asks for a linear part.
+    """
     found: Json = {}
     for key, value in table.items():
-        nested = isinstance(value, dict)
+        nested = isinstance(value, dict) and value
         found |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
     return found

@@ -132,7 +132,7 @@ class Scenario(Record, metaclass=Asked):
             bounds = [bound.measure for bound in constraints_on(self.constraints, self.units)]
             if fault := path_fault(bounds, motion.follows_path):
                 raise ValueError(f"constraints.{fault}")
-        if fault := self.controller.fault(self.target):
+        if "controller" in self.model_fields_set and (fault := self.unfit):
             raise ValueError(fault)
         if fault := STRATEGIES.get(preset).fault(self.search, self.controller):
             raise ValueError(f"search.preset = {preset!r}: {fault}")
@@ -141,6 +141,11 @@ class Scenario(Record, metaclass=Asked):
             told = f"run.polish = {self.run.polish}: polishes one design; "
             raise ValueError(f"{told}search.preset = {preset!r} looks for a front")
         return self
+
+    @property
+    def unfit(self) -> str | None:
+        """Why its controller cannot be designed for its machine; a search alone asks."""
+        return self.controller.fault(self.target)
 
     def _can_trade(self) -> None:
         try:

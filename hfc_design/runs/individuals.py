@@ -8,7 +8,7 @@ from hfc_design.controllers.kind import kinds
 from hfc_design.core.carried import carrier
 from hfc_design.core.numbers import Json
 from hfc_design.core.plugins import References, sources
-from hfc_design.core.records import checked
+from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import Design
 from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import renamed
@@ -17,7 +17,13 @@ from hfc_design.simulation.evaluation import Evaluation
 
 
 def genome_of(scenario: Scenario) -> Genome:
-    """What the search of ``scenario`` varies."""
+    """What the search of ``scenario`` varies.
+
+    Raises:
+        UserError: it names no controller, and the default does not fit its machine.
+    """
+    if "controller" not in scenario.model_fields_set and (fault := scenario.unfit):
+        raise UserError(f"{scenario.name}: has no [controller], and of the default {fault}")
     kind = kinds().get(scenario.controller.kind)  # with a genome, or the scenario could not name it
     genome: Genome = kind.genome(scenario.controller, scenario.target)
     return genome

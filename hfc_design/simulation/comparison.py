@@ -83,10 +83,13 @@ class Side(NamedTuple):
         return self.quantile(key, 0.05), self.quantile(key, 0.5), self.quantile(key, 0.95)
 
     def of_nominal(self, key: str) -> float | None:
-        """The metric of the nominal machine, the lowest of chaotic ones; None: it has none."""
+        """The metric of the nominal machine, the lowest of chaotic ones; None: it has none.
+
+        Of errors the magnitude, as of all machines (``costs``): signed ones cannot be ranked.
+        """
         if key in self.ranges:
             return None if self.ranges[key]["lowest"] is None else float(self.ranges[key]["lowest"])
-        found = self.nominal[key]
+        found = self.nominal[key] if key in SCORES else abs(self.nominal[key])
         return found if self.nominal_stable and np.isfinite(found) else None
 
 

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from hfc_design import api as hfc
 from hfc_design.cli import main
-from hfc_design.core.dotted import changed
+from hfc_design.core.dotted import changed, flat
 from hfc_design.files.design import BUILTIN, parse_design
 
 
@@ -107,3 +107,9 @@ def test_what_names_no_entry(change, words):
     assert done.exit_code == 2
     assert f"hfc: --change {change}: " in done.stderr
     assert words in done.stderr
+
+
+def test_an_empty_table_of_a_batch_is_a_value():
+    told = {"controller": {"kind": "x", "linear": {}}, "run": {"seed": 1}}
+    assert flat(told) == {"controller.kind": "x", "controller.linear": {}, "run.seed": 1}
+    assert flat({}) == {}

@@ -179,3 +179,10 @@ def test_bad_input_is_one_line():
         compare(["pd-only", "lin-lee-1999-table-1"], ["c-axis-ramp"] * 2)
     with pytest.raises(UserError, match=r"spread=2.0: has to lie between 0 and 1"):
         compare(["pd-only", "lin-lee-1999-table-1"], spread=2.0)
+
+
+def test_a_signed_error_of_the_nominal_machine_is_a_magnitude_as_those_of_all():
+    far = Side(np.array([True]), True, {"final_error_mm": -0.163}, {"final_error_mm": [-0.2]})
+    assert far.of_nominal("final_error_mm") == 0.163
+    assert far.numbers()["metrics"]["final_error_mm"]["median"] == 0.2
+    assert Side(np.array([True]), True, {"fitness": -2.0}, {}).of_nominal("fitness") == -2.0
