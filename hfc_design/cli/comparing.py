@@ -87,7 +87,6 @@ def compare(
     motions as well.
     """
     from hfc_design.cli.compared_tables import Progress, show
-    from hfc_design.core.records import harmless
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import own_scenario
     from hfc_design.files.together import labelled
@@ -110,10 +109,8 @@ def compare(
     options = {"--scenario": scenarios, "--set": changes, "--spread": (f"{spread:g}",)}
     options["--tolerance"] = tuple(f"{name}={own:g}" for name, own in tolerances.items())
     options |= {"--machines": (str(machines),), "--seed": (str(seed),)}
-    again = ["hfc", "compare", *designs]
-    again += [part for option, values in options.items() for x in values for part in (option, x)]
     wanted = {out: "", html: PAGE, csv_file: TABLE}
-    written = _written(found, harmless(shlex.join(again)), wanted, paper)
+    written = _written(found, _again(found, designs, options), wanted, paper)
     if plot is not None:
         save(machines_drawn(found), plot)
         written.append(plot)
@@ -123,6 +120,17 @@ def compare(
     show(found)
     for path in written:
         click.echo(path)
+
+
+def _again(found: "Comparison", designs: Texts, options: dict[str, Texts]) -> str:
+    """The command line that compares the same once more, own parts of the designs included."""
+    from hfc_design.core.plugins import uses
+    from hfc_design.core.records import harmless
+
+    again = ["hfc", "compare", *designs]
+    again += [part for option, values in options.items() for x in values for part in (option, x)]
+    own = dict.fromkeys(uses(one.provenance.get("plugins")) for one in found.designs.values())
+    return harmless(shlex.join(again)) + "".join(own)
 
 
 def _shares(values: Texts) -> dict[str, float]:

@@ -29,7 +29,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
     data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
     return rendered(
         "comparison.html.j2",
-        " and ".join(names),
+        f"{' and '.join(names)} in {', '.join(bout.name for bout in moved)}",
         small_address,
         names=names,
         machines=comparison.machines,
