@@ -123,7 +123,7 @@ def test_simulate_writes_files(tmp_path):
         "--csv", tmp_path / "a.csv", "--plot", tmp_path / "a.png",
     )  # fmt: skip
     assert done.exit_code == 0
-    assert done.stdout == ""
+    assert done.stdout.split() == [str(tmp_path / "a.csv"), str(tmp_path / "a.png")]
     assert (tmp_path / "a.csv").read_text().count("\n") == 501
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 

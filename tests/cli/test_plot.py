@@ -105,7 +105,7 @@ def test_what_is_inside_is_drawn_and_explained(monkeypatch, tmp_path):
     """Rules i - j over e = 20 E and ce = 60 CE sets: they say 20 E - 60 CE, of y twice that."""
     path = tmp_path / "around.json"
     path.write_text(json.dumps(around_soc(x=1.0, y=2.0)))
-    assert "--axis is missing, one has to be named: design around has x, y" in refused(
+    assert "--axis: is missing, one has to be named; design around has x, y" in refused(
         "plot", path, "surface", "--out", tmp_path / "a.png"
     )
     record = hfc.load_design(path).controller.inner.axes["y"]
