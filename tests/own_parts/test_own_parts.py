@@ -257,7 +257,7 @@ def test_it_is_explained_and_reported(folder, tmp_path):
     single = design.by_axis()["x"].model_dump(mode="json")
     assert single["limits"]["command"] == 4.0
     arguments = ["explain", str(folder / "run"), *OWN, "--at", "error=1.0"]
-    assert "--axis is missing, one has to be named" in CliRunner().invoke(main, arguments).output
+    assert "--axis: is missing, one has to be named" in CliRunner().invoke(main, arguments).output
     told = ran("explain", folder / "run", *OWN, "--axis", "x", "--at", "error=1.0", "--json")
     assert {"units", "parts", "command"} <= json.loads(told).keys()
     assert "toy" in ran("list", "controllers", *OWN)
