@@ -182,7 +182,7 @@ def test_a_scenario_that_cannot_run_from_here_is_refused(tmp_path):
     missing = {"kind": "csv", "file": "not-here.csv"}
     scenario = with_scenario(TABLE_1, "c-axis-ramp").provenance["scenario"] | {"reference": missing}
     design = TABLE_1.model_copy(update={"provenance": {"scenario": scenario}})
-    said = r"reference\.file = 'not-here\.csv': cannot be read: .*; --to c holds the controller"
+    said = r"reference\.file = 'not-here\.csv': cannot be read: .*; to='c' holds the controller"
     with pytest.raises(UserError, match=said):
         files(design, tmp_path / "a")
     assert not (tmp_path / "a").exists()
