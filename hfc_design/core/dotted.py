@@ -107,10 +107,11 @@ def lists(value: Plain) -> Plain:
 def flat(table: Json, prefix: str = "") -> Json:
     """Nested tables as dotted keys; TOML reads ``run.seed = 1`` as a table in a table.
 
-    An empty table is a value: ``controller.linear = {}`` asks for a linear part.
+    An empty table inside another is a value: ``controller.linear = {}`` asks for a linear part. An
+    empty section says nothing, as one whose lines are all comments.
     """
     found: Json = {}
     for key, value in table.items():
-        nested = isinstance(value, dict) and value
+        nested = isinstance(value, dict) and (value or not prefix)
         found |= flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
     return found

@@ -112,4 +112,4 @@ def test_what_names_no_entry(change, words):
 def test_an_empty_table_of_a_batch_is_a_value():
     told = {"controller": {"kind": "x", "linear": {}}, "run": {"seed": 1}}
     assert flat(told) == {"controller.kind": "x", "controller.linear": {}, "run.seed": 1}
-    assert flat({}) == {}
+    assert flat({"controller": {}, "run": {"seed": 1}}) == {"run.seed": 1}  # nothing is replaced
