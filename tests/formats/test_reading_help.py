@@ -15,7 +15,7 @@ from hfc_design.formats.reading import Wish, imported
 LESSON = (Path(__file__).parents[2] / "docs" / "lesson.fll").read_text()
 SIGNALS = {"Position error": "error", "d/dt error": "error_change"}
 FORGOTTEN = "  rule: if error is N and error_change is P then command is none\n"
-HINT = "with --terms 7 it is sampled into triangles"
+HINT = "with terms=7 it is sampled into triangles"
 
 
 def refused(path, text):

@@ -78,7 +78,7 @@ def test_page_holds_the_design(report):
         assert word not in text
     rows = rows_of(page)
     assert rows["integral gain"] == ["0", "unit/(BLU s)"]
-    assert float(rows["root mean square of the contour error [BLU]"][0]) == pytest.approx(
+    assert float(rows["rms contour error [BLU]"][0]) == pytest.approx(
         result.evaluation.metrics["rms_contour_error_BLU"], rel=1e-3
     )
     if adapts:
