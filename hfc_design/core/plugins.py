@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
+from os.path import isfile
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar, get_type_hints
@@ -316,7 +317,7 @@ def _module_meant(text: str) -> str:
     if path.suffix == ".py":
         return f"did you mean {path.stem}:{name or 'OBJECT'}?"
     module, dot, last = start.rpartition(".")
-    if not colon and dot and Path(*module.split(".")).with_suffix(".py").is_file():
+    if not colon and dot and isfile(f"{module.replace('.', '/')}.py"):
         return f"did you mean {module}:{last}?"
     return ""
 

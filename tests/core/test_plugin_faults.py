@@ -7,6 +7,8 @@ import pytest
 from sledge import BUDGET, MODULE, api_text, imported, refused, scenario_of
 
 from hfc_design import api
+from hfc_design.core.plugins import GROUPS
+from hfc_design.core.records import UserError
 
 
 def test_a_file_alone_imports_nothing(own):
@@ -144,3 +146,9 @@ def test_a_machine_of_own_axes_follows_no_path(own):
         api.load_scenario(
             "feed-drive-circle", {"plant": {"name": "sledge", "axes": {"x": {}, "y": {}}}}
         )
+
+
+@pytest.mark.parametrize("name", [".x", "a..b", "x" * 5000 + ".y", "a\0.b"])
+def test_names_that_no_module_can_have(name):
+    with pytest.raises(UserError):
+        GROUPS["plant"].resolve(name)

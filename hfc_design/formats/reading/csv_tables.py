@@ -44,7 +44,8 @@ def files(path: Path) -> list[Path]:
 
 def _instead(folder: Path) -> str:
     """What can be done with a folder that has no table of rules."""
-    others = sorted(one.name for one in folder.iterdir() if one.suffix.lower() in (".fll", ".fis"))
+    each = folder.iterdir() if isdir(folder) else ()  # its name may be one that no file can have
+    others = sorted(one.name for one in each if one.suffix.lower() in (".fll", ".fis"))
     if not others:
         return "a hierarchy's tables hold no terms to import"
     if len(others) == 1:
