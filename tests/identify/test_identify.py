@@ -121,6 +121,7 @@ def test_a_plant_that_branches_is_refused_in_a_line():
     found = CliRunner().invoke(main, ["identify", "log.csv", "--plant", "mine:BRANCHING"])
     assert found.exit_code == 2
     last = found.stderr.splitlines()[-1]
-    assert last.startswith("hfc: plant 'sledge' cannot be replayed: TracerBoolConversionError")
+    assert last.startswith("hfc: plant 'sledge' cannot be replayed: in mine.py, line ")
+    assert last.endswith("(TracerBoolConversionError)")
     assert "Traceback" not in found.output
     assert set(os.listdir()) <= {"__pycache__", "log.csv", "mine.py"}
