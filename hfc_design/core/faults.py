@@ -139,9 +139,7 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
         fault = context["error"]
         message = str(fault)
         if isinstance(fault, NoSuchKey) and MEANT not in message:
-            ends = [one for one in keys.every() if one.endswith(f".{place[-1]}")]
-            hint = f"{NO_SUCH}; {MEANT} {' or '.join(ends[:2])}?"
-            message = message.replace(f"{NO_SUCH};", hint, 1) if ends else message
+            message = message.replace(f"{NO_SUCH};", _there(key, keys), 1)
         if isinstance(value, dict) and not isinstance(fault, NoSuchKey):
             line = f"{key}.{message}" if key else message  # the record names its own key
             return line.partition(" = ")[0].partition(": ")[0], line
@@ -158,6 +156,15 @@ def _told(error: Any, data: Plain, again: Callable[[Plain], Any], keys: Keys) ->
             if meant := near(value, names):
                 message += f"; did you mean {meant[0]!r}?"
     return key, f"{key} = {short(value)}: {message}" if key else message
+
+
+def _there(key: str, keys: Keys) -> str:
+    """That there is no such key, and what has it or a key with the same end."""
+    if other := keys.whose(key):
+        return f"{NO_SUCH} here, but with {other};"
+    end = key.rpartition(".")[2]
+    ends = [one for one in keys.every() if one.endswith(f".{end}")]
+    return f"{NO_SUCH}; {MEANT} {' or '.join(ends[:2])}?" if ends else f"{NO_SUCH};"
 
 
 def _no_kind(error: Any, data: Plain, key: str, again: Callable[[Plain], Any]) -> tuple[str, str]:

@@ -90,6 +90,7 @@ class Keys(NamedTuple):
 
     unit: Callable[[str], str] = of_its_name  # of what stands at a dotted key; "": none
     every: Callable[[], Iterable[str]] = tuple
+    whose: Callable[[str], str] = lambda key: ""  # of what else a dotted key is; "": of nothing
 
 
 def near(given: object, known: Iterable[str], most: int = 1) -> list[str]:

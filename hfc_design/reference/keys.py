@@ -22,6 +22,7 @@ from hfc_design.reference.entries import (
     REFERENCE,
     STRATEGY,
     Entry,
+    entries,
     in_units,
     parts,
     things,
@@ -121,7 +122,18 @@ def keys_in(data: Json) -> Keys:
         found = "" if entry is None else unit_at(key, entry, units)
         return of_its_name(key) if ANY.search(found) else found if found != "1" else ""
 
-    return Keys(unit, lambda: (one.key for one in known()[0]))
+    return Keys(unit, lambda: (one.key for one in known()[0]), whose)
+
+
+#: A key that more things have than this belongs to none of them.
+FEW = 3
+
+
+def whose(key: str) -> str:
+    """The things that have a key of a file which another of their kind does not have."""
+    every = (one for one in entries() if one.part in ("setting", "parameter"))
+    names = {f"{one.kind} {one.name}" for one in every if _fits(one.key, key)}
+    return " or ".join(sorted(names)) if len(names) <= FEW else ""
 
 
 def _fits(pattern: str, key: str) -> bool:
