@@ -147,7 +147,7 @@ def test_every_fault_of_a_file_has_a_line():
         ("simulation.duration_s='2 s'", "has to be a number [s], without the unit: 2"),
         ("limits.command='2 kg'", "limits.command = '2 kg': has to be a number [V]"),
         ("poles=2", "poles = 2: there is no such key; did you mean plant.parameters.poles? there"),
-        ("fitness.tolerances={}", "there is no such key here, but with objective tolerances; there"),
+        ("fitness.tolerances={}", "there is no such key here, but with objective tolerances; "),
         ("robustness.spread=0.1", "; did you mean robust? there is name, "),
         (
             "plant.poles=2",
