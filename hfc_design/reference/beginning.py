@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from hfc_design.controllers.gains import GainsSettings
-from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.numbers import Plain
 from hfc_design.core.records import UserError
 from hfc_design.reference.commented import commented
@@ -70,22 +68,11 @@ def beginning(plant: str, controller: str, own: Sequence[Entry] = ()) -> str:
             f"--controller {controller}: needs {', '.join(needed)}, of which there is no default; "
             f"see hfc show controller {controller}"
         )
-    if lacking := _lacking(controller, plant, units):
-        raise UserError(f"--controller {controller}: {lacking}")
     head = (
         f"# A scenario for hfc design: the plant {plant} with a controller of kind {controller}.\n"
     )
     head += "# Take the # from #key = value to set a key; it stands there with its default.\n\n"
     return head + commented(live, known, units)
-
-
-def _lacking(controller: str, plant: str, units: dict[str, str]) -> str | None:
-    """Which ranges a search for such a controller lacks on the plant, in a line."""
-    settings = KINDS.get(controller).settings
-    if not (isinstance(settings, type) and issubclass(settings, GainsSettings)):
-        return None
-    counted = f"(errors in {units.get('error', '?')}, commands in {units.get('command', '?')})"
-    return settings(kind=controller).lacking(plant, counted)
 
 
 def _live(
