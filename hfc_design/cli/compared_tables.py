@@ -7,7 +7,7 @@ from rich.text import Text
 
 from hfc_design.core.console import ProgressBar, plain_table, show_whole, terminal
 from hfc_design.report.comparison.tables import called, difference_row, failures, lines
-from hfc_design.simulation.comparison import Bout, Comparison
+from hfc_design.simulation.comparison import Bout, Comparison, spread_told
 
 #: Heads of what a terminal has room for of a difference.
 HEAD = ("median ratio", "better on", "p\n(Holm)", "both\nstable")
@@ -58,6 +58,9 @@ def show(found: Comparison) -> None:
 
 def _show_lines(found: Comparison, bout: Bout) -> None:
     console, machines = terminal(), f"{found.machines} machines within {found.within}"
+    own = bout.scenario.robust if bout.scenario else None
+    if own and (asked := spread_told(own.spread, own.tolerances)) != found.within:
+        machines += f" ([robust]: {asked})"
     count, most = len(found.designs), max((console.width - NAMES) // NARROWEST, 1)
     at_once = ceil(count / ceil(count / most))
     for start in range(0, count, at_once):

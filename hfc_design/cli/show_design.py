@@ -48,12 +48,15 @@ def _meaning(signals: dict[str, Entry], name: str) -> str:
 def _keys(design: Design, units: dict[str, str]) -> list[Json]:
     """What stands in the controller, with units and meanings."""
     known = {x.key: x for x in parts(CONTROLLER, design.controller.kind) if x.part == "design"}
+    signals = followed_too(units) if units else {}
     found = []
     for key, value in flat(design.controller.model_dump(mode="json")).items():
-        one = known.get(f"controller.{key}")
+        table, _, name = key.rpartition(".")
+        one = known.get(f"controller.{key}") or known.get(f"controller.{table}")
         if key in ("kind", "sample_time_s") or value is None:
             continue
-        unit, meaning = (in_units(one.unit, units), one.meaning) if one else ("", "")
+        of_signal = units | {"signal": signals.get(name, "signal")}
+        unit, meaning = (in_units(one.unit, of_signal), one.meaning) if one else ("", "")
         found.append({"key": key, "value": value, "unit": unit, "meaning": meaning})
     return found
 

@@ -186,3 +186,5 @@ def score_usable(
         from hfc_design.report.usable_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
+        if not as_json:
+            print(plot)

@@ -55,6 +55,8 @@ def score_spread(
         from hfc_design.report.batch_plots import distributions
 
         save(distributions(found, f"{design.name} on {scenario.name}"), plot)
+        if not as_json:
+            print(plot)
 
 
 def _spread_table(found: Robustness, numbers: Json) -> Table:

@@ -26,6 +26,7 @@ def init(plant: str, controller: str, out: Path | None) -> None:
     """
     from hfc_design.core.checkpoint import write_whole
     from hfc_design.reference.beginning import beginning
+    from hfc_design.reference.entries import units_of
 
     own = {"plant": unlisted("plant", plant), "controller": unlisted("controller", controller)}
     names = [
@@ -33,6 +34,21 @@ def init(plant: str, controller: str, out: Path | None) -> None:
         for kind, name in (("plant", plant), ("controller", controller))
     ]
     text = beginning(names[0], names[1], [*own["plant"], *own["controller"]])
+    _check_ranges(names[1], names[0], units_of(names[0], own["plant"] or None))
     path = out or free(Path(f"{names[0]}.toml"))
     write_whole(path, text.encode())
     click.echo(path)
+
+
+def _check_ranges(controller: str, plant: str, units: dict[str, str]) -> None:
+    """UserError: a search for such a controller has no ranges on the plant, in ``units``."""
+    from hfc_design.controllers.gains import GainsSettings
+    from hfc_design.controllers.kinds import KINDS
+    from hfc_design.core.records import UserError
+
+    settings = KINDS.get(controller).settings
+    if isinstance(settings, type) and issubclass(settings, GainsSettings):
+        own = settings.model_construct(kind=controller)
+        counted = f"(errors in {units.get('error', '?')}, commands in {units.get('command', '?')})"
+        if lacking := own.lacking(plant, counted):
+            raise UserError(f"--controller {controller}: {lacking}")

@@ -38,7 +38,11 @@ class ControllerRecord(Record):
 
     @classmethod
     def renewed(cls, data: Json, keys: list[str]) -> None:
-        """Take out of a record's ``data`` what follows from its values of these dotted keys."""
+        """Take out of a record's ``data`` what follows from its values of these dotted keys.
+
+        Raises:
+            ValueError: a key changes nothing; the line begins with it.
+        """
 
 
 class ControllerSettings(Record):

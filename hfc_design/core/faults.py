@@ -64,9 +64,25 @@ def inside(error: ValidationError, *place: int | str) -> ValidationError:
     return _again(error, place, lambda kind, place: None)
 
 
+def beside(error: ValidationError | None, lines: Iterable[str]) -> ValidationError:
+    """The same error of a table with further faults, ``lines`` that begin with keys in it."""
+    details = [] if error is None else _details(error, (), lambda kind, place: None)
+    details += [
+        InitErrorDetails(type="value_error", loc=(), input={}, ctx={"error": ValueError(line)})
+        for line in lines
+    ]
+    return ValidationError.from_exception_data("" if error is None else error.title, details)
+
+
 def _again(
     error: ValidationError, front: Place, told: Callable[[str, Place], Exception | None]
 ) -> ValidationError:
+    return ValidationError.from_exception_data(error.title, _details(error, front, told))
+
+
+def _details(
+    error: ValidationError, front: Place, told: Callable[[str, Place], Exception | None]
+) -> list[InitErrorDetails]:
     details = []
     for one in error.errors(include_url=False):
         kind: Any = one["type"]
@@ -77,7 +93,7 @@ def _again(
             kind, context = PydanticCustomError(kind, "{told}", {"told": one["msg"]}), {}
         place = (*front, *one["loc"])
         details.append(InitErrorDetails(type=kind, loc=place, input=one["input"], ctx=context))
-    return ValidationError.from_exception_data(error.title, details)
+    return details
 
 
 def explained(

@@ -295,7 +295,10 @@ def changed_design(design: Design, changes: Changes, source: str) -> Design:
     start = "controller."
     own = [key.removeprefix(start) for key in values if key.startswith(start)]
     if own and isinstance(data["controller"], dict):
-        design.controller.renewed(data["controller"], own)
+        try:
+            design.controller.renewed(data["controller"], own)
+        except ValueError as error:
+            raise UserError(f"{source}, changed: {start}{error}") from None
     told: Any = list(changes)
     if isinstance(changes, Mapping):  # what is no number is told of where it stands
         told = {key: x if finite(x) else repr(x) for key, x in lists(dict(changes)).items()}

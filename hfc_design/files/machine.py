@@ -2,11 +2,19 @@
 
 from collections.abc import Iterable
 from operator import not_
-from typing import Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+    model_validator,
+)
 
 from hfc_design.core import devices
+from hfc_design.core.faults import MOST, beside
 from hfc_design.core.numbers import Parameters
 from hfc_design.core.plugins import Group
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
@@ -70,6 +78,26 @@ class PlantSettings(Record):
         ALL_PLANTS.named("", name)  # told beside what is wrong with the parameters
         return name
 
+    @field_validator("parameters", mode="wrap")
+    @classmethod
+    def _names_told(
+        cls, given: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
+    ) -> Any:
+        """Names that there are not, beside values that are no numbers."""
+        plant = info.data.get("name")
+        drives = machine_of(ALL_PLANTS.get(plant)).drives if plant else ()
+        told = _unknown(drives, given) if isinstance(given, dict) else {}
+        try:
+            found: dict[str, float] = handler(given)
+        except ValidationError as error:
+            raise beside(error, told.values()) from None
+        if told:
+            rest = {name: x for name, x in found.items() if name not in told}
+            wrong = filter(None, (drive.fault(rest) for drive in drives))
+            values = dict.fromkeys(one.removeprefix("parameters.") for one in wrong)
+            raise beside(None, [*told.values(), *values])
+        return found
+
     @model_validator(mode="after")
     def _known(self) -> "PlantSettings":
         machine = self.machine
@@ -99,6 +127,17 @@ class PlantSettings(Record):
     def values(self) -> tuple[Parameters, ...]:
         """The parameter record of each axis."""
         return tuple(axis.parameters for axis in self.each())
+
+
+def _unknown(drives: Iterable[Drive], names: Iterable[str]) -> dict[str, str]:
+    """A line on each of the names that is no parameter of one of the drives."""
+    found = dict[str, str]()
+    for known in {drive.parameters._fields for drive in drives}:
+        for name in names:
+            if name not in known and name not in found:  # of many, what is meant takes minutes
+                told = f"; {one_of(name, known)}" if len(found) < MOST else ""
+                found[name] = f"{name}: unknown{told}"
+    return found
 
 
 def check_axes(key: str, named: Iterable[str], known: Iterable[str]) -> None:

@@ -18,11 +18,13 @@ from hfc_design.core.records import NAME, UserError, checked
 from hfc_design.core.texts import no_such, read_toml
 from hfc_design.core.wording import PATTERNS
 from hfc_design.files.design import Design, named_design
+from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.files.motions import Motion
 from hfc_design.files.scenario import Scenario
 from hfc_design.reference.commented import explained, rest
-from hfc_design.reference.entries import units_of
+from hfc_design.reference.entries import PLANT, Entry, units_of
 from hfc_design.reference.keys import keys_in, scenario_keys
+from plants import machine_of
 
 #: The scenarios that come with the package, and the files that they name.
 BUILTIN = Path(__file__).parent / "scenarios"
@@ -93,7 +95,20 @@ def scenario_of(data: Any, source: str | Path, folder: Path) -> Scenario:
         path = folder / name
         return named_design(str(path) if exists(path) else name)
 
-    return checked(Scenario, data, source, folder, keys_in(data), named_design=beside)
+    return checked(Scenario, data, source, folder, keys_in(data, own_plant), named_design=beside)
+
+
+def own_plant(name: str) -> list[Entry]:
+    """Signals and parameters of a plant that a user has made known, with their units."""
+    if name not in ALL_PLANTS.known or name in ALL_PLANTS.built_in:
+        return []
+    found, machine = [], machine_of(ALL_PLANTS.get(name))
+    for axis, drive in zip(machine.axes, machine.drives, strict=True):
+        table = "parameters" if len(machine.axes) == 1 else f"axes.{axis}"
+        own = {f"plant.{table}.{key}": unit for key, unit in drive.parameter_units.items()}
+        found += [Entry(PLANT, name, "signal", key, unit=x) for key, x in drive.units.items()]
+        found += [Entry(PLANT, name, "parameter", key, unit=x) for key, x in own.items()]
+    return found
 
 
 def renamed(scenario: Scenario, name: Callable[[str, AnyFile], AnyFile]) -> Scenario:

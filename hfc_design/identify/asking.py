@@ -83,8 +83,9 @@ def _machine(
         found = own_scenario(design, called, changes)
     elif name is not None:
         # Of these only the plant counts.
-        still = {"reference": {"kind": "step", "height": 0.0}, "controller": {"kind": "pid"}}
-        found = load_scenario({"name": "log", "plant": {"name": name}, **still}, changes)
+        still = {"kind": "step", "height": 0.0}
+        log = {"name": "log", "plant": {"name": name}, "reference": still}
+        found = load_scenario(log, changes)
     else:
         raise UserError("which machine is it? say --plant, --scenario or --controller")
     if name is not None and found.plant.name != name:

@@ -87,7 +87,7 @@ def in_units(unit: str, units: Mapping[str, str]) -> str:
         alone = found[0] == unit or not re.search(r"[ /]", told)
         return told if alone else f"({told})"
 
-    return re.sub(r"\b(error|command|load)\b", own, unit)
+    return re.sub(r"\b(error|command|load|signal)\b", own, unit)
 
 
 def units_of(plant: str, known: Iterable[Entry] | None = None) -> dict[str, str]:

@@ -4,7 +4,7 @@ A key of the reference may have a place for names: ``plant.axes.AXIS``, ``motion
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -109,12 +109,17 @@ def unit_at(key: str, entry: Entry, units: Mapping[str, str]) -> str:
     return in_units(measured if entry.unit == "of the measure" else entry.unit, units)
 
 
-def keys_in(data: Json) -> Keys:
-    """The keys of the scenario in ``data``; they are looked up when the first one is asked for."""
+def keys_in(data: Json, unlisted: Callable[[str], list[Entry]] = lambda plant: []) -> Keys:
+    """The keys of the scenario in ``data``; they are looked up when the first one is asked for.
+
+    ``unlisted`` gives the entries of a plant that is a user's own.
+    """
 
     @cache
     def known() -> tuple[list[Entry], dict[str, str]]:
-        return scenario_keys(data), units_of(chosen(data)[PLANT])
+        plant = chosen(data)[PLANT]
+        own = unlisted(plant)
+        return scenario_keys(data, own), units_of(plant, own or None)
 
     def unit(key: str) -> str:
         every, units = known()

@@ -9,11 +9,12 @@ import numpy as np
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm, paired, share_interval
 from hfc_design.files.design import Design
+from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine
-from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side
+from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side, spread_told
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.machines import NONE
 from hfc_design.simulation.monte_carlo import MAX_SAMPLES, Robustness, robustness
@@ -54,6 +55,7 @@ def compare(
     for scenario in _scenarios(designs, named, scenarios):
         others += _other_machines(scenario, spread, tolerances)
         shared = on_one_machine(named, scenario)
+        others += [f"{scenario.name}: {told}" for told in doubts(shared)]
         where += shared.each_motion()
         asked += [not alone for alone in shared.nominal_only]
         for name, design in named.items():
@@ -105,9 +107,8 @@ def _other_machines(
     own = scenario.robust
     if own is None or (own.spread, own.tolerances) == (spread, dict(tolerances)):
         return
-    told = [f"--spread {own.spread:g}"]
-    told += [f"--tolerance {name}={share:g}" for name, share in own.tolerances.items()]
-    yield f"other machines than those of [robust] of {scenario.name}, which are {' '.join(told)}"
+    told = spread_told(own.spread, own.tolerances)
+    yield f"other machines than those of [robust] of {scenario.name}, which are within {told}"
 
 
 def _side(found: Robustness) -> Side:

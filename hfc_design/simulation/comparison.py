@@ -4,7 +4,7 @@ A design that does not hold a machine is not left out there: it has lost against
 does, whatever its numbers.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -163,6 +163,12 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
+def spread_told(spread: float, tolerances: Mapping[str, float]) -> str:
+    """How far machines are from the nominal one, in words."""
+    single = (f", {name} ±{100 * own:g} %" for name, own in tolerances.items())
+    return f"±{100 * spread:g} %{''.join(single)}"
+
+
 class Comparison(NamedTuple):
     """What designs do side by side."""
 
@@ -189,8 +195,7 @@ class Comparison(NamedTuple):
     @property
     def within(self) -> str:
         """How far the machines are from the nominal one, in words."""
-        single = (f", {name} ±{100 * own:g} %" for name, own in self.tolerances.items())
-        return f"±{100 * self.spread:g} %{''.join(single)}"
+        return spread_told(self.spread, self.tolerances)
 
     def of(self, motion: str, metric: str) -> list[Difference]:
         """The differences by a metric in a motion; none where it is not compared.

@@ -12,15 +12,22 @@ from hfc_design.simulation.repeats import TOLD, ends_told, range_told
 def score_rows(judge: Judge, found: Sequence[Evaluation], form: str, none: str) -> list[list[str]]:
     """Fitness, merit and metrics, a row each; a column for each evaluation.
 
-    A metric is written in a ``form``, as ``none`` where it has no value.
+    A metric is written in a ``form``, as ``none`` where it has no value; a loop whose error comes
+    back again and again settles never.
     """
     rows = []
     for key, title in judge.titles.items():
         rows.append([title, *(_score(x, key) for x in found)])
     for key in found[0].metrics:
-        values = (item.metrics[key] for item in found)
-        rows.append([key, *(none if value is None else f"{value:{form}}" for value in values)])
+        rows.append([key, *(_metric(item, key, form, none) for item in found)])
     return rows
+
+
+def _metric(found: Evaluation, key: str, form: str, none: str) -> str:
+    value = found.metrics[key]
+    if value is not None:
+        return f"{value:{form}}"
+    return "never" if key.endswith("settling_time_s") and not found.diverged else none
 
 
 def _score(found: Evaluation, key: str) -> str:

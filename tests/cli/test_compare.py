@@ -35,6 +35,17 @@ def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
     assert "simulated in" in found.stderr
 
 
+def test_the_first_line_says_that_the_scenario_has_other_machines():
+    own = ["--set", "robust.spread=0.1", "--set", "robust.tolerances.stiffness=0.3"]
+    heads = {"0.1": "±10 % ([robust]: ±10 %, stiffness ±30 %)", "0.2": "±20 % ([robust]: ±10 %, st"}
+    for spread, head in heads.items():
+        found = hfc("compare", *TWO, *SHORT, *own, "--spread", spread)
+        first = " ".join(found.stdout.partition("\nmetric")[0].split())
+        assert first.startswith(f"c-axis-ramp, 6 machines within {head}")
+    same = hfc("compare", *TWO, *SHORT, *own[:2], "--spread", "0.1").stdout
+    assert same.splitlines()[0].rstrip() == "c-axis-ramp, 6 machines within ±10 %"
+
+
 def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     table = tmp_path / "machines.csv"
     single = ["--spread", "0.01", "--tolerance", "backlash=0.5"]

@@ -28,12 +28,23 @@ def test_it_can_be_searched_as_it_is(plant, tmp_path):
     assert (out / "design.json").is_file()
 
 
-@pytest.mark.parametrize("kind", ["pd", "pid+ff", "lqr", "fuzzy-sliding"])
+@pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr", "fuzzy-sliding"])
 def test_other_controllers(kind, tmp_path):
     file = tmp_path / "mine.toml"
     done = hfc("init", "--plant", "positioning-stage", "--controller", kind, "--out", file)
     assert done.exit_code == 0, done.output
     assert load_scenario(str(file)).controller.kind == kind
+
+
+def test_no_file_that_lacks_ranges(tmp_path):
+    """Gains of a PD for a C-axis are in V/rad; on a stage they would be in V/mm."""
+    done = hfc(
+        "init", "--plant", "positioning-stage", "--controller", "pd", "--out", tmp_path / "a"
+    )
+    assert done.exit_code == 2
+    assert "kp, kd: no range; those that 'pd' has are for c-axis" in done.stderr
+    assert "errors in mm, commands in V" in done.stderr
+    assert not (tmp_path / "a").exists()
 
 
 def test_a_commented_key_becomes_one_without_its_first_letter(tmp_path):

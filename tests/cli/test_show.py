@@ -127,6 +127,8 @@ def test_what_a_controller_is_to_follow_has_a_unit_and_a_meaning():
     assert signals["reference_rate"] == rate
     assert signals["reference_acceleration"]["unit"] == "mm/s2"
     assert all(one["unit"] and one["meaning"] for one in signals.values())
+    (gain,) = (one for one in found["keys"] if one["key"] == "signals.velocity")
+    assert (gain["unit"], gain["meaning"]) == ("V/(mm/s)", "gains on what the drive's sensors tell")
 
 
 def test_an_own_plant():
@@ -247,7 +249,11 @@ def test_a_table_of_keys_shows_those_of_all_plants_and_names_the_plants():
 
 @pytest.mark.parametrize(
     ("asked", "meaning"),
-    [("max_error_mm", "largest tracking error [mm]"), ("stick_share", "below a tenth of the comm")],
+    [
+        ("chatter", "rms of the change of the command in a sample [command]"),
+        ("max_error_mm", "largest tracking error [mm]"),
+        ("stick_share", "below a tenth of the comm"),
+    ],
 )
 def test_metrics_as_tables_have_them(asked, meaning):
     told = hfc("show", "metric", asked)

@@ -1,6 +1,7 @@
 """What the terminal says of whether a design can be used: the table, the picture, one motion."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -69,6 +70,7 @@ def test_the_table_by_hand(capsys):
     assert rows["a"] == ["100", "2", "3", "2", "4", "20", "40", "0"]
     assert rows["b"] == ["98", "4", "6", "4", "8", "40", "80", "25"]
     text = " ".join(told.out.split())
+    assert "error once settled chatter peak at limit" in text
     assert "[urad]" in text
     assert "98 % keep everything (89.35 to 99.95 % with 95 % confidence)" in text
     assert "keeps everything from 0.5 to 1.26 times the command" in text
@@ -162,3 +164,9 @@ def test_one_motion_of_several_is_simulated(two, tmp_path):
         assert lost.exit_code == 2
         assert lost.stderr.startswith(f"hfc: --motion {name}: scenario ")
         assert lost.stderr.count("\n") == 1
+
+
+def test_a_loop_that_is_off_again_and_again_settles_never():
+    """The error of a PD follows the acceleration of a sine to the last sample."""
+    done = hfc("score", "pd-only", "--scenario", "c-axis-sine", "--set", "simulation.duration_s=3")
+    assert re.search(r"settling_time_s +│ +never │", done.stdout), done.output

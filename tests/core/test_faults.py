@@ -181,6 +181,21 @@ def test_many_faults_are_counted():
     assert lines[-1] == "c-axis-ramp: and 10 more keys with faults, from windows.100.from_s on"
 
 
+def test_a_text_for_a_parameter_hides_no_unknown_name_and_this_no_value():
+    own = {"stiffness": "soft", "spindle_mas": 1, "poles": "x"}
+    lines = refusal(lambda: load_scenario("c-axis-ramp", {"plant.parameters": own}))
+    assert [line.partition(": ")[2].partition(":")[0] for line in lines] == [
+        "plant.parameters.stiffness = 'soft'",
+        "plant.parameters.poles = 'x'",
+        "plant.parameters.spindle_mas",
+    ]
+    own = {"spindle_mas": 1, "gear_rato": 1, "stiffness": -1}
+    lines = refusal(lambda: load_scenario("c-axis-ramp", {"plant.parameters": own}))
+    assert "spindle_mas: unknown; did you mean spindle_inertia?" in lines[0]
+    assert "gear_rato: unknown; did you mean gear_ratio?" in lines[1]
+    assert lines[2].endswith("plant.parameters.stiffness = -1.0: has to be more than zero")
+
+
 @pytest.mark.parametrize("table", [None, "simulation"])
 def test_twenty_thousand_unknown_keys_take_no_minutes(table):
     unknown = {f"durations_{k}": 1.0 for k in range(20_000)}

@@ -212,3 +212,16 @@ def test_a_law_that_is_registered_again_is_the_same_key_of_compiled_code(own):
     one, other = (KINDS.add(law).law(record, 2.0) for _ in range(2))
     assert one == other
     assert hash(one) == hash(other)
+
+
+def test_numbers_with_a_unit_meet_those_of_an_own_plant(sledge):
+    """The units that a user's own record of it says."""
+    api.register(replace(sledge, name="told-sledge", parameter_units={"mass": "kg"}))
+    parts = {"plant": {"name": "told-sledge", "parameters": {"mass": "4000 g"}}}
+    with pytest.raises(api.UserError) as error:
+        api.load_scenario(parts | {"limits": {"command": "10 A"}, "load": {"constant": "2 kN"}})
+    assert str(error.value).splitlines() == [
+        "scenario: plant.parameters.mass = '4000 g': has to be a number [kg], without the unit: 4",
+        "scenario: load.constant = '2 kN': has to be a number [N], without the unit: 2000",
+        "scenario: limits.command = '10 A': has to be a number [N]",
+    ]

@@ -47,9 +47,15 @@ def test_other_machines_than_those_of_the_scenario_are_said():
     scenario = load_scenario("c-axis-ramp", own)
     designs = ["lin-lee-1999-table-1", "pd-only"]
     found = compare(designs, scenario, 0.2, 2)
-    robust = "which are --spread 0.1 --tolerance stiffness=0.3"
+    robust = "which are within ±10 %, stiffness ±30 %"
     assert found.notes == [f"other machines than those of [robust] of c-axis-ramp, {robust}"]
     assert compare(designs, scenario, 0.1, 2, tolerances={"stiffness": 0.3}).notes == []
+
+
+def test_a_motion_that_the_simulation_cuts_short_is_said():
+    scenario = load_scenario("milling-table-circle", {"simulation.duration_s": 0.6})
+    found = compare(["huang-pid", "huang-cross-coupled"], scenario, 0.1, 1)
+    assert found.notes[0].startswith("milling-table-circle: the simulation ends after 0.6 s of a ")
 
 
 def test_progress_ends_where_all_is_done(found):

@@ -258,6 +258,7 @@ def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
     assert "0 % of 5 machines are stable, the nominal one is not" in done.stdout
     assert "simulated again with shorter steps: 6" in done.stdout
     assert (tmp_path / "wild.svg").exists()
+    assert done.stdout.endswith(f"\n{tmp_path / 'wild.svg'}\n")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 from pydantic import Field
 
 from hfc_design.controllers.cross_coupled.law import CrossCoupled, CrossGains
-from hfc_design.controllers.gains import GainsSettings
+from hfc_design.controllers.gains import FEEDS, GainsSettings
 from hfc_design.controllers.inner import OuterDesign
 from hfc_design.controllers.kind import Limits, Target, kinds, reach_of
 from hfc_design.controllers.per_axis import OwnSettings
@@ -72,6 +72,7 @@ class CrossCoupledSettings(GainsSettings):
     """Ranges of the gains on the contour error and of the feed-forward; what is searched inside."""
 
     own_ranges = CrossRanges((0.1, 20.0), (0.0, 50.0), (0.0, 1.0), (0.0, 0.1))  # on a feed drive
+    own_plants = FEEDS
     kind: Literal["cross-coupled"]
     inner: OwnSettings  # settings of the controllers of the axes
 
@@ -81,8 +82,10 @@ class CrossCoupledSettings(GainsSettings):
         return False
 
     def fault(self, target: Target) -> str | None:
-        """No path, or what is inside cannot be searched for."""
+        """No path, no ranges for the plant, or what is inside cannot be searched for."""
         if not target.follows_path:
             return f"controller.kind = {self.kind!r}: the machine has to follow a path in X-Y"
+        if lacking := super().fault(target):
+            return lacking
         found = self.inner.fault(target)
         return found and found.replace("controller.", "controller.inner.", 1)

@@ -16,7 +16,7 @@ from pydantic import (
 
 from hfc_design.controllers.flc.law import Compensation, FlcGains
 from hfc_design.controllers.flc.names import NamesRecord, Ranges
-from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord
+from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST, RulesRecord, unused_term
 from hfc_design.controllers.kind import (
     CHANGES,
     ControllerRecord,
@@ -118,6 +118,8 @@ class FuzzyRecord(ControllerRecord):
         """Labels follow from changed numbers, and where they name numbers these from labels."""
         rules = data.get("rules")
         if isinstance(rules, dict):
+            if fault := unused_term(rules, keys):
+                raise ValueError(fault)
             told = {key.split(".")[1] for key in keys if key.startswith("rules.")}
             sides = ["labels", "centroids"]
             source, other = sides if rules.get("output_terms") else sides[::-1]

@@ -8,7 +8,7 @@ from typing import Annotated, Self, cast
 import numpy as np
 from pydantic import Field, model_validator
 
-from hfc_design.core.numbers import Floats, Plain, RuleTable
+from hfc_design.core.numbers import Floats, Json, Plain, RuleTable
 from hfc_design.core.records import Finite, Label, Record
 from hfc_design.core.wording import one_of
 
@@ -128,6 +128,22 @@ def _unnamed(labels: Iterable[Iterable[str]], known: Iterable[str]) -> str | Non
         for j, label in enumerate(row):
             if label not in names:
                 return f"labels.{i}.{j} = {label!r}: is no output term; {one_of(str(label), names)}"
+    return None
+
+
+def unused_term(rules: Json, keys: Iterable[str]) -> str | None:
+    """What is wrong with the first of the changed ``keys`` that is an output term of no rule.
+
+    Nothing else would tell a name that is mistyped: it would be one term more.
+    """
+    labels: Plain = rules.get("labels")
+    if not isinstance(labels, list):
+        return None  # the fields say what is wrong
+    used = {str(x): None for row in labels if isinstance(row, list) for x in row}
+    for key in keys:
+        _, start, name = key.partition("rules.output_terms.")
+        if start and name not in used:
+            return f"{key}: no rule has this output term; {one_of(name, used, 'the rules have')}"
     return None
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field, create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
-from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, later
+from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, Target, later
 from hfc_design.core.numbers import Gains, Memory, Own, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
 from hfc_design.core.wording import one_of
@@ -37,6 +37,10 @@ class Law(NamedTuple):
     step: Callable[[float, Gains, Memory, Signals], tuple[Scalar, Memory]]
 
 
+#: Plants of the package whose errors count in steps, millimetres or degrees: ranges of gains for
+#: one of them are a beginning on the others, and mean nothing on a plant in other units.
+FIVE_AXES = ("five-axis", "five-axis-b", "five-axis-coupled")
+FEEDS = ("feed-drive", "milling-table", "positioning-stage", *FIVE_AXES)
 genome_of_gains = later("hfc_design.controllers.gains.genome", "GainsGenome")
 """The genome of a kind with settings of ``settings_of`` and ``Kind.of_gains``."""
 
@@ -45,7 +49,9 @@ class GainsSettings(ControllerSettings):
     """A controller whose gains are a few numbers, and the ranges in which a search looks."""
 
     own_ranges: ClassVar[Ranges]  # of the kind
-    #: [low, high] of gains that are searched, other than the kind's own [of the gain]
+    own_plants: ClassVar[tuple[str, ...]] = ()  # that they are for, by name; none: for any
+    #: [low, high] of gains that are searched, other than the kind's own; an own plant needs all, as
+    #: the kind's are for plants that it comes with [of the gain]
     ranges: dict[Label, Annotated[tuple[Finite, Finite], ordered]] = {}
 
     @model_validator(mode="after")
@@ -55,6 +61,24 @@ class GainsSettings(ControllerSettings):
             if name not in own:
                 raise ValueError(f"ranges.{name}: unknown; {one_of(name, own)}")
         return self
+
+    def fault(self, target: Target) -> str | None:
+        """Ranges that are left out and are for other plants, whose gains have other units."""
+        units = target.machine.drives[0].units
+        counted = f"(errors in {units['error']}, commands in {units['command']})"
+        told = self.lacking(target.machine.name, counted)
+        return told and f"controller.ranges: {told}"
+
+    def lacking(self, plant: str, counted: str) -> str | None:
+        """Which ranges a search on the ``plant``, ``counted`` in its units, lacks."""
+        missing = [name for name in self.own_ranges._fields if name not in self.ranges]
+        if not missing or not self.own_plants or plant in self.own_plants:
+            return None
+        known = f"those that {self.kind!r} has are for {', '.join(self.own_plants)}"
+        return (
+            f"{', '.join(missing)}: no range; {known}, not for {plant} {counted}; give each its "
+            "[low, high], or take kind = 'pid+ff', which finds its own from the drive"
+        )
 
     @property
     def staged(self) -> bool:
@@ -66,11 +90,15 @@ class GainsSettings(ControllerSettings):
         return self.own_ranges._replace(**self.ranges)
 
 
-def settings_of(own: Ranges) -> type[GainsSettings]:
-    """The settings of a kind whose gains have the ranges ``own``, a NamedTuple."""
+def settings_of(own: Ranges, plants: tuple[str, ...] = ()) -> type[GainsSettings]:
+    """The settings of a kind whose gains have the ranges ``own``, a NamedTuple.
+
+    ``plants`` are the names of those that they are for; none: they are for any.
+    """
 
     class Settings(GainsSettings):
         own_ranges = own
+        own_plants = plants
 
     return Settings
 
@@ -84,12 +112,14 @@ def kind_of_gains(
     structure: Callable[[Own], Any] = lambda record: None,
     tells: bool = False,
     base: type[ControllerRecord] = ControllerRecord,
+    plants: tuple[str, ...] = (),
     **further: Any,
 ) -> Kind:
     """A kind whose gains have ``ranges``, in a design file under ``key``, "": the name.
 
     ``sample``, ``start``, ``structure`` of a record and ``tells`` are of ``AxisLaw``, ``base`` has
-    what a design may say beside its gains, ``further`` is of ``Kind``.
+    what a design may say beside its gains, ``plants`` are those that the ranges are for,
+    ``further`` is of ``Kind``.
     """
     key = key or name
     numbers: Any = dict.fromkeys(ranges._fields, (Finite, ...))
@@ -98,7 +128,7 @@ def kind_of_gains(
     return Kind(
         name=name,
         record=create_model("Design", __base__=base, **gains),
-        settings=settings_of(ranges),
+        settings=settings_of(ranges, plants),
         gains=lambda record: type(ranges)(**dict(getattr(record, key))),
         law=lambda record, limit: AxisLaw(
             sample, start, record.sample_time_s, limit, structure(record), tells

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from hfc_design.controllers.gains import GainsSettings
+from hfc_design.controllers.gains import FEEDS, GainsSettings
 from hfc_design.controllers.kind import ControllerRecord, Target, reach_of
 from hfc_design.controllers.neural.law import NeuralGains, NeuralMemory
 from hfc_design.controllers.neural.network import Weights
@@ -102,6 +102,7 @@ class NeuralSettings(GainsSettings):
     """Ranges of the numbers beside the weights, and the network to begin with."""
 
     own_ranges = RANGES
+    own_plants = FEEDS
     kind: Literal["neural"]
     #: a design whose weights it begins with; left out: ``hidden`` units that know nothing
     start: NeuralDesign | None = Field(None, exclude_if=not_)
@@ -112,13 +113,13 @@ class NeuralSettings(GainsSettings):
     _controller_of = field_validator("start", mode="before")(controller_named)
 
     def fault(self, target: Target) -> str | None:
-        """A start that runs at another sample time."""
+        """A start that runs at another sample time, or ranges that are for other plants."""
         if self.start is not None and self.start.sample_time_s != target.sample_time:
             return (
                 f"controller.start: runs every {self.start.sample_time_s} s, "
                 f"simulation.sample_time_s is {target.sample_time}"
             )
-        return None
+        return super().fault(target)
 
     def weights(self) -> WeightsRecord:
         """What every individual begins with."""

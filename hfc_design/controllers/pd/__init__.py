@@ -40,6 +40,7 @@ KIND = kind_of_gains(
     sample,
     initial_memory,
     tells=True,
+    plants=("c-axis",),
     summary="proportional-derivative: v = kp e + kd de/dt",
     reach=lambda record, limit: reach_of(
         {"error": record.pd.kp, "error_rate": record.pd.kd}, limit

@@ -48,7 +48,10 @@ class PerAxisDesign(ControllerRecord):
             start = f"axes.{axis}."
             told = [key.removeprefix(start) for key in keys if key.startswith(start)]
             if told and isinstance(own, dict) and own.get("kind") in kinds().names():
-                kinds().get(own["kind"]).record.renewed(own, told)
+                try:
+                    kinds().get(own["kind"]).record.renewed(own, told)
+                except ValueError as error:
+                    raise ValueError(f"{start}{error}") from None
 
     @model_validator(mode="before")
     @classmethod

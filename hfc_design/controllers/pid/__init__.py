@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held, outside
-from hfc_design.controllers.gains import kind_of_gains
+from hfc_design.controllers.gains import FEEDS, kind_of_gains
 from hfc_design.controllers.kind import (
     CHANGES,
     ControllerRecord,
@@ -94,6 +94,7 @@ KIND = kind_of_gains(
     structure=lambda record: record.dead_zone or None,
     tells=True,
     base=PidRecord,
+    plants=FEEDS,
     summary="proportional-integral-derivative on an error in BLU",
     reads=lambda record: ["error"],
     reach=_reach,

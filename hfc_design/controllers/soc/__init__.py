@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hfc_design.controllers.gains import genome_of_gains, settings_of
+from hfc_design.controllers.gains import FEEDS, genome_of_gains, settings_of
 from hfc_design.controllers.kind import CHANGES, Explain, Kind, Template, later
 from hfc_design.controllers.rules import fired, side
 from hfc_design.controllers.soc.law import HIGHEST, LABELS, SETS, Parts, SocGains, SocMemory, soc
@@ -30,7 +30,7 @@ KIND = Kind(
     name="soc",
     summary="fuzzy, learns its 11 x 11 rules from nothing (Huang & Shy)",
     record=SocDesign,
-    settings=settings_of(RANGES),
+    settings=settings_of(RANGES, FEEDS),
     gains=SocDesign.gains,
     law=lambda record, limit: soc(record.table, record.sample_time_s, limit),
     genome=genome_of_gains,

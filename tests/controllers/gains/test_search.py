@@ -14,6 +14,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategies.race import RaceSettings
 from hfc_design.search.strategy import Task
+from plants import FEED_DRIVE
 
 RANGES = {"k_p": (0.1, 1000.0), "k_i": (0.0, 8.0), "k_d": (-1.0, 3.0)}
 GENOME = GainsGenome(
@@ -149,3 +150,44 @@ def test_command_line_searches_pd(tmp_path, no_baselines):
     done = CliRunner().invoke(main, [*arguments, "--set", "simulation.duration_s=0.5"])
     assert done.exit_code == 0, done.output
     assert json.loads((run / "design.json").read_text())["controller"]["kind"] == "pd"
+
+
+NO_RANGE = "no range; those that 'pd' has are for c-axis, not for"
+
+
+@pytest.mark.parametrize(
+    ("plant", "kind", "told"),
+    [
+        (
+            "milling-table",
+            "pd",
+            rf"controller.ranges: kp, kd: {NO_RANGE} milling-table \(errors in",
+        ),
+        (
+            "c-axis",
+            "pid",
+            r"k_p, k_i, k_d: no range; .* not for c-axis \(errors in rad, commands in",
+        ),
+    ],
+)
+def test_ranges_are_for_plants_of_their_units(plant, kind, told):
+    scenario = {"plant": {"name": plant}, "controller": {"kind": kind}}
+    with pytest.raises(api.UserError, match=told):
+        api.load_scenario(scenario)
+    own = {key: [1.0, 2.0] for key in KINDS.get(kind).settings.own_ranges._fields}
+    part = dict(list(own.items())[1:])
+    with pytest.raises(api.UserError, match=f"controller.ranges: {next(iter(own))}: no range"):
+        api.load_scenario(scenario | {"controller": {"kind": kind, "ranges": part}})
+    found = api.load_scenario(scenario | {"controller": {"kind": kind, "ranges": own}})
+    assert set(found.controller.searched()) == {(1.0, 2.0)}
+
+
+CIRCLE = {"reference": {"kind": "circle", "radius_mm": 5.0, "feed_mm_min": 600.0}}
+
+
+def test_an_own_plant_needs_ranges_inside_too():
+    """A machine of one's own, of drives that the package has."""
+    api.register(api.side_by_side("own-table", x=FEED_DRIVE, y=FEED_DRIVE))
+    each = {"kind": "per-axis", "axes": {axis: {"kind": "pid"} for axis in "xy"}}
+    with pytest.raises(api.UserError, match=r"controller.axes.x.ranges: k_p, k_i, k_d: no range"):
+        api.load_scenario({"plant": {"name": "own-table"}, "controller": each, **CIRCLE})
