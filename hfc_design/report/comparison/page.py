@@ -29,8 +29,9 @@ def page(comparison: Comparison, command: str = "") -> Page:
     data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
     return rendered(
         "comparison.html.j2",
-        f"{' and '.join(names)} in {', '.join(bout.name for bout in moved)}",
+        "",
         small_address,
+        f"{' and '.join(names)} in {', '.join(bout.name for bout in moved)}",
         names=names,
         machines=comparison.machines,
         within=comparison.within,

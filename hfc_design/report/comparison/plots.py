@@ -18,7 +18,7 @@ from hfc_design.pictures.figure import above, distinct, finish, framed, gridded,
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
 from hfc_design.report.contours import POINTS, SHARE, SMALLEST, beside
-from hfc_design.report.searches import COLOURS, STYLES
+from hfc_design.report.searches import COLOURS, STYLES, colour
 from hfc_design.simulation.comparison import Bout, Comparison, Difference
 
 #: Slices of time of a curve that is printed.
@@ -33,11 +33,6 @@ ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
 AROUND = 360
 #: Share of the radius that a division takes on the plot of a ball bar.
 BAR = 0.14
-
-
-def colour(k: int) -> str:
-    """Of the design of this number."""
-    return COLOURS[k % len(COLOURS)]
 
 
 def ratios(comparison: Comparison) -> Figure:

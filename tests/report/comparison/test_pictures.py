@@ -13,6 +13,7 @@ from matplotlib.projections.polar import PolarAxes
 from hfc_design.motion.trajectories import Circle
 from hfc_design.pictures.figure import framed
 from hfc_design.pictures.files import address, image, small_address
+from hfc_design.report import overlaid
 from hfc_design.report.comparison.plots import (
     BAR,
     _few_decades,
@@ -23,6 +24,7 @@ from hfc_design.report.comparison.plots import (
 )
 from hfc_design.report.comparison.traces import data, extremes, panels
 from hfc_design.report.contours import SHARE
+from hfc_design.report.errors import errors
 from hfc_design.simulation.comparing import compare
 
 
@@ -91,6 +93,16 @@ def test_a_diverged_motion_does_not_hide_the_others():
     assert shown[0].label == "error [µrad]" or shown[0].label == "error [mrad]"
     assert np.isfinite(shown[0].curves["a"]).all()
     assert np.isnan(shown[0].curves["b"][60:]).all()
+
+
+def test_a_design_has_one_colour_in_every_picture(spindles):
+    """On the page of a comparison, and where ``hfc plot`` draws the same designs."""
+    bout = spindles.bouts[0]
+    own = {name: one.motion for name, one in bout.found.items()}
+    each = (motions(bout, panels(bout)), overlaid.motions(own, ""), errors(own))
+    drawn = [[line.get_color() for line in figure.axes[0].lines[:2]] for figure in each]
+    assert drawn[0] == drawn[1] == drawn[2]
+    assert len(set(drawn[0])) == 2
 
 
 def test_ball_bar_draws_the_radius(tables):
