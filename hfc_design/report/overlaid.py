@@ -91,7 +91,7 @@ def _draw(axes: Axes, evaluations: Evaluations, panel: Panel) -> None:
     for k, ((name, one), values) in enumerate(zip(evaluations.items(), panel.values, strict=True)):
         label = plain(f"{name} (diverged)" if one.diverged else name)
         # The first lies below the others, and is broader; these have gaps that it is seen through.
-        style = {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}
+        style: dict[str, Any] = {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}
         axes.plot(*thinned(time[: len(values)], values), label=label, **style)
     if panel.reference is not None:
         line = thinned(time, panel.reference)
