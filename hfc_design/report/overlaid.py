@@ -91,11 +91,10 @@ def _draw(axes: Axes, evaluations: Evaluations, panel: Panel) -> None:
     for k, ((name, one), values) in enumerate(zip(evaluations.items(), panel.values, strict=True)):
         label = plain(f"{name} (diverged)" if one.diverged else name)
         # The first lies below the others, and is broader; these have gaps that it is seen through.
-        style: dict[str, Any] = {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}
-        axes.plot(*thinned(time[: len(values)], values), label=label, **style)
+        (line,) = axes.plot(*thinned(time[: len(values)], values), label=label, color=colour(k))
+        line.set(lw=1.2 if k else 1.9, ls=STYLES[k % len(STYLES)])
     if panel.reference is not None:
-        line = thinned(time, panel.reference)
-        axes.plot(*line, color="black", lw=0.8, ls=":", label="reference")
+        axes.plot(*thinned(time, panel.reference), color="black", lw=0.8, ls=":", label="reference")
     pairs = zip(evaluations.values(), panel.values, strict=True)
     kept = [values for one, values in pairs if not one.diverged]
     if kept and len(kept) < len(panel.values):  # else what runs away would be all that is seen
