@@ -109,7 +109,7 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         labels = [drawn[k].label for k in curves]
         convergence = searches.convergence(labels, list(curves.values()), list(curves))
     if any(np.isfinite(group.scores).any() for group in drawn):
-        scores = {group.number: group.scores for group in drawn}
+        scores = {group.label: group.scores for group in drawn}
         outcomes = batch_plots.outcomes(scores, groups[0].key)
     return {
         "name": groups[0].task,
