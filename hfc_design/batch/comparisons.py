@@ -65,3 +65,11 @@ def smallest_p(own: int, other: int) -> float:
 def runs_needed(comparisons: int) -> int:
     """Runs in each group with which a difference can be shown among so many comparisons."""
     return next(n for n in count(2) if comparisons * smallest_p(n, n) <= ALPHA)
+
+
+def too_few(comparisons: Sequence[Comparison]) -> int:
+    """Runs in each group that were needed; 0 where there are enough to show something."""
+    count = len(comparisons)
+    sizes = {(len(item.first.scores), len(item.second.scores)) for item in comparisons}
+    enough = not sizes or count * min(smallest_p(*own) for own in sizes) <= ALPHA
+    return 0 if enough else runs_needed(count)

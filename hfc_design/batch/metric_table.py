@@ -1,22 +1,23 @@
 """The table of the metrics of a batch: a row each, a column for each group."""
 
+import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from hfc_design.batch.groups import MERIT, Group
-from hfc_design.core.records import UserError
+from hfc_design.core.plugins import uses
+from hfc_design.core.records import UserError, in_a_line
 from hfc_design.pictures.numbers import digits, metric, score
 from hfc_design.pictures.section import Rows
 from hfc_design.report.comparison.tables import NONE, best, titled
-from hfc_design.runs.run import opened_run
+from hfc_design.runs.run import DESIGN, opened_run, provenance
 from hfc_design.simulation.comparison import SCORES
 from hfc_design.simulation.evaluating import meanings
 
 CAPTION = (
-    "Median of each metric over the finished runs of a group that have it; the columns are the "
-    "groups. The best of each task stands out."
+    "Median of each metric over the finished runs of a group, which differ in nothing but the "
+    "seed, as far as they have it; the columns are the groups. The best of each task stands out."
 )
 
 
@@ -67,6 +68,12 @@ def _meanings(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[
     known: dict[str, str] = {}
     for group in {group.task: group for group in groups if group.finished}.values():
         if not known.keys() >= {*keys}:
-            with suppress(UserError, ValueError):
-                known |= meanings(opened_run(path / group.finished[0].path))
+            place = path / group.finished[0].path
+            try:
+                known |= meanings(opened_run(place))
+            except (UserError, ValueError) as error:
+                needed = uses(provenance(place / DESIGN).get("plugins"), known=False)
+                told = f"give{needed}" if needed else in_a_line(str(error))
+                head = f"hfc: warning: the metrics of {group.task} stand there without units"
+                print(in_a_line(f"{head}: {told}"), file=sys.stderr)
     return {key: known.get(key, key if key in SCORES else "") for key in keys}

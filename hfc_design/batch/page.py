@@ -17,6 +17,7 @@ from hfc_design.batch.outcome import text
 from hfc_design.batch.plan import LABEL, OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
 from hfc_design.batch.runs import SEED, Run, listed
+from hfc_design.batch.sentences import key_of, sentence
 from hfc_design.batch.summary import Findings
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Drawing
@@ -46,7 +47,7 @@ def page(
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
     counts = Counter(run.state for run in runs)
     troubles = [run for run in runs if run.reason or run.state != "finished"]
-    too_few = _too_few(comparisons)
+    too_few = compared.too_few(comparisons)
     searched = [group for group in groups if any(run.searched for run in group.runs)]
     measured = metrics(path, groups[:GROUPS])
     known = next((run.settings for run in runs if run.settings), {})
@@ -75,6 +76,8 @@ def page(
         groups=len(groups),
         metrics=measured,
         meant=measured.meanings,
+        measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
+        key=key_of(groups[:GROUPS]),
         winner_head=structure_tables.HEAD,
         winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
         winners=len(winners),
@@ -106,7 +109,7 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         labels = [drawn[k].label for k in curves]
         convergence = searches.convergence(labels, list(curves.values()), list(curves))
     if any(np.isfinite(group.scores).any() for group in drawn):
-        scores = {group.number: group.scores for group in drawn}
+        scores = {group.label: group.scores for group in drawn}
         outcomes = batch_plots.outcomes(scores, groups[0].key)
     return {
         "name": groups[0].task,
@@ -117,25 +120,6 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         "convergence": convergence,
         "outcomes": outcomes,
     }
-
-
-def sentence(groups: list[Group], comparisons: Sequence[Comparison]) -> str:
-    """What came out of a task."""
-    highest = groups[0]
-    if not highest.finished:
-        return "No run has finished."
-    count = len(highest.finished)
-    median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
-    told = f"The highest median {median} is {score(highest.median)}, of group {highest.label}"
-    told += f" ({count} run{'s' if count > 1 else ''})"
-    against = [item for item in comparisons if item.first is highest]
-    if not against:
-        return f"{told}."
-    shown = sum(item.holm <= compared.ALPHA for item in against)
-    if len(against) > 1:
-        return f"{told}; by more than chance higher than {shown} of {len(against)} others."
-    lower = "The other group is lower by more than chance"
-    return f"{told}. {lower if shown else 'That the other group is lower may be chance'}."
 
 
 def group_row(group: Group, keys: Sequence[str]) -> list[str]:
@@ -174,13 +158,6 @@ def _comparison_row(item: Comparison) -> list[str]:
 
 def _p(value: float) -> str:
     return "< 0.0001" if value < 1e-4 else f"{value:.2g}"
-
-
-def _too_few(comparisons: Sequence[Comparison]) -> int:
-    """Runs in each group that were needed; 0 where there are enough to show something."""
-    needed = compared.runs_needed(len(comparisons))
-    sizes = (min(len(item.first.scores), len(item.second.scores)) for item in comparisons)
-    return needed if comparisons and max(sizes) < needed else 0
 
 
 def _run_rows(

@@ -6,7 +6,8 @@ from rich.text import Text
 
 from hfc_design.batch import structure_tables
 from hfc_design.batch.groups import Group
-from hfc_design.batch.page import group_row, sentence
+from hfc_design.batch.page import group_row
+from hfc_design.batch.sentences import sentence
 from hfc_design.batch.summary import Findings
 from hfc_design.core.console import plain_table, show_whole, terminal
 from hfc_design.core.records import harmless

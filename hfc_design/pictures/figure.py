@@ -12,6 +12,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
@@ -126,6 +128,16 @@ def above(figure: Figure, axes: Axes, size: float = 9.0, columns: int = 2) -> No
     )
     for text in legend.get_texts():
         text.set_parse_math(False)
+
+
+def beside(labels: Iterable[str], size: float) -> float:
+    """Margin [in] for labels of ``size`` [pt] beside a y axis, which may have several lines."""
+    letters = FontProperties(size=size)
+    lines = [line for label in labels for line in label.splitlines()]
+    widths = (text_to_path.get_text_width_height_descent(x, letters, False)[0] for x in lines)
+    return (
+        0.2 + 1.1 * max(widths, default=0.0) / 72.0
+    )  # in a paper margins shrink more than letters
 
 
 def drawable(values: Any) -> NDArray[Any]:

@@ -41,10 +41,11 @@ LETTERS = {
     "\N{GREATER-THAN OR EQUAL TO}": r"$\geq$",
     "\N{RIGHTWARDS ARROW}": r"$\rightarrow$",
     **{letter: rf"$\{name}$" for letter, name in GREEK.items()},
-    **{chr(0x2080 + digit): f"$_{digit}$" for digit in range(10)},
 }
+#: Digits below the line, in what follows a letter as one.
+BELOW = {0x2080 + digit: str(digit) for digit in range(10)}
 #: Of two dashes or commas in a row TeX would make another sign.
-_SPECIAL = re.compile("|".join([*map(re.escape, LETTERS), "-(?=-)", ",(?=,)"]))
+_SPECIAL = re.compile("|".join([*map(re.escape, LETTERS), "[₀-₉]+", "-(?=-)", ",(?=,)"]))
 
 
 def escaped(text: str) -> str:
@@ -53,4 +54,10 @@ def escaped(text: str) -> str:
     Letters beyond Latin are left as they are: LuaLaTeX and XeLaTeX print those that the font has.
     """
     plain = harmless(re.sub(r"\s+", " ", text))
-    return _SPECIAL.sub(lambda found: LETTERS.get(found[0], f"{found[0]}{{}}"), plain)
+    return _SPECIAL.sub(lambda found: LETTERS.get(found[0]) or _other(found[0]), plain)
+
+
+def _other(letters: str) -> str:
+    """Digits below the line, or a letter that is not to join with the next."""
+    below = letters.translate(BELOW)
+    return f"{letters}{{}}" if below == letters else f"$_{{{below}}}$"

@@ -27,15 +27,22 @@ class Page(NamedTuple):
     html: bytes
     figures: dict[str, Figure]
     tables: dict[str, Listing]
-    of: str  # what the page is about, as captions outside of it say
+    of: str  # what the page is about, as captions outside of it say; "" where they say it anyway
+    label: str  # the same as labels say
 
 
 def rendered(
-    name: str, /, of: str, picture: Callable[[Figure], str] = address, **values: object
+    name: str,
+    /,
+    of: str,
+    picture: Callable[[Figure], str] = address,
+    label: str = "",
+    **values: object,
 ) -> Page:
     """The page of a template; everything that stands in the values is escaped.
 
-    ``of`` is what it is about; ``picture`` is how a figure becomes the address of an image.
+    ``of`` is what it is about, ``label`` the same where captions do not need it; ``picture`` is
+    how a figure becomes the address of an image.
     """
     environment = Environment(
         loader=PackageLoader("hfc_design.report"), autoescape=True, undefined=StrictUndefined
@@ -63,7 +70,7 @@ def rendered(
     environment.filters["digest"] = digest
     environment.globals["kept"] = kept
     html = environment.get_template(name).render(**values).encode()
-    return Page(html, figures, tables, of)
+    return Page(html, figures, tables, of, label or of)
 
 
 def plain_name(called: str) -> str:

@@ -19,7 +19,7 @@ from hfc_design.pictures.figure import (
     logarithmic,
     plain,
 )
-from hfc_design.report.searches import COLOURS, colour
+from hfc_design.report.searches import COLOURS, LINE, colour, list_above
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 #: Width of a picture with long labels [in].
@@ -29,16 +29,19 @@ COLUMNS, PANEL = 2, 1.45  # panels of distributions side by side; height of each
 CLOSE = 1.1
 
 
-def outcomes(scores: Mapping[int, Floats], measure: str) -> Figure:
+def outcomes(scores: Mapping[str, Floats], measure: str) -> Figure:
     """The final score of every run, a column each group, with median and quartiles.
 
     Args:
-        scores: by the number of each group, (runs,), at least one; what is not finite is not drawn.
+        scores: by the label of each group, which begins with its number and a colon, (runs,), at
+            least one; what is not finite is not drawn.
         measure: what the scores are, merit or fitness.
     """
-    figure = framed(3.2, top=0.15)
+    top = 0.15 + LINE * len(scores)
+    figure = framed(3.05 + top, top)
     axes = figure.subplots()
-    for k, found in enumerate(scores.values()):
+    for k, (label, found) in enumerate(scores.items()):
+        axes.plot([], [], "o", ms=4.5, mew=0, color=colour(k), label=plain(label))
         values = drawable(found[np.isfinite(found)])
         if len(values) == 0:
             continue
@@ -52,7 +55,8 @@ def outcomes(scores: Mapping[int, Floats], measure: str) -> Figure:
     finish(axes, f"final {measure}", "group")
     logarithmic(axes)
     axes.set_xlim(-0.6, len(scores) - 0.4)
-    axes.set_xticks(range(len(scores)), map(str, scores))
+    axes.set_xticks(range(len(scores)), [label.partition(":")[0] for label in scores])
+    list_above(figure)
     return figure
 
 

@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 from hfc_design.core.numbers import Json
+from hfc_design.pictures.numbers import readable
 from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import measured, merit_told
 from hfc_design.simulation.missed import missed_told
 from hfc_design.simulation.settling import reasons_told
-
-#: Units that numbers of this size are not read in -> factor to one that they are, and that one.
-SHOWN_IN = {"rad": (1e6, "µrad")}
 
 
 def in_use(found: Json) -> Json:
@@ -19,11 +17,12 @@ def in_use(found: Json) -> Json:
     Raises:
         KeyError, TypeError, AttributeError, ValueError: they have been edited.
     """
-    told = [SHOWN_IN.get(unit, (1.0, unit)) for unit in found["units"].values()]
+    each = found["motions"].items()
+    sizes = zip(*(one["measures"].values() for _, one in each), strict=True)
+    told = [_shown_in(*one) for one in zip(found["units"].values(), sizes, strict=False)]
     factors = [*(factor for factor, _ in told), 1.0]
     named = zip(("error once settled", "chatter", "peak command"), told, strict=True)
     heads = ["motion", "keep all [%]", *(f"{name} [{unit}]" for name, (_, unit) in named)]
-    each = found["motions"].items()
     return found | {
         "heads": [*heads, "share at a limit [1]"],
         "rows": [_row(name, one, factors) for name, one in each],
@@ -33,6 +32,11 @@ def in_use(found: Json) -> Json:
         "chaos_told": merit_told(found),
         "missed_told": missed_told(found.get("missed", {}), len(found["motions"])),
     }
+
+
+def _shown_in(unit: str, measures: Sequence[Json]) -> tuple[float, str]:
+    """Factor and unit in which the medians of a measure are read, one for all motions."""
+    return readable(unit, min((abs(x) for one in measures if (x := one["median"])), default=1.0))
 
 
 def _row(name: str, found: Json, factors: Sequence[float]) -> list[str]:

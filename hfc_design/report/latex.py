@@ -25,20 +25,25 @@ COLUMN, PAGE, GAP = 50, 103, 2.4
 COMMAND = re.compile(r"\\[a-z]+(?:\{\})?|[{}$^]")
 
 
-def table(name: str, listing: Listing, of: str = "") -> str:
-    r"""A ``listing`` of a page about ``of`` as a table with ``\label{tab:of-name}``.
+#: The unit that a head ends with, and a power in it.
+UNIT = re.compile(r"\[(1/)?[A-Za-zµΩ][A-Za-zµΩ 23/().]*\]$")
+POWER = re.compile(r"(?<=[A-Za-zµΩ])[23](?![\w.])")
+
+
+def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
+    r"""A ``listing`` of a page about ``of`` as a table with ``\label{tab:label-name}``.
 
     Cells that are the best are bold, and a comment says where a table is wider than a column. The
     same gives the same text.
     """
     numeric = [all(map(NUMERIC.match, column)) for column in zip(*listing.rows, strict=True)]
     numeric = [False, *numeric[1:]] if numeric else [False] * len(listing.head)
-    written = [_number if digits else escaped for digits in numeric]
+    written = [_number if digits else _words for digits in numeric]
     rows = [[write(x) for write, x in zip(written, row, strict=True)] for row in listing.rows]
     for row, best in zip(rows, listing.best, strict=False):
         for k in best:
             row[k] = rf"\textbf{{{row[k]}}}"
-    head = [escaped(cell) for cell in listing.head]
+    head = [_words(cell) for cell in listing.head]
     columns = [*map(_column, numeric, _longest([listing.head, *listing.rows]))]
     lines = [
         r"% A table of hfc-design. In the preamble: \usepackage{booktabs}",
@@ -46,7 +51,7 @@ def table(name: str, listing: Listing, of: str = "") -> str:
         r"\begin{table}",
         r"\centering",
         rf"\caption{{{escaped(': '.join(filter(None, [of, listing.caption])))}}}",
-        rf"\label{{tab:{'-'.join([*([plain_name(of)] if of else []), name])}}}",
+        rf"\label{{tab:{'-'.join([*([plain_name(label)] if label else []), name])}}}",
         rf"\begin{{tabular}}{{{''.join(columns)}}}",
         r"\toprule",
         _row(head),
@@ -86,6 +91,12 @@ def _row(cells: Sequence[str]) -> str:
     line = " & ".join(cells)
     # Behind a line TeX takes these for an option of its end.
     return ("{}" if line.startswith(("[", "*")) else "") + line + r" \\"
+
+
+def _words(cell: str) -> str:
+    """Words, behind which a unit in brackets has its powers above the line."""
+    powers = {"2": "²", "3": "³"}
+    return escaped(UNIT.sub(lambda unit: POWER.sub(lambda x: powers[x[0]], unit[0]), cell))
 
 
 def _number(cell: str) -> str:

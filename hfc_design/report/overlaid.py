@@ -1,7 +1,7 @@
 """Several designs in one motion, over one another."""
 
 from collections.abc import Mapping
-from itertools import chain, cycle
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,10 +11,10 @@ from matplotlib.ticker import MaxNLocator
 
 from hfc_design.core.numbers import Floats
 from hfc_design.pictures.curves import thinned
-from hfc_design.pictures.figure import OWN, above, finish, framed, plain
+from hfc_design.pictures.figure import above, finish, framed, plain
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
-from hfc_design.report.errors import RIVALS
 from hfc_design.report.plots import SMALL, curves, skipped
+from hfc_design.report.searches import STYLES, colour
 from hfc_design.simulation.evaluation import Evaluation
 
 Evaluations = Mapping[str, Evaluation]
@@ -22,8 +22,6 @@ Evaluations = Mapping[str, Evaluation]
 LINE, TITLE = 0.2, 0.4
 #: Room above and below what is drawn, as a share of it.
 AROUND = 0.05
-#: The first design lies below the others, and is broader.
-FIRST: dict[str, Any] = {"color": OWN, "lw": 1.9}
 
 
 class Panel(NamedTuple):
@@ -90,13 +88,13 @@ def _in_rows(off: list[Panel], rows: list[list[Panel]], top: float) -> tuple[Fig
 
 def _draw(axes: Axes, evaluations: Evaluations, panel: Panel) -> None:
     time = next(iter(evaluations.values())).time
-    styles = chain([FIRST], cycle((*RIVALS[1:], RIVALS[0])))  # the second with gaps
-    for (name, one), values, style in zip(evaluations.items(), panel.values, styles, strict=False):
+    for k, ((name, one), values) in enumerate(zip(evaluations.items(), panel.values, strict=True)):
         label = plain(f"{name} (diverged)" if one.diverged else name)
-        axes.plot(*thinned(time[: len(values)], values), label=label, **style)
+        # The first lies below the others, and is broader; these have gaps that it is seen through.
+        (line,) = axes.plot(*thinned(time[: len(values)], values), label=label, color=colour(k))
+        line.set(lw=1.2 if k else 1.9, ls=STYLES[k % len(STYLES)])
     if panel.reference is not None:
-        line = thinned(time, panel.reference)
-        axes.plot(*line, color="black", lw=0.8, ls=":", label="reference")
+        axes.plot(*thinned(time, panel.reference), color="black", lw=0.8, ls=":", label="reference")
     pairs = zip(evaluations.values(), panel.values, strict=True)
     kept = [values for one, values in pairs if not one.diverged]
     if kept and len(kept) < len(panel.values):  # else what runs away would be all that is seen

@@ -52,7 +52,8 @@ class Paper(NamedTuple):
         if self.figures is not None:
             write(self.figures, dict(map(self._file, page.figures, page.figures.values())))
         if self.tables is not None:
-            told = {f"{name}.tex": table(name, own, page.of) for name, own in page.tables.items()}
+            each = page.tables.items()
+            told = {f"{name}.tex": table(name, own, page.of, page.label) for name, own in each}
             write(self.tables, told)
         return [path for path in (self.figures, self.tables) if path is not None]
 

@@ -89,13 +89,18 @@ def convergence(
         )  # fmt: skip
     axes.margins(x=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    list_above(figure)
+    return figure
+
+
+def list_above(figure: Figure) -> None:
+    """The legend above everything, a line of the height ``LINE`` for each name."""
     legend = figure.legend(
         fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(0.9 / WIDTH, 1),
         borderaxespad=0.2, borderpad=0, labelspacing=0.2,
     )  # fmt: skip
     for text in legend.get_texts():
         text.set_parse_math(False)
-    return figure
 
 
 def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:

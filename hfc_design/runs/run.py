@@ -102,11 +102,11 @@ def opened_run(folder: Path) -> Scenario:
     """
     if not (folder / CONFIG).is_file():
         raise UserError(f"--out {folder}: holds no run to resume (no file {CONFIG})")
-    with naming(_provenance(folder / DESIGN)):
+    with naming(provenance(folder / DESIGN)):
         return load_scenario(str(folder / CONFIG))
 
 
-def _provenance(path: Path) -> Json:
+def provenance(path: Path) -> Json:
     """What a run's design says that it was made with; nothing where it cannot be read."""
     try:
         return dict(json_of(read_text(path))["provenance"])

@@ -14,7 +14,13 @@ def test_pictures_of_odd_scores(scores):
     runs = [[np.array([value]) for value in values] for values in groups]
     drawing = image(searches.convergence(labels, runs, [0, 1]), "svg").decode()
     assert "1: $x^$ ? ?<" in drawing
-    assert image(batch_plots.outcomes({1: groups[0], 2: groups[1]}, "fitness"), "svg")
+    figure = batch_plots.outcomes({"1: race $x": groups[0], "2": groups[1]}, "fitness")
+    assert image(figure, "svg")
+    assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == ["1", "2"]
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["1: race $x", "2"]
+    shown = [handle.get_color() for handle in legend.legend_handles]
+    assert shown == ["#0072B2", "#D55E00"]
 
 
 def test_a_band_is_made_of_the_quartiles_of_the_runs(tmp_path):

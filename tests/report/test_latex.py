@@ -29,6 +29,15 @@ def test_a_control_character_or_a_line_break_is_none_in_a_table():
     assert escaped("a\nb\x07") == "a b?"
 
 
+def test_what_stands_below_and_above_the_line():
+    """Two digits below are one index; of a unit the powers are above, of a name nothing is."""
+    assert escaped("A₁₂ of 3") == "A$_{12}$ of 3"
+    head = ["m2 [V2 s]", "rad/s2", "a [mm3/s2]", "[b2_x3]"]
+    text = table("x", Listing("c", head, [["a2 [1e2]", *"123"]]))
+    assert r"m2 [V$^2$ s] & rad/s2 & a [mm$^3$/s$^2$] & [b2\_x3]" in text
+    assert "a2 [1e2] & 1" in text
+
+
 def test_every_row_has_the_cells_of_the_head():
     head = ["metric [%]", "a", HOSTILE]
     cells = [["[x]", "1.5", HOSTILE], ["*", "-2", "b"], ["c", "–", "–1"]]
@@ -72,7 +81,7 @@ def test_numbers_have_few_digits(cell, told):
 def test_the_best_are_bold_and_a_table_says_whose_it_is():
     rows = [["a", "1.5", "2"], ["b", "3", "4"]]
     listing = Listing("Medians.", ["metric", "x", "y"], rows, [[1], []])
-    text = table("groups", listing, "100 %_of runs")
+    text = table("groups", listing, "100 %_of runs", "100 %_of runs")
     assert [line for line in text.splitlines() if "textbf" in line] == [r"a & \textbf{1.5} & 2 \\"]
     assert r"\label{tab:100-of-runs-groups}" in text
     assert tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1]) == "100 %_of runs: Medians."

@@ -7,6 +7,7 @@ import shutil
 import phone
 import pytest
 
+from hfc_design.report.in_use import in_use
 from hfc_design.report.page import write_page
 
 
@@ -66,6 +67,16 @@ def test_whether_it_can_be_used(with_answer):
     assert cells[1][1:3] == ["99.8", "7.14 / 7140"]
     (why,) = re.findall("<li>(.*?)</li>", part)  # of those motions that some do not keep
     assert why == "position: 2 swing, 2 break unsettled, 1 is far off, 1 stays at a limit"
+
+
+def test_an_error_in_metres_has_a_unit_that_needs_no_power_of_ten():
+    """Of a feed drive; one unit for all motions, the chatter stays in V."""
+    units = USED["units"] | {"settled_rms_error": "m"}
+    motions = {name: told(1.0, {}, scale) for name, scale in (("one", 1.0), ("two", 2.0))}
+    found = in_use(USED | {"units": units, "motions": motions})
+    assert found["heads"][2:4] == ["error once settled [µm]", "chatter [V]"]
+    assert found["rows"][0][2] == "3.57 / 3570"
+    assert found["rows"][1][2] == "7.14 / 7140"
 
 
 def test_an_edited_answer_is_left_out(report, with_answer, monkeypatch):

@@ -5,7 +5,8 @@ from typing import Any
 from hfc_design.pictures.files import small_address
 from hfc_design.report import Page, inside, rendered
 from hfc_design.report.comparison import traces
-from hfc_design.report.comparison.plots import contours, machines, motions, ratios
+from hfc_design.report.comparison.plots import contours, machines, motions
+from hfc_design.report.comparison.ratios import ratios
 from hfc_design.report.comparison.tables import (
     DIFFERENCE_HEAD,
     called,
@@ -29,8 +30,9 @@ def page(comparison: Comparison, command: str = "") -> Page:
     data = [traces.data(bout, own) for bout, own in zip(moved, shown, strict=True)]
     return rendered(
         "comparison.html.j2",
-        f"{' and '.join(names)} in {', '.join(bout.name for bout in moved)}",
+        "",
         small_address,
+        f"{' and '.join(names)} in {', '.join(bout.name for bout in moved)}",
         names=names,
         machines=comparison.machines,
         within=comparison.within,

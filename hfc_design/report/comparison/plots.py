@@ -1,7 +1,7 @@
-"""Pictures of a comparison: ratios with their intervals, motions for print, contours."""
+"""Pictures of a comparison: errors on all machines, motions for print, contours."""
 
 from collections.abc import Sequence
-from math import ceil, floor, isnan, log10
+from math import ceil, floor, log10
 from textwrap import fill
 from typing import Any
 
@@ -9,22 +9,30 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import MaxNLocator, NullFormatter, NullLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from hfc_design.core.numbers import Floats, Indices
 from hfc_design.motion.contour import Contour, nearest
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import above, distinct, finish, framed, gridded, plain, round_above
+from hfc_design.pictures.figure import (
+    above,
+    beside,
+    distinct,
+    finish,
+    framed,
+    gridded,
+    plain,
+    round_above,
+)
 from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
-from hfc_design.report.contours import POINTS, SHARE, SMALLEST, beside
-from hfc_design.report.searches import COLOURS, STYLES
-from hfc_design.simulation.comparison import Bout, Comparison, Difference
+from hfc_design.report.contours import POINTS, SHARE, SMALLEST
+from hfc_design.report.contours import beside as parallel
+from hfc_design.report.searches import COLOURS, STYLES, colour
+from hfc_design.simulation.comparison import Bout, Comparison
 
 #: Slices of time of a curve that is printed.
 SLICES = 150
-#: A ratio that is further from 1 stands at the edge.
-FURTHEST = 1000.0
 #: An axis whose ends are further apart than by this factor has powers of ten enough.
 MANY = 100.0
 #: Round steps for an axis of less than a decade.
@@ -33,78 +41,6 @@ ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
 AROUND = 360
 #: Share of the radius that a division takes on the plot of a ball bar.
 BAR = 0.14
-
-
-def colour(k: int) -> str:
-    """Of the design of this number."""
-    return COLOURS[k % len(COLOURS)]
-
-
-def ratios(comparison: Comparison) -> Figure:
-    """Median ratio and its interval, of the first design over every other, a row each motion.
-
-    A column for the first metric of each motion, and one for the change of the command.
-    """
-    first, *others = comparison.designs
-    bouts = comparison.bouts
-    each = {
-        "error, rms": [bout.compared()[:1] for bout in bouts],
-        "change of the\ncommand, rms": [
-            [key for key in bout.compared() if "_change" in key] for bout in bouts
-        ],
-    }
-    drawn = {title: keys for title, keys in each.items() if any(keys)}
-    rows = len(bouts) * (len(others) + 1) - 1
-    top = 0.28 + _top(len(others), 2)
-    figure = framed(0.55 + top + 0.2 * rows, top=top, left=1.75)
-    space = {"wspace": 0.1}
-    columns = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw=space)[0]
-    for axes, (title, keys) in zip(columns, drawn.items(), strict=True):
-        points = [
-            (k * (len(others) + 1) + j, j + 1, one)
-            for k, (bout, own) in enumerate(zip(bouts, keys, strict=True))
-            for key in own
-            for j, other in enumerate(others)
-            for one in comparison.of(bout.name, key)
-            if (one.first, one.second) == (first, other) and not isnan(one.ratio)
-        ]
-        _forest(axes, points)
-        axes.set_title(title, fontsize=9)
-        axes.set_xlabel("ratio [1]", fontsize=8)
-    middle = np.arange(len(bouts)) * (len(others) + 1) + 0.5 * (len(others) - 1)
-    columns[0].set_yticks(middle, [plain(x.name, 24) for x in bouts], fontsize=8, parse_math=False)
-    columns[0].set_ylim(rows - 0.3, -0.7)
-    for j, label in enumerate(distinct(others, 30).values(), 1):
-        columns[0].plot([], [], "o-", ms=5, mew=0, lw=2, color=colour(j), label=label)
-    above(figure, columns[0], 8)
-    return figure
-
-
-def _forest(axes: Axes, drawn: Sequence[tuple[int, int, Difference]]) -> None:
-    values = [x for *_, one in drawn for x in (one.ratio, *(one.ratio_interval or ()))]
-    known = [abs(log10(x)) for x in values if 0.0 < x < np.inf]
-    most = min(max(2.0, 1.3 * 10 ** max(known, default=0.0)), FURTHEST)
-    if any(x in (0.0, np.inf) for x in values):
-        most = min(3.0 * most, FURTHEST)
-
-    def inside(x: float) -> float:
-        return float(np.clip(x, 1 / most, most))
-
-    axes.axvline(1.0, color="0.25", lw=1)
-    for where, k, one in drawn:
-        if one.ratio_interval:
-            axes.plot([inside(x) for x in one.ratio_interval], [where] * 2, color=colour(k), lw=2)
-        marker = "o" if 1 / most < one.ratio < most else "<" if one.ratio < 1.0 else ">"
-        axes.plot(inside(one.ratio), where, marker, ms=5, color=colour(k), mew=0, clip_on=False)
-    axes.set_xscale("log")
-    axes.set_xlim(1 / most, most)
-    steps, last = ((1.0, 2.0, 5.0) if most < 5 else (1.0,)), ceil(log10(most))
-    numbers = [step * 10.0**decade for decade in range(-last, last + 1) for step in steps]
-    ticks = [tick for tick in numbers if 1 / most <= tick <= most]
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks], fontsize=8)
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.tick_params(axis="y", length=0)
-    gridded(axes)
 
 
 def machines(comparison: Comparison) -> Figure:
@@ -120,9 +56,13 @@ def machines(comparison: Comparison) -> Figure:
     label, factor = named(bouts[0], bouts[0].compared()[0], known)
     low, high = (factor * x for x in (min(known, default=1.0), max(known, default=1.0)))
     edge = high * (high / low) ** 0.1
-    top = 0.15 + _top(len(names), 2)
+    top = 0.15 + legend_room(len(names), 2)
     height = 0.85 + top + 0.15 * rows * len(bouts)
-    figure = framed(height, top=top, left=1.0, right=0.6, bottom=0.55)
+    heads = {bout.name.rpartition(".")[0] for bout in bouts}
+    alone = [bout.name.rpartition(".")[2] if len(heads) == 1 else bout.name for bout in bouts]
+    lines = [motion_label(x) for x in alone]
+    left = beside(lines, 8.0)
+    figure = framed(height, top=top, left=left, right=0.6, bottom=0.55)
     axes = figure.subplots()
     for k, (bout, row) in enumerate(zip(bouts, spans, strict=True)):
         for j, (span, side) in enumerate(zip(row, bout.sides.values(), strict=True)):
@@ -137,9 +77,8 @@ def machines(comparison: Comparison) -> Figure:
             share, place = f"{100 * side.stable.mean():.3g} %", ("axes fraction", "data")
             axes.annotate(share, (1.0, where), xycoords=place, **told)
     middle = np.arange(len(bouts)) * rows + 0.5 * (len(names) - 1)
-    heads = {bout.name.rpartition(".")[0] for bout in bouts}
-    alone = [bout.name.rpartition(".")[2] if len(heads) == 1 else bout.name for bout in bouts]
-    lines = [fill(plain(x, 26), 14) for x in alone]
+    over: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+    axes.annotate("stable", (1.0, 1.0), xytext=(4, 3), fontsize=7.5, color="0.25", **over)
     axes.set_yticks(middle, lines, fontsize=8, parse_math=False)
     axes.set_ylim(rows * len(bouts) - 1.3, -0.7)
     axes.set_xscale("log")
@@ -151,6 +90,11 @@ def machines(comparison: Comparison) -> Figure:
         axes.plot([], [], "o-", ms=4.5, mew=0, lw=2, color=colour(j), label=label)
     above(figure, axes, 8)
     return figure
+
+
+def motion_label(name: str) -> str:
+    """The name of a motion beside an axis, in two lines at most."""
+    return fill(plain(name, 26), 14)
 
 
 def _few_decades(axes: Axes) -> None:
@@ -169,7 +113,7 @@ def _few_decades(axes: Axes) -> None:
 def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     """The panels below each other."""
     time = next(iter(bout.found.values())).motion.time
-    top = _top(len(bout.found) + 1, 3)
+    top = legend_room(len(bout.found) + 1, 3)
     figure = framed(1.3 * len(shown) + 0.5 + top, top=top)
     space = {"hspace": 0.12}
     grid = figure.subplots(len(shown), 1, sharex=True, squeeze=False, gridspec_kw=space)[:, 0]
@@ -195,7 +139,7 @@ def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     return time[0] + 0.5 * size * (time[1] - time[0]) * np.arange(len(kept)), kept
 
 
-def _top(names: int, columns: int) -> float:
+def legend_room(names: int, columns: int) -> float:
     """Room for a legend of so many names [in]."""
     return 0.25 + 0.17 * ceil(names / columns)
 
@@ -224,7 +168,7 @@ def contours(bout: Bout) -> tuple[Figure, str] | None:
     division = round_above(max(largest / 2, SMALLEST))
     around = isinstance(first.trajectory, Circle)
     side = 0.45 if around else 0.9
-    top = 0.4 + _top(len(known), 3)
+    top = 0.4 + legend_room(len(known), 3)
     figure = framed(4.65 + top, top=top, left=side, right=min(side, 0.45), bottom=side / 2 + 0.1)
     axes, told = (_ball_bar if around else _across)(figure, known, division)
     above(figure, axes, 8, 3)
@@ -264,7 +208,7 @@ def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     axes = figure.subplots()
     axes.plot(*outline.position, color="black", lw=0.8, label="path")
     for offset in (-division, division):
-        line = beside(outline, enlarged * length * offset)
+        line = parallel(outline, enlarged * length * offset)
         axes.plot(*line, color="0.75", lw=0.8, zorder=1)
     for (k, label), found in known.items():
         base = nearest(trajectory, found.samples, found.actual).point

@@ -11,6 +11,7 @@ import pytest
 from browser import shown
 
 from hfc_design.report.comparison.page import page
+from hfc_design.report.latex import table
 
 
 class Page(HTMLParser):
@@ -87,6 +88,22 @@ def test_it_is_small_and_says_what_is_compared(written, tables):
     other = page(tables).html.decode()
     assert other.count("times enlarged") == 2
     assert "Again:" not in other
+
+
+def test_labels_in_latex_are_unique_over_comparisons(spindles, tables):
+    """Of the same designs in other motions too, and captions name the motion once."""
+    fewer = spindles._replace(bouts=spindles.bouts[:1])
+    labels = []
+    for comparison in (spindles, fewer, tables):
+        found = page(comparison)
+        texts = [table(k, own, found.of, found.label) for k, own in found.tables.items()]
+        labels += [re.search(r"\\label\{(.*)\}", text)[1] for text in texts]
+        for text in texts:
+            caption = re.search(r"\\caption\{(.*)\}", text)[1]
+            assert all(caption.count(bout.name) <= 1 for bout in comparison.bouts)
+            assert caption.count("machines within") == (not caption.startswith("The designs"))
+    assert len(labels) > 10
+    assert len(labels) == len(set(labels))
 
 
 ACTIONS = """<script>

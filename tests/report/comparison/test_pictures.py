@@ -11,18 +11,21 @@ import pytest
 from matplotlib.projections.polar import PolarAxes
 
 from hfc_design.motion.trajectories import Circle
-from hfc_design.pictures.figure import framed
+from hfc_design.pictures.column import in_column
+from hfc_design.pictures.figure import WIDTH, framed
 from hfc_design.pictures.files import address, image, small_address
+from hfc_design.report import overlaid
 from hfc_design.report.comparison.plots import (
     BAR,
     _few_decades,
     contours,
     machines,
     motions,
-    ratios,
 )
+from hfc_design.report.comparison.ratios import ratios
 from hfc_design.report.comparison.traces import data, extremes, panels
 from hfc_design.report.contours import SHARE
+from hfc_design.report.errors import errors
 from hfc_design.simulation.comparing import compare
 
 
@@ -93,6 +96,16 @@ def test_a_diverged_motion_does_not_hide_the_others():
     assert np.isnan(shown[0].curves["b"][60:]).all()
 
 
+def test_a_design_has_one_colour_in_every_picture(spindles):
+    """On the page of a comparison, and where ``hfc plot`` draws the same designs."""
+    bout = spindles.bouts[0]
+    own = {name: one.motion for name, one in bout.found.items()}
+    each = (motions(bout, panels(bout)), overlaid.motions(own, ""), errors(own))
+    drawn = [[line.get_color() for line in figure.axes[0].lines[:2]] for figure in each]
+    assert drawn[0] == drawn[1] == drawn[2]
+    assert len(set(drawn[0])) == 2
+
+
 def test_ball_bar_draws_the_radius(tables):
     bout = tables.bouts[0]
     figure, told = contours(bout)
@@ -134,12 +147,30 @@ def test_ratios_have_a_row_a_motion(spindles, tables):
     for found in (spindles, tables):
         figure = ratios(found)
         left, right = figure.axes
-        labels = [label.get_text() for label in left.get_yticklabels()]
+        labels = [label.get_text().replace("\n", "") for label in left.get_yticklabels()]
         assert labels == [bout.name for bout in found.bouts]
         first = found.differences[0]
         dots = [line for line in left.lines if len(line.get_xdata()) == 1]
         assert float(dots[0].get_xdata()[0]) == pytest.approx(first.ratio)
         assert len([line for line in right.lines if len(line.get_xdata()) == 1]) == 2
+
+
+@pytest.mark.parametrize("width", [3.3, 88 / 25.4, 5.4])
+def test_ratios_leave_little_beside_their_labels_and_say_over_what(tables, width):
+    figure = ratios(tables)
+    if width < WIDTH:
+        in_column(figure, width)
+    figure.draw_without_rendering()
+    (axes, _), dots = figure.axes, figure.dpi
+    boxes = [label.get_window_extent() for label in axes.get_yticklabels()]
+    assert 0 <= min(box.x0 for box in boxes) < 0.25 * dots
+    assert figure.get_supxlabel() == "jee-koren-2004-flc / jee-koren-2004-pid [1]"
+    (words,) = [text for text in figure.texts if text.get_text() == figure.get_supxlabel()]
+    box = words.get_window_extent()
+    assert box.x0 > 0
+    assert box.y1 < min(x.get_window_extent().y0 for x in axes.get_xticklabels() if x.get_text())
+    for each in figure.axes:
+        assert len(read_apart(figure, each)) == 3
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,64 @@
+"""What a batch says in the end, and what the captions of its tables say in a paper."""
+
+import json
+import re
+
+import scipy.stats
+import tex
+from run_folders import PRESETS, batch_folder, hfc
+
+
+def of_two(out, first, second):
+    """What the terminal says of two groups."""
+    batch_folder(out, [({"search.preset": "a"}, first), ({"search.preset": "b"}, second)])
+    return " ".join(hfc("report", out).stdout.split())
+
+
+def test_nothing_is_said_to_be_better_with_too_few_seeds(tmp_path):
+    """However large the difference is: p is 0.1 at least."""
+    scores = [7.0, 8.0, 9.0], [1.0, 2.0, 3.0]
+    assert scipy.stats.mannwhitneyu(*scores, method="exact").pvalue > 0.05
+    told = of_two(tmp_path, *scores)
+    assert "cannot be shown with so few runs" in told
+    assert "at least 4 runs in each group" in told
+    assert "highest median" not in told
+    scores = [7.0, 8.0, 9.0, 10.0], [1.0, 2.0, 3.0, 4.0]
+    assert scipy.stats.mannwhitneyu(*scores, method="exact").pvalue < 0.05
+    told = of_two(tmp_path / "more", *scores)
+    assert "(4 runs). The other group is lower by more than chance." in told
+    scores = [7.0, 8.0, 9.0, 10.0, 11.0], [1.0, 2.0, 3.0]  # of another size
+    assert scipy.stats.mannwhitneyu(*scores, method="exact").pvalue < 0.05
+    assert "lower by more than chance" in of_two(tmp_path / "uneven", *scores)
+
+
+def test_one_seed_each_shows_nothing(tmp_path):
+    assert "which may be chance: a group needs several seeds" in of_two(tmp_path, [9.0], [1.0])
+
+
+def test_units_that_nobody_here_knows_are_missed_aloud(tmp_path):
+    """The batch knows by which module it had its machine."""
+    (name,) = batch_folder(tmp_path, [({}, [1.0])])
+    (tmp_path / name / "config.toml").write_text('plant = {name = "of-somebody"}\n')
+    path = tmp_path / name / "design.json"
+    made = {"plugins": {"plant": {"of-somebody": "theirs:AXIS"}}}
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"provenance": made}))
+    done = hfc("report", tmp_path, "--latex")
+    assert done.exit_code == 0
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("hfc: warning: the metrics of c-axis-ramp stand there without units")
+    assert line.endswith(": give --use theirs:AXIS")
+
+
+def test_captions_of_a_batch_stand_alone(tmp_path):
+    """Measure, test, correction, and what the numbers of the groups mean."""
+    batch_folder(tmp_path, PRESETS)
+    assert hfc("report", tmp_path, "--latex").exit_code == 0
+    told = {}
+    for path in (tmp_path / "latex").iterdir():
+        told[path.stem] = tex.printed(re.search(r"\\caption\{(.*)\}\n", path.read_text())[1])
+    assert "best of fitness over runs that differ in nothing but the seed" in told["groups"]
+    for words in ("by fitness", "Mann-Whitney U", "Holm’s correction for all 3", "up to 0.05"):
+        assert words in told["comparisons"].replace("'", "’")
+    key = "Groups: 1: preset race in a; 2: preset third in a; 3: preset lin-lee-1999 in a; 4"
+    assert key in told["comparisons"]
+    assert key in told["metrics"]
