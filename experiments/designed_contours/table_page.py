@@ -23,7 +23,7 @@ METRICS = {
     "worst_glitch_mm": "impulse",
     "rms_contour_error_mm": "rms",
 }
-CHATTER = "rms_command_change"
+CHATTER = "rms_voltage_change_V"
 #: The designed one, by the name in its file.
 OWN = "table"
 MICRONS = 1e3

@@ -5,7 +5,7 @@ from experiments.shared import Batch, markdown, number
 DESIGNS = {name: f"jee-koren-2004-{name.lower()}" for name in ("FLC", "AFLC", "PID")}
 CONTOUR = tuple(f"cycle_{k}_rms_contour_error_BLU" for k in (1, 2, 3))
 AXIAL = tuple(f"cycle_{k}_x_rms_error_BLU" for k in (1, 2, 3))
-LARGEST, UNREST = "cycle_3_max_contour_error_BLU", "cycle_3_rms_command_change"
+LARGEST, UNREST = "cycle_3_max_contour_error_BLU", "cycle_3_rms_command_change_unit"
 MACHINE = "real machine; K_I = 8"
 DEAD_ZONE = "F_c = 14, dead zone"
 BEST = '"almost zero"; 1.5 the best that a control can achieve'

@@ -16,7 +16,7 @@ from hfc_design.motion.program import Program
 from hfc_design.motion.reversals import GLITCH_TIME, Glitch, glitches, undisturbed
 from hfc_design.motion.samples import PathFrame, PathSamples
 from hfc_design.motion.trajectories import Circle, Line, Trajectory
-from plants import Drive
+from plants import Drive, in_a_name
 
 #: The nearest point is looked for this many tracking errors before and after the commanded place:
 #: far enough for a machine halfway around a corner of 30 deg, and not yet on another branch.
@@ -158,6 +158,7 @@ def contour_meanings(drives: Sequence[Drive]) -> dict[str, str]:
     """Meaning and unit of each metric of an X-Y machine of these, in the order of every table."""
     unit, command = (drives[0].units[name] for name in ("error", "command"))
     own, known = unit.replace(" ", ""), {}
+    called, counted = drives[0].command_name, in_a_name(command)
     if any(drive.off_its_position for drive in drives):
         known = {
             f"known_rms_contour_error_{own}": "root mean square of the contour error by the "
@@ -175,9 +176,9 @@ def contour_meanings(drives: Sequence[Drive]) -> dict[str, str]:
         f"y_rms_error_{own}": f"root mean square of the tracking error of Y [{unit}]",
         f"x_max_error_{own}": f"largest tracking error of X [{unit}]",
         f"y_max_error_{own}": f"largest tracking error of Y [{unit}]",
-        "peak_command": f"largest command of an axis [{command}]",
-        "rms_command_change": "root mean square of the change of the command from sample to "
-        f"sample, of the axis that chatters more [{command}]",
+        f"peak_{called}_{counted}": f"largest {called} of an axis [{command}]",
+        f"rms_{called}_change_{counted}": f"root mean square of the change of the {called} from "
+        f"sample to sample, of the axis that chatters more [{command}]",
     }
 
 

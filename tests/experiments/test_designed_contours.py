@@ -47,7 +47,7 @@ def test_already_a_hundredth_of_the_search_is_better_than_the_published_pid():
 
 def test_the_page_pairs_machines(tmp_path):
     """Two designs on a nominal machine and three others, by hand."""
-    head = "design,stable,rms_command_change," + ",".join(METRICS)
+    head = "design,stable,rms_voltage_change_V," + ",".join(METRICS)
     own = ["table,1,0.5,0.001,0.01,0.002", *["table,1,0.5,0.001,0.01,0.002"] * 3]
     other = [f"other,{k > 0.5:d},1,{0.002 * k},0.005,nan" for k in (1, 1, 0.25, 2)]
     (tmp_path / "circle.csv").write_text("\n".join([head, *own, *other]))

@@ -54,8 +54,8 @@ def test_what_cannot_be_traded_is_told_in_a_line(names, why):
 
 
 def test_only_hierarchies_have_units():
-    with pytest.raises(UserError, match="'pid' has no hierarchy whose units could be counted"):
-        told("c-axis-ramp", "tracking", "units", changes=["controller={kind='pid'}"])
+    with pytest.raises(UserError, match="'pd' has no hierarchy whose units could be counted"):
+        told("c-axis-ramp", "tracking", "units", changes=["controller={kind='pd'}"])
 
 
 def test_costs_are_means_of_motions_and_of_machines_what_is_kept():

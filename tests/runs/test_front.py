@@ -17,8 +17,9 @@ from hfc_design.runs import front as fronts
 from hfc_design.runs import run as design
 from hfc_design.simulation.evaluating import evaluate
 
+RANGES = {"k_p": [0.1, 20.0], "k_i": [0.0, 50.0], "k_d": [0.0, 1.0]}  # weak, so quick to judge
 FRONT = {
-    "controller": {"kind": "pid"},
+    "controller": {"kind": "pid", "ranges": RANGES},
     "search": {
         "preset": "nsga-ii",
         "objectives": ["tracking", "effort"],
@@ -28,7 +29,8 @@ FRONT = {
     "simulation.duration_s": 0.1,
 }
 NAMES = FRONT["search"]["objectives"]
-PID = ("--pareto", "tracking,effort", "--controller", "pid")
+ASKED = "controller.ranges={k_p=[0.1,20.0],k_i=[0.0,50.0],k_d=[0.0,1.0]}"
+PID = ("--pareto", "tracking,effort", "--controller", "pid", "--set", ASKED)
 MANY = {"robust": {"first": 3, "machines": 3, "elite": 3, "final": 5}}
 FILES = {"config.toml", "checkpoint.npz", "history.csv", "design.json", "front.csv"}
 
@@ -225,7 +227,7 @@ def test_a_run_without_a_front_has_nothing_to_pick(tmp_path, no_baselines):
             ["tracking,effort", "--set", "search.preset=lin-lee-1999"],
             "strategy lin-lee-1999 finds one design and no front",
         ),
-        (["tracking,units", "--controller", "pid"], "has no hierarchy whose units"),
+        (["tracking,units", "--controller", "pd"], "has no hierarchy whose units"),
     ],
 )
 def test_what_cannot_be_traded_is_told_in_a_line(arguments, why, tmp_path, monkeypatch):

@@ -54,7 +54,7 @@ def test_windows_of_a_path():
             assert found[f"{name}_{axis}_max_error_BLU"] == np.abs(error).max()
             change = max(change, np.sqrt(np.mean(np.diff(command) ** 2)))
         assert found[f"{name}_rms_contour_error_BLU"] == pytest.approx(np.sqrt(np.mean(off**2)))
-        assert found[f"{name}_rms_command_change"] == pytest.approx(change)
+        assert found[f"{name}_rms_command_change_unit"] == pytest.approx(change)
     # X reverses at the start only (t = 0), Y after a quarter of 20 s: in the middle
     assert found["begin_worst_glitch_BLU"] is None
     assert found["middle_worst_glitch_BLU"] is not None
