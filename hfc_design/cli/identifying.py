@@ -4,6 +4,7 @@ import shlex
 import sys
 from os.path import isfile
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import click
@@ -57,7 +58,8 @@ def identify(
     LOG is a CSV file with a header, what LinuxCNC's halscope or halsampler write, a .mat of MATLAB
     up to version 7, .npy or .npz. It needs the position and the command, or, with --controller, the
     position and the reference. The plant is simulated under the recorded command from a hundred
-    starts; the folder gets report.html, identified.json, and scenario.toml, which hfc design takes.
+    starts, which takes half a minute to some minutes; the folder gets report.html, identified.json,
+    and scenario.toml, which hfc design takes.
     """
     from hfc_design.cli import identified_tables
     from hfc_design.core.records import UserError
@@ -72,6 +74,11 @@ def identify(
     path = free(out or Path(aim.called(sources.called(log))), folder=True)
     if isfile(path):
         raise UserError(f"--out {path}: is a file, and what is written is a folder")
-    found = asking.answered(question, sample_time, lambda line: click.echo(line, err=True))
+    begin = monotonic()
+
+    def tell(step: str) -> None:
+        click.echo(f"{monotonic() - begin:4.0f} s  {step}", err=True)
+
+    found = asking.answered(question, sample_time, tell)
     page.write(found, path, shlex.join(["hfc", *sys.argv[1:]]))
     identified_tables.tell(found, path, as_json)

@@ -11,25 +11,27 @@ from pydantic import ValidationError
 
 #: Packages in which a user's mistake ends, and is not made.
 OURS = {"hfc_design", "plants", "jax", "jaxlib", "numpy", "scipy", "equinox", "optimistix"}
-_NO_NUMBER = "what the simulator hands over are arrays of JAX that have no value yet"
 _WRITE = "write jnp.sin for math.sin or np.sin, and alike every function, jnp.asarray for float"
-#: What JAX raises of code that needs a number where there is none yet.
+#: What to write where JAX says that code needs a number and there is none yet.
 INSTEAD = {
-    "TracerBoolConversionError": f"{_NO_NUMBER}; write jnp.where(condition, a, b) for if (xp.where "
-    "in a control law), jnp.minimum and jnp.maximum for min and max, & and | for and, or",
-    **dict.fromkeys(
-        ("ConcretizationTypeError", "TracerArrayConversionError"), f"{_NO_NUMBER}; {_WRITE}"
-    ),
-    "TracerIntegerConversionError": f"{_NO_NUMBER}; write jnp.take(values, k) for values[k]",
+    "TracerBoolConversionError": "write jnp.where(condition, a, b) for if (xp.where in a control "
+    "law), jnp.minimum and jnp.maximum for min and max, & and | for and, or",
+    "ConcretizationTypeError": _WRITE,
+    "TracerArrayConversionError": _WRITE,
+    "TracerIntegerConversionError": "write jnp.take(values, k) for values[k]",
 }
+_WHY = "what the simulator hands over are arrays of JAX that have no value yet"
 
 
 def raised(error: Exception) -> str:
-    """Kind, place in the user's file and first line of an error; of a record's all lines."""
+    """Kind, place in the user's file and first line of an error; of a record's all lines.
+
+    Where it is known what to write instead, the place and that come first.
+    """
     kind, place = type(error).__name__, _place(error)
     for one in type(error).__mro__:
         if one.__name__ in INSTEAD:
-            return f"{kind}{place and f' in {place}'}: {INSTEAD[one.__name__]}"
+            return f"{place and f'in {place}: '}{INSTEAD[one.__name__]}; {_WHY} ({kind})"
     if isinstance(error, ValidationError):
         return f"{kind}: {error}"
     told = str(error).partition("\n")[0]

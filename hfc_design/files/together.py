@@ -109,35 +109,36 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
     """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
-    if own := dotted(design.limits.model_dump(exclude_none=True)):
-        yield "the controller keeps to its own limits: " + ", ".join(
-            f"{key} = {x}" for key, x in own.items()
-        )
+    limits = {"command": shared.units.signals["command"]}
+    here = dotted(shared.limits.model_dump())
+    own = dotted(design.limits.model_dump(exclude_none=True))
+    if changed := _changed(own, {key: here.get(key) for key in own}, limits):
+        yield f"the controller keeps to its own limits: {changed}"
     each = zip(machine(design, scenario).each(), shared.plant.each(), strict=True)
-    for before, here in each:
-        axis = f"{here.name}." if len(shared.plant.each()) > 1 else ""
-        pair = (
-            {axis + key: x for key, x in one.parameters._asdict().items()} for one in (before, here)
-        )
-        if changed := _changed(*pair):
+    for before, other in each:
+        axis = f"{other.name}." if len(shared.plant.each()) > 1 else ""
+        made, here = before.parameters._asdict(), other.parameters._asdict()
+        if changed := _changed(made, here, other.drive.parameter_units, axis):
             yield f"made for another machine: {changed}"
     told: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited
         if isinstance(told, str):
             told = load_scenario(told).model_dump(mode="json")
         whose = {"limits": "a drive of other limits", "sensors": "other sensors"}
-        for key, other in whose.items() if isinstance(told, dict) else ():
+        for key, named in whose.items() if isinstance(told, dict) else ():
             part = getattr(shared, key)
-            made = type(part).model_validate(told.get(key) or {})
-            pair = (dotted(x.model_dump(mode="json")) for x in (made, part))
-            if changed := _changed(*pair):
-                yield f"made with {other}: {changed}"
+            was = type(part).model_validate(told.get(key) or {})
+            made, here = (dotted(x.model_dump(mode="json")) for x in (was, part))
+            if changed := _changed(made, here, limits):
+                yield f"made with {named}: {changed}"
 
 
-def _changed(made: Json, here: Json) -> str:
-    """What is not alike in two tables."""
-    keys = (key for key in {**made, **here} if made.get(key) != here.get(key))
-    words = (
-        (key, *("none" if x.get(key) is None else x[key] for x in (made, here))) for key in keys
-    )
-    return "; ".join(f"{key} {then}, here {now}" for key, then, now in words)
+def _changed(made: Json, here: Json, units: Mapping[str, str], head: str = "") -> str:
+    """What is not alike in two tables; ``head`` stands before the names of both."""
+    found = []
+    for key in {**made, **here}:
+        if made.get(key) != here.get(key):
+            then, now = ("none" if x.get(key) is None else x[key] for x in (made, here))
+            unit = units.get(key, "")
+            found.append(f"{head}{key} {then}, here {now}{unit and f' {unit}'}")
+    return "; ".join(found)

@@ -24,7 +24,7 @@ TRIED = ((TOGETHER, True), (TOLD, True), (TOGETHER, False))
 #: in so many times.
 CHANCE = 1e-3
 #: What is said of a parameter instead of an interval.
-BOUND, HELD = "at its bound", "held"
+BOUND, HELD, GIVEN = "at its bound", "held", "given"
 
 
 class Kept(NamedTuple):
@@ -32,7 +32,7 @@ class Kept(NamedTuple):
 
     found: Found
     known: Certainty  # ends that are nan: none, the parameter is at its bound
-    state: tuple[str, ...]  # "yes"; "given", if those held are right; "no"; ``HELD``, ``BOUND``
+    state: tuple[str, ...]  # "yes"; ``GIVEN``, if those held are right; "no"; ``HELD``, ``BOUND``
     note: str  # for the user; "" where the log tells everything
 
 
@@ -62,7 +62,7 @@ def kept(found: Found, known: Certainty, delayed: bool) -> Kept:
     }
     for name in ("low", "high"):
         ends[name] = np.where(bound, np.nan, ends[name])
-    told = tuple(state in ("yes", "given") for state in states)
+    told = tuple(state in ("yes", GIVEN) for state in states)
     value = np.where(zero, 0.0, again.fit.free.values(again.fit.numbers))
     whole = known._replace(value=value, told=told, **ends)
     return Kept(again, whole, states, _note(found, states, fits and back))
@@ -109,7 +109,7 @@ def _state(told: bool, then: bool, free: bool) -> str:
         return HELD
     if not then:
         return "no"
-    return "yes" if told else "given"
+    return "yes" if told else GIVEN
 
 
 def _one_of_each(found: Found, free: Mask, limit: float) -> Mask:

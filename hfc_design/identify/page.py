@@ -9,6 +9,7 @@ from hfc_design.core.records import writing
 from hfc_design.identify import plots, words
 from hfc_design.identify.aim import scenario_text
 from hfc_design.identify.certainty import CONFIDENCE
+from hfc_design.identify.kept import GIVEN
 from hfc_design.identify.profile import LIMIT
 from hfc_design.identify.record import numbers
 from hfc_design.identify.result import Identified
@@ -57,6 +58,7 @@ def page(found: Identified, command: str) -> Page:
         doubts=[note for note in found.notes if _is_doubt(note)],
         notes=[note for note in found.notes if not _is_doubt(note)],
         untold=words.untold_lines(found),
+        given=GIVEN in found.states,
         advice=words.advice_line(found),
         checks=words.check_rows(found),
         verdict=words.verdict(found),

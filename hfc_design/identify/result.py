@@ -13,6 +13,7 @@ from hfc_design.identify.aim import scenario_text
 from hfc_design.identify.certainty import Certainty
 from hfc_design.identify.checks import Check, how_of
 from hfc_design.identify.free import Free
+from hfc_design.identify.kept import GIVEN
 from hfc_design.identify.profile import Profile
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.search import Found
@@ -41,7 +42,7 @@ class Identified(NamedTuple):
     def _repr_html_(self) -> str:
         rows: dict[str, object] = {}
         for name, unit, _, value, low, high, state in words.parameter_rows(self):
-            how = f"{low} to {high}" if state in ("yes", "given") else state
+            how = f"{low} to {high}" if state in ("yes", GIVEN) else state
             rows[f"{name} [{unit or 1}]"] = f"{value} ({how})"
         for log, how, before, after in words.check_rows(self):
             rows[f"{log}, {how}"] = f"{after} off (rms), {before} before"

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from hfc_design.identify.certainty import CONFIDENCE, Combination
-from hfc_design.identify.kept import HELD
+from hfc_design.identify.kept import GIVEN, HELD
 from hfc_design.pictures.numbers import readable
 from hfc_design.pictures.section import Rows
 
@@ -46,6 +46,10 @@ def check_rows(found: "Identified") -> Rows:
 
 #: So many combinations are told that the log does not tell, and parameters of each.
 COMBINATIONS, TOGETHER = 4, 3
+ALIKE = (
+    "changed together like this the machine does the same under a command, if not under an outer "
+    "force: what is given is known beside what is held, and a design needs no wider tolerance"
+)
 
 
 def untold_lines(found: "Identified") -> list[str]:
@@ -54,6 +58,8 @@ def untold_lines(found: "Identified") -> list[str]:
     if len(found.known.untold) > COMBINATIONS:
         more = len(found.known.untold) - COMBINATIONS
         lines.append(f"and {more} more such combinations: look for fewer parameters")
+    if lines and GIVEN in found.states:
+        lines.append(ALIKE)
     return lines
 
 

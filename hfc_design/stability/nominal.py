@@ -23,6 +23,11 @@ from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
 SUBSTEPS, MOST_SUBSTEPS = 16, 1024
+#: What to do about a drive that never moves steadily.
+UNSTEADY = (
+    "a force that depends on the position, such as cogging, is a likely reason: leave it out of "
+    "the model, or take a controller that needs no linear model, such as pid"
+)
 #: A pole so near to the unit circle does not settle by itself.
 SETTLES = 1e-9
 
@@ -82,14 +87,14 @@ def _found(
     near = slides.slowest(sample_time / SUBSTEPS)
     speed = speed or (None if near is None else near.speed)
     if speed is None:
-        raise _refused(drive, "no steady motion was found at any speed")
+        raise _refused(drive, f"no steady motion was found at any speed; {UNSTEADY}")
     substeps = SUBSTEPS
     while drive.fastest(parameters, sample_time / substeps) < speed and substeps < MOST_SUBSTEPS:
         substeps *= 2
     motion = slides.motion(speed, sample_time / substeps, near)
     if motion is None:
         at = f"{speed:g} {drive.units['error_rate']}"
-        raise _refused(drive, f"no steady motion was found at {at}")
+        raise _refused(drive, f"no steady motion was found at {at}; {UNSTEADY}")
     return motion, slides.step(motion.state, motion.command, sample_time / substeps), substeps
 
 

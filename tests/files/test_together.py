@@ -85,7 +85,7 @@ def test_the_machine_is_that_of_the_first_design(tmp_path):
     assert (parameters.spindle_inertia, parameters.stiffness) == (9.0, 300.0)
     assert list(differences(heavy, scenario, shared)) == []
     (told,) = differences(plain, scenario, shared)
-    assert told == "made for another machine: spindle_inertia 5.102, here 9.0"
+    assert told == "made for another machine: spindle_inertia 5.102, here 9.0 kg m2"
 
 
 def test_axes_of_a_machine_are_told_apart(tmp_path):
@@ -101,7 +101,9 @@ def test_axes_of_a_machine_are_told_apart(tmp_path):
     assert x.gain == y.gain == first.plant.parameters.get("gain", 28.3)
     assert before_x.gain == 30.0
     found = list(differences(other, scenario, shared))
-    assert found == [f"made for another machine: {a}.gain 30.0, here 28.3" for a in "xy"]
+    assert found == [
+        f"made for another machine: {a}.gain 30.0, here 28.3 (BLU/s)/unit" for a in "xy"
+    ]
 
 
 def test_own_limits_are_kept_and_other_sensors_said(tmp_path):
@@ -111,8 +113,8 @@ def test_own_limits_are_kept_and_other_sensors_said(tmp_path):
     here = load_scenario("c-axis-ramp", {"limits.command": 100.0})
     found = list(differences(design, here, on_one_machine({"d": design}, here)))
     assert found == [
-        "the controller keeps to its own limits: command = 90.0",
-        "made with a drive of other limits: command 120.0, here 100.0",
+        "the controller keeps to its own limits: command 90.0, here 100.0 V",
+        "made with a drive of other limits: command 120.0, here 100.0 V",
         "made with other sensors: encoder_resolution 1e-06, here 0.0",
     ]
 

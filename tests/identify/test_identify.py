@@ -110,6 +110,8 @@ def test_a_move_one_way_tells_what_it_can_beside_what_is_held():
     assert line in told
     page = html.unescape(Path("stage", "report.html").read_text())
     assert line in page
+    assert "does the same under a command" in told
+    assert "the curve of what is given beside something held is wider" in " ".join(page.split())
     own = json.loads(Path("stage", "identified.json").read_text())["parameters"]
     nominal = {"mass": 37.0, "viscous_friction": 203.5, "amplifier_gain": 35.1507}
     found = {name: own[name]["value"] for name in nominal}
@@ -121,6 +123,7 @@ def test_a_plant_that_branches_is_refused_in_a_line():
     found = CliRunner().invoke(main, ["identify", "log.csv", "--plant", "mine:BRANCHING"])
     assert found.exit_code == 2
     last = found.stderr.splitlines()[-1]
-    assert last.startswith("hfc: plant 'sledge' cannot be replayed: TracerBoolConversionError")
+    assert last.startswith("hfc: plant 'sledge' cannot be replayed: in mine.py, line ")
+    assert last.endswith("(TracerBoolConversionError)")
     assert "Traceback" not in found.output
     assert set(os.listdir()) <= {"__pycache__", "log.csv", "mine.py"}
