@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import mannwhitneyu
 
 from hfc_design.batch.groups import Group
+from hfc_design.core.shown import line
 from hfc_design.core.statistics import holm
 
 #: A difference counts as shown where the corrected p is not above this.
@@ -28,6 +29,10 @@ class Comparison(NamedTuple):
     a12: float  # Vargha & Delaney's effect size: share of pairs where the first is higher
     p: float  # two-sided Mann-Whitney U test
     holm: float  # p after Holm's correction for all comparisons
+
+    def __repr__(self) -> str:
+        sides = {"first": self.first.label, "second": self.second.label}
+        return line("Comparison", {**sides, "a12": self.a12, "p": self.p, "holm": self.holm})
 
     @property
     def testable(self) -> bool:

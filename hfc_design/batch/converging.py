@@ -11,6 +11,7 @@ from hfc_design.batch.runs import runs_below
 from hfc_design.batch.summary import Findings
 from hfc_design.core.numbers import Floats
 from hfc_design.core.records import UserError
+from hfc_design.files.cells import called
 from hfc_design.files.together import apart
 from hfc_design.report import searches
 from hfc_design.runs.run import opened_run
@@ -34,7 +35,8 @@ def convergence(folders: Sequence[Path]) -> Figure:
         if any(path.resolve() == other.resolve() for other in folders[:k]):
             raise UserError(f"{path}: stands there twice; it does what it does")
     parts = [path.resolve().parts for path in folders]
-    names = apart([own[-1] for own in parts], parts)
+    own = zip(folders, parts, strict=True)
+    names = apart([called(path) or part[-1] for path, part in own], parts)
     each = {}
     for path, name in zip(folders, names, strict=True):
         each[name] = list(_curves(path))

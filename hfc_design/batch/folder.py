@@ -18,9 +18,10 @@ from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import Name, Record, UserError, checked, in_a_line
 from hfc_design.core.texts import LARGEST_TABLE, about, content, decoded, json_of
+from hfc_design.files.cells import PLAN
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN
 
-PLAN, NOTES = "batch.json", ".batch"
+NOTES = ".batch"
 State = Literal["finished", "failed", "running", "broken off", "waiting"]
 
 

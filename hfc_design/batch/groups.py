@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.batch.plan import LABEL, SCENARIO
-from hfc_design.batch.runs import SEED, Run
+from hfc_design.batch.plan import SCENARIO
+from hfc_design.batch.runs import Run
 from hfc_design.core.numbers import Floats
+from hfc_design.core.shown import line
+from hfc_design.files.cells import LABEL, SEED
 
 #: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
 MERIT, FITNESS = "merit", "fitness"
@@ -28,6 +30,10 @@ class Group(NamedTuple):
     finished: list[Run]  # one a seed: run again, it would give the same and tell nothing more
     scores: Floats  # (finished,) in float64; -inf where a design diverged
     quartiles: Quartiles  # of the scores; nan without a finished run
+
+    def __repr__(self) -> str:
+        told = {"label": self.label, "task": self.task, "measure": self.measure}
+        return line("Group", {**told, "median": self.median, "finished": len(self.finished)})
 
     @property
     def key(self) -> str:

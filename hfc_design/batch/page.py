@@ -14,11 +14,12 @@ from hfc_design.batch.comparisons import Comparison
 from hfc_design.batch.groups import FITNESS, MERIT, Group
 from hfc_design.batch.metric_table import metrics
 from hfc_design.batch.outcome import text
-from hfc_design.batch.plan import LABEL, OWN_KEYS
+from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
-from hfc_design.batch.runs import SEED, Run, listed
+from hfc_design.batch.runs import Run, listed
 from hfc_design.batch.sentences import key_of, sentence
 from hfc_design.batch.summary import Findings
+from hfc_design.files.cells import LABEL, SEED
 from hfc_design.pictures.numbers import score
 from hfc_design.pictures.section import Drawing
 from hfc_design.report import REPORT, Page, batch_plots, rendered, searches

@@ -16,6 +16,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import Finite, Name, Record, UserError, checked
 from hfc_design.core.texts import read_toml
 from hfc_design.core.wording import one_of
+from hfc_design.files.cells import LABEL
 from hfc_design.files.design import Design, design_json
 from hfc_design.files.named_scenario import load_scenario, renamed, scenario_toml
 from hfc_design.files.pairing import load_design, machine, own_scenario
@@ -26,7 +27,8 @@ from hfc_design.simulation.evaluating import meanings
 MAX_CELLS = 100_000
 #: What a cell says beside its scenario's keys: which scenario; a design to be scored, instead of
 #: a search; a word that ``published`` and a reader know the cell by.
-SCENARIO, DESIGN, LABEL = OWN_KEYS = "scenario", "design", "label"
+SCENARIO, DESIGN = "scenario", "design"
+OWN_KEYS = SCENARIO, DESIGN, LABEL
 #: Letters in a label.
 LONGEST = 120
 #: What dotted keys of a design begin with.

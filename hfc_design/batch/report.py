@@ -19,6 +19,7 @@ from hfc_design.batch.summary import Findings, findings
 from hfc_design.batch.told import tell
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError, UserError
+from hfc_design.files.cells import PLAN
 from hfc_design.formats.writing import csv_text
 from hfc_design.report import REPORT
 from hfc_design.report.page import write_page
@@ -55,7 +56,7 @@ def report(
         write_page(*finished_run(path), path, paper=paper)
         tell(path / REPORT, None)
         return
-    batch = (path / folder.PLAN).exists()  # of which only one process at a time writes the report
+    batch = (path / PLAN).exists()  # of which only one process at a time writes the report
     with folder.waited(path, "report") if batch else nullcontext():
         runs = runs_below(path)
         failed = 0

@@ -17,11 +17,11 @@ from hfc_design.core.dotted import flat
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import UserError, in_a_line
 from hfc_design.core.texts import content, decoded, toml_of
+from hfc_design.files.cells import PLAN, SEED
 from hfc_design.report import REPORT
 from hfc_design.runs.run import CHECKPOINT, CONFIG, DESIGN, GIVEN, HISTORY
 
 State = folder.State | Literal["unreadable"]
-SEED = "run.seed"
 #: What ``config.toml`` says beside the settings.
 SAID = ("name", "description")
 
@@ -49,7 +49,7 @@ class Run(NamedTuple):
 def is_run(path: Path) -> bool:
     """Whether a folder is that of a run, and not of many."""
     own = any((path / name).exists() for name in (CONFIG, CHECKPOINT, DESIGN))
-    return own and not (path / folder.PLAN).exists()
+    return own and not (path / PLAN).exists()
 
 
 def runs_below(path: Path) -> list[Run]:
@@ -63,7 +63,7 @@ def runs_below(path: Path) -> list[Run]:
     planned: list[Run] = []
     alone: list[Run] = []
     for place in _folders(path):
-        if (place / folder.PLAN).exists():
+        if (place / PLAN).exists():
             for cell in folder.entries(place):
                 settings = {SCENARIO: "c-axis-ramp", SEED: 0} | cell.settings
                 planned.append(_read(place / cell.name, path, settings, cell.state, cell.reason))
@@ -71,18 +71,18 @@ def runs_below(path: Path) -> list[Run]:
             alone.append(_alone(place, path))
     found = planned + _told_apart(alone, {key for run in planned for key in run.settings})
     if not found:
-        raise UserError(f"{path}: holds no runs ({folder.PLAN}, or folders with a {CONFIG})")
+        raise UserError(f"{path}: holds no runs ({PLAN}, or folders with a {CONFIG})")
     return found
 
 
 def batches_below(path: Path) -> list[Path]:
     """The folders of batches below a folder, or itself."""
-    return [place for place in _folders(path) if (place / folder.PLAN).exists()]
+    return [place for place in _folders(path) if (place / PLAN).exists()]
 
 
 def _folders(path: Path) -> Iterator[Path]:
     """Folders of batches and of runs, in the order of their names; nothing inside one of them."""
-    if (path / folder.PLAN).exists() or is_run(path):
+    if (path / PLAN).exists() or is_run(path):
         yield path
         return
     try:

@@ -12,12 +12,13 @@ from pathlib import Path
 from rich.table import Table
 
 from hfc_design.batch import folder, report
-from hfc_design.batch.plan import LABEL, Cell, read_batch
+from hfc_design.batch.plan import Cell, read_batch
 from hfc_design.batch.runs import listed
 from hfc_design.batch.work import Outcome, Place, begin, run_cells
 from hfc_design.core.console import ProgressBar, terminal
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import RunError, harmless
+from hfc_design.files.cells import LABEL, PLAN
 from hfc_design.search.loop import Search
 
 #: Individual-steps a second that a plan is estimated with before any cell has run.
@@ -136,7 +137,7 @@ def _apart(cells: list[Cell]) -> dict[str, Json]:
 
 def _speed(cells: list[Cell], out: Path) -> tuple[float, str]:
     """Individual-steps a second, and where that number comes from."""
-    if (out / folder.PLAN).exists():
+    if (out / PLAN).exists():
         seconds = {e.name: e.seconds for e in folder.entries(out) if e.seconds}
         searched = [cell for cell in cells if cell.name in seconds and not cell.design]
         known = [_work(cell) / seconds[cell.name] for cell in searched]

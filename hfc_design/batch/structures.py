@@ -9,6 +9,7 @@ import numpy as np
 from hfc_design.batch.groups import Group, quartiles
 from hfc_design.batch.runs import Run
 from hfc_design.core.numbers import Floats
+from hfc_design.core.shown import line
 from hfc_design.core.statistics import Interval, share_interval
 
 
@@ -20,6 +21,10 @@ class Winner(NamedTuple):
     runs: list[Run]  # that ended with it, the best first
     scores: Floats  # (runs,) what the group is compared by; -inf where a design diverged
     searches: int  # finished ones of the group, one a seed, whose structure is known
+
+    def __repr__(self) -> str:
+        told = {"group": self.group.label, "structure": self.structure, "best": self.best}
+        return line("Winner", {**told, "runs": len(self.runs), "searches": self.searches})
 
     @property
     def share(self) -> float:

@@ -20,10 +20,10 @@ class Findings(NamedTuple):
     """What pages and tables tell of the runs below a folder."""
 
     runs: list[Run]
-    groups: list[Group]
-    comparisons: list[Comparison]
-    figures: list[Reproduced]
-    winners: list[Winner]
+    groups: list[Group]  # runs that differ in nothing but the seed, the highest median first
+    comparisons: list[Comparison]  # of every two groups of a task, with p
+    figures: list[Reproduced]  # that a batch file names as published, beside what the runs give
+    winners: list[Winner]  # structures that searches of hierarchies ended with
 
     def __repr__(self) -> str:
         return line("Findings", self._told())

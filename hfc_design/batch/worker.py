@@ -98,8 +98,9 @@ def _of_this_worker(hint: str = "") -> Iterator[None]:
 def _run_in(out: Path, name: str, run: Run) -> "Outcome":
     from hfc_design.batch import folder
     from hfc_design.batch.work import Outcome
+    from hfc_design.files.cells import PLAN
 
-    if not (out / folder.PLAN).exists():
+    if not (out / PLAN).exists():
         host = socket.gethostname()
         return Outcome("failed", f"{out}: the worker on {host} has no such folder; see --shared")
     with folder.claimed(out, name) as mine:

@@ -132,7 +132,8 @@ def report(
         from hfc_design.report import REPORT
 
         if path is not None:
-            raise UserError(f"{path}: is for a lone design; the page of a folder lies in it")
+            told = f"{path}: is for a lone design; leave path out, the page of a folder lies in it"
+            raise UserError(f"{told}, as {Path(of) / REPORT}")
         if scenario is not None:
             raise UserError("scenario: is for a lone design; a run has its own")
         paper = for_a_paper(Path(of), "", figures, width, latex)

@@ -11,6 +11,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.core.arguments import wanted
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, harmless
+from hfc_design.files.cells import called
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.kept import dotted
 from hfc_design.files.machine import PlantSettings
@@ -25,8 +26,8 @@ AnyDesigns: TypeAlias = Sequence[AnyDesign] | Mapping[str, AnyDesign]
 def labelled(designs: AnyDesigns) -> dict[str, Design]:
     """Designs by names that set them apart.
 
-    Each by its own name; where several have the same, by that of its file or run folder, with as
-    many of the folders around it as it takes.
+    Each by its own name, that of a batch's run by what it is called there; where several have the
+    same, by that of its file or run folder, with as many of the folders around it as it takes.
 
     Raises:
         UserError: there is no such design, one stands there twice, or is only a kind.
@@ -42,7 +43,9 @@ def labelled(designs: AnyDesigns) -> dict[str, Design]:
             raise UserError(f"{_called(one)}: stands there twice; it does what it does")
     found = [load_design(_no_kind(one)) for one in given]
     paths = [() if isinstance(one, Design) or not exists(one) else _parts(one) for one in given]
-    names = apart([design.name for design in found], paths)
+    own = ["" if isinstance(one, Design) else called(one) for one in given]
+    pairs = zip(own, found, strict=True)
+    names = apart([name or design.name for name, design in pairs], paths)
     for k, name in enumerate(names):  # designs that are no files
         free = (name, *(f"{name} ({n})" for n in range(2, len(names) + 1)))
         names[k] = next(label for label in free if label not in names[:k])

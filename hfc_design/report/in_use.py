@@ -8,7 +8,7 @@ from hfc_design.report.comparison.tables import NONE, short
 from hfc_design.simulation.gain_range import gain_told
 from hfc_design.simulation.in_use import measured, merit_told
 from hfc_design.simulation.missed import missed_told
-from hfc_design.simulation.settling import reasons_told
+from hfc_design.simulation.settling import EXPLAINED, reasons_told
 
 
 def in_use(found: Json) -> Json:
@@ -27,6 +27,7 @@ def in_use(found: Json) -> Json:
         "heads": [*heads, "share at a limit [1]"],
         "rows": [_row(name, one, factors) for name, one in each],
         "others": {name: why for name, one in each if (why := reasons_told(one["reasons"]))},
+        "reasons": EXPLAINED,
         "alone": any(one.get("asked_of") == "nominal" for _, one in each),
         "gain_told": found["gain"] and gain_told(found["gain"]),
         "chaos_told": merit_told(found),

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from hfc_design.core.checkpoint import write_whole
@@ -12,6 +13,7 @@ from hfc_design.core.plugins import uses
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
 from hfc_design.files.doubts import doubts
+from hfc_design.files.kept import dotted
 from hfc_design.files.named_scenario import scenario_toml
 from hfc_design.files.pairing import load_design
 from hfc_design.files.scenario import Scenario
@@ -38,6 +40,8 @@ from hfc_design.simulation.usable import usable
 
 TABLES = "tables"
 OWN = "this design"
+#: Letters of what a design says of how it was made; the rest is in its file.
+LONGEST = 400
 
 
 def write_page(
@@ -169,10 +173,13 @@ def _rendered(
         response=plots.motion(own, f"{OWN} on {scenario.name}"),
         errors=(motion_errors if own.motions else errors)(evaluations),
         sections=sections(design, own, scenario),
-        provenance={
-            key: value if isinstance(value, str) else json.dumps(value)
-            for key, value in design.provenance.items()
-            if key != "scenario"  # the configuration has it
-        },
+        provenance=_made(design),
         **others,
     )
+
+
+def _made(design: Design) -> dict[str, str]:
+    """What a design says of how it was made, a line each; the configuration has its scenario."""
+    told = dotted({key: x for key, x in design.provenance.items() if key != "scenario"})
+    texts = (x if isinstance(x, str) else json.dumps(x, ensure_ascii=False) for x in told.values())
+    return dict(zip(told, (shorten(x, LONGEST, placeholder=" …") for x in texts), strict=True))

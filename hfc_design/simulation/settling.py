@@ -30,6 +30,17 @@ UNSETTLED = 0.3
 LIMITED = 0.1
 MULTIPLE = 3.0
 TOLERANCE = 0.05
+#: The reasons of ``faults`` for a reader who knows only their names.
+EXPLAINED = {
+    "diverges": "The motion grows beyond all numbers.",
+    "stays at a limit": "In the last quarter of the motion the command stands at a limit of the "
+    f"drive for more than {100 * LIMITED:g} % of the time, so that it controls nothing.",
+    "swings": "A copy that begins a little off does not come back to the same motion: in the end "
+    f"more than {100 * UNSETTLED:g} % of the disturbance is left, as of a limit cycle.",
+    "is far off": f"In the last quarter the error is more than {MULTIPLE:g} times that of the "
+    "nominal machine and beyond the scenario’s constraint on late_error, without one beyond "
+    f"{100 * TOLERANCE:g} % of the largest reference; or it is larger than the reference itself.",
+}
 
 
 def measuring(loop: Loop) -> Loop:

@@ -7,6 +7,10 @@ import scipy.stats
 import tex
 from run_folders import PRESETS, batch_folder, hfc
 
+from hfc_design.batch.comparisons import compared
+from hfc_design.batch.groups import grouped
+from hfc_design.batch.runs import runs_below
+
 
 def of_two(out, first, second):
     """What the terminal says of two groups."""
@@ -62,3 +66,16 @@ def test_captions_of_a_batch_stand_alone(tmp_path):
     key = "Groups: 1: preset race in a; 2: preset third in a; 3: preset lin-lee-1999 in a; 4"
     assert key in told["comparisons"]
     assert key in told["metrics"]
+
+
+def test_what_is_found_prints_itself_in_a_line(tmp_path):
+    """A notebook shows a list of them."""
+    batch_folder(tmp_path, PRESETS)
+    groups = grouped(runs_below(tmp_path))
+    first = compared(groups)[0]
+    assert repr(groups[0]) == (
+        "Group(label='1: preset race', task='a', measure='fitness', median=12, finished=5)"
+    )
+    p = scipy.stats.mannwhitneyu(PRESETS[0][1], PRESETS[2][1]).pvalue
+    start = "Comparison(first='1: preset race', second='2: preset third', a12=1, "
+    assert repr(first).startswith(f"{start}p={p:.4g}, holm=")

@@ -1,14 +1,19 @@
 """``hfc compare`` as a user meets it."""
 
 import csv
+import html
 import json
+import re
+import shlex
 import shutil
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from sledge import BUDGET
 
 from hfc_design.cli import main
+from hfc_design.core.plugins import know
 from hfc_design.files.design import BUILTIN
 
 SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
@@ -63,6 +68,23 @@ def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     for told in ("backlash=2", "backlash=x", "gap=0.5"):
         found = hfc("compare", "huang-pid", "huang-soc", *few, "--tolerance", told)
         assert (found.exit_code, told.split("=")[0] in found.stderr) == (2, True)
+
+
+def test_the_command_on_the_page_names_own_parts(own):
+    """What stands there repeats the comparison in a process that knows nothing else."""
+    made = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", *BUDGET, "--out", "run")
+    assert made.exit_code == 0, made.output
+    design = json.loads((own / "run" / "design.json").read_text())
+    (own / "other.json").write_text(json.dumps(design | {"name": "other"}))
+    few = ("--machines", "2", "--seed", "3")
+    assert hfc("compare", "run", "other.json", *few, "--html", "beside.html").exit_code == 0
+    page = (own / "beside.html").read_text()
+    again = html.unescape(re.search("Again: <code>hfc (.*)</code>", page)[1])
+    assert again.endswith(" --machines 2 --seed 3 --use mine:SLEDGE")
+    know([])
+    assert "no plant known here" in hfc("compare", "run", "other.json", *few).stderr
+    done = hfc(*shlex.split(again))
+    assert done.exit_code == 0, done.output
 
 
 def test_a_folder_of_page_table_and_numbers(tmp_path):

@@ -41,6 +41,25 @@ def test_designs_of_one_name_are_called_by_file_folder_or_path(tmp_path, monkeyp
     assert list(labelled({"mine": "pd-only", "yours": design})) == ["mine", "yours"]
 
 
+def test_runs_of_a_batch_are_called_as_it_calls_them(tmp_path, monkeypatch):
+    """By label and seed, or by what they set; a damaged plan says nothing."""
+    monkeypatch.chdir(tmp_path)
+    plan = {
+        "1a": {"label": "fine\x1b", "run.seed": 0, "search.population": 9},
+        "1b": {"label": "fine\x1b", "run.seed": 1, "search.population": 9},
+        "1c": {"search.generations": 3, "run.seed": 0, "search.population": 9},
+    }
+    for name in plan:
+        written(tmp_path / "out" / name / "design.json", name="c-axis-ramp")
+    (tmp_path / "out" / "batch.json").write_text(json.dumps({"cells": plan}))
+    told = ["fine?, seed 0", "fine?, seed 1", "generations 3, seed 0"]
+    assert list(labelled([f"out/{name}" for name in plan])) == told
+    assert list(labelled(["out/1a/design.json", "pd-only"])) == [told[0], "pd-only"]
+    for text in ("{", "[]", '{"cells": {"1a": 3, "1b": {}}}'):
+        (tmp_path / "out" / "batch.json").write_text(text)
+        assert list(labelled(["out/1a", "out/1c"])) == ["1a", "1c"]
+
+
 def test_the_same_twice_is_refused(tmp_path):
     file = written(tmp_path / "one.json")
     (tmp_path / "link.json").symlink_to(file)

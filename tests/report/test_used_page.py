@@ -65,6 +65,8 @@ def test_whether_it_can_be_used(with_answer):
     assert "keeps everything from 0.455 to at least 16 times the command." in part
     assert cells[0][1:4] == ["100", "3.57 / 3570", "3.79 / 3790"]
     assert cells[1][1:3] == ["99.8", "7.14 / 7140"]
+    named = re.findall("<dt>(.*?)</dt>", part)  # every reason that follows is explained
+    assert {*named} >= {"is far off", "swings", "stays at a limit"}
     (why,) = re.findall("<li>(.*?)</li>", part)  # of those motions that some do not keep
     assert why == "position: 2 swing, 2 break unsettled, 1 is far off, 1 stays at a limit"
 

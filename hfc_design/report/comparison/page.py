@@ -16,6 +16,7 @@ from hfc_design.report.comparison.tables import (
 )
 from hfc_design.report.errors import errors
 from hfc_design.simulation.comparison import SCORES, Bout, Comparison
+from hfc_design.simulation.settling import EXPLAINED
 
 STYLES = ("templates/style.css", "templates/comparison.css", "templates/dark.css")
 #: So many panels below each other fit on a page.
@@ -38,6 +39,7 @@ def page(comparison: Comparison, command: str = "") -> Page:
         within=comparison.within,
         seed=comparison.seed,
         failures=list(failures(comparison)),
+        reasons=EXPLAINED,
         together=[_told(comparison, x) for x in comparison.bouts if x.scenario is None],
         motions=[_moved(comparison, *each) for each in zip(moved, shown, strict=True)],
         meant=_meant(comparison),
