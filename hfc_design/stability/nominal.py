@@ -5,7 +5,8 @@ At a creep its slope is negative where it falls towards the Coulomb level (Strib
 is linearised at the speed from which on the part of the command that grows with the speed is the
 larger one: friction slides there, as it does at every higher speed. ``Drive.step`` itself is
 differentiated, in float64; the steps of converters and encoders are no part of it, because a
-rounding has the slope 0 everywhere and 1 in the mean.
+rounding has the slope 0 everywhere and 1 in the mean. Nor is cogging, which is 0 in the mean over
+the way (``averaged``).
 """
 
 from functools import lru_cache
@@ -18,15 +19,16 @@ from hfc_design.core import devices
 from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
+from hfc_design.stability.averaged import averaged
 from hfc_design.stability.sliding import RANK, Motion, Slides, Steady, Step
 from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
 SUBSTEPS, MOST_SUBSTEPS = 16, 1024
-#: What to do about a drive that never moves steadily.
+#: What to do about a drive that never moves steadily, not even in the mean over its way.
 UNSTEADY = (
-    "a force that depends on the position, such as cogging, is a likely reason: leave it out of "
-    "the model, or take a controller that needs no linear model, such as pid"
+    "a force that depends on the position and is not 0 in the mean, as a spring's, is a likely "
+    "reason: leave it out of the model, or take a controller that needs no linear model, as pid"
 )
 #: A pole so near to the unit circle does not settle by itself.
 SETTLES = 1e-9
@@ -60,7 +62,7 @@ def nominal(
     """
     devices.configure()
     with own_code(" cannot be linearised", ("plant", drive.name)), jax.enable_x64(True):
-        slides = Slides(drive, parameters)
+        slides = _slides(drive, parameters, sample_time)
         motion, one, substeps = _found(slides, drive, parameters, sample_time, speed)
     a, b, load = _sampled(one, substeps)
     if not _controllable(a, b):
@@ -74,6 +76,14 @@ def nominal(
     acceleration, load_own = slides.asks(a, b, rising), slides.asks(a, b, -load)
     parts = (velocity, acceleration, coulomb, load_own)
     return Nominal(motion.speed, a, b, slides.outputs, *parts)
+
+
+def _slides(drive: Drive, parameters: Parameters, sample_time: float) -> Slides:
+    """The drive, or in the mean over its way where it never moves steadily otherwise."""
+    dt, plain = sample_time / SUBSTEPS, Slides(drive, parameters)
+    if plain.slowest(dt) is not None:
+        return plain
+    return averaged(drive, parameters, dt) or plain
 
 
 def _refused(drive: Drive, why: str) -> UserError:

@@ -56,7 +56,7 @@ class Slides:
         self.outputs = {"error": -self.seen, "error_rate": -rate, **told}
         rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
         self._moving = np.array([float(name in rates) for name in kind._fields])
-        self._step = partial(_differentiated, drive, parameters)
+        self._step = partial(differentiated, drive, parameters)
 
     def step(self, state: Floats, command: float, dt: float) -> Step:
         """From a state under a command, without a load."""
@@ -130,7 +130,7 @@ class Slides:
 
 
 @partial(jax.jit, static_argnums=0)
-def _differentiated(drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any) -> Any:
+def differentiated(drive: Drive, parameters: Parameters, x: Any, command: Any, dt: Any) -> Any:
     """The state after a step, and its derivatives by state, command and load."""
     kind, fixed = type(drive.initial_state(0.0)), drive.coefficients(parameters)
 

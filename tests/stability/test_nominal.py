@@ -174,7 +174,11 @@ def warming(p, x, force, loads, dt):
 @pytest.mark.parametrize(
     ("drive", "parameters", "told"),
     [
-        (SLEDGE, Parameters(grip=0.0), "no steady motion was found at any speed; .*cogging"),
+        (
+            SLEDGE,
+            Parameters(grip=0.0),
+            "no steady motion was found at any speed; a force that depends",
+        ),
         (
             sledge(step=lambda p, x, u, loads, dt: State(x.place * jnp.nan, x.speed)),
             Parameters(),

@@ -198,7 +198,7 @@ def test_a_drive_of_one_s_own_is_searched_in_its_units(kind, own):
 def test_a_drive_that_cannot_be_differentiated_is_told_in_a_line(own):
     mine = imported("mine")
     api.register(mine.BRANCHING)
-    with pytest.raises(UserError, match=r"^plant 'sledge' cannot be linearised: Tracer"):
+    with pytest.raises(UserError, match=r"^plant 'sledge' cannot be linearised: in mine.py, "):
         of_sledge("lqi", "sledge")
 
 

@@ -1,0 +1,112 @@
+"""Cogging is no part of a linearised drive, which is that of the same drive without it."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete
+
+from hfc_design.core.records import UserError
+from hfc_design.stability.nominal import nominal
+from plants import Drive, only_positive, rk4
+
+EVERY = 0.001  # [s]
+
+
+class Parameters(NamedTuple):
+    mass: float = 12.0  # [kg]
+    drag: float = 50.0  # [N s/m]
+    coulomb: float = 9.0  # [N]
+    constant: float = 40.0  # [N/A]
+    cogging: float = 0.0  # [N]
+    pitch: float = 0.024  # [m]
+    spring: float = 0.0  # [N/m]
+
+
+class State(NamedTuple):
+    place: Any
+    speed: Any
+
+
+def step(p, x, current, loads, dt):
+    def rates(x, load):
+        turn = 2.0 * jnp.pi * x.place / p.pitch
+        cogging = p.cogging * (jnp.sin(turn) + 0.3 * jnp.cos(6.0 * turn)) + p.spring * x.place
+        friction = p.drag * x.speed + p.coulomb * jnp.tanh(x.speed / 0.001)
+        return State(x.speed, (p.constant * current - friction - cogging - load) / p.mass)
+
+    return rk4(rates, x, loads, dt)
+
+
+def linear_motor(parameters=Parameters, state=State, step=step, **changes):
+    return Drive(
+        **{
+            "name": "linear-motor",
+            "parameters": parameters,
+            "fault": only_positive(parameters),
+            "units": {
+                **{"error": "m", "error_rate": "m/s", "command": "A", "load": "N"},
+                "speed": "m/s",
+            },
+            "initial_state": lambda zero: state(*[zero] * len(state._fields)),
+            "step": step,
+            "signals": lambda p, x: {"speed": x.speed},
+            "position": "place",
+            "velocity": "speed",
+            "encoders": {"place": "speed"},
+        }
+        | changes
+    )
+
+
+@pytest.mark.parametrize("unit", [1.0, 30.0, 1000.0])
+def test_a_linear_motor_is_that_without_its_cogging(unit):
+    """Of whatever pitch: a unit of way may be a metre, a millimetre or a turn."""
+    p = Parameters(cogging=30.0, pitch=0.024 * unit)
+    found = nominal(linear_motor(), p, EVERY)
+    a, b = np.array([[0.0, 1.0], [0.0, -50.0 / 12.0]]), np.array([[0.0], [40.0 / 12.0]])
+    a, b, *_ = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), EVERY)
+    assert found.a == pytest.approx(a, abs=1e-9)
+    assert found.b == pytest.approx(b[:, 0], rel=1e-9)
+    assert found.velocity.command == pytest.approx(50.0 / 40.0, rel=1e-6)
+    assert found.coulomb.command == pytest.approx(9.0 / 40.0, rel=1e-6)
+    held = 0.5 * EVERY * 50.0  # [N s2/m] a command that is held lags half a sample behind the drag
+    assert found.acceleration.command == pytest.approx((12.0 + held) / 40.0, rel=1e-6)
+    assert found.load.command == pytest.approx(1.0 / 40.0, rel=1e-6)
+
+
+class Geared(NamedTuple):
+    angle: Any  # of the motor [rad]
+    place: Any
+    turning: Any
+    speed: Any
+
+
+class Gear(NamedTuple):
+    cogging: float = 0.0  # [N m]
+    lead: float = 0.005  # [m/rad]
+
+
+def turn(p, x, torque, loads, dt):
+    def rates(x, load):
+        force = 4e6 * (p.lead * x.angle - x.place) + 3e3 * (p.lead * x.turning - x.speed)
+        drive = torque - 0.01 * x.turning - p.cogging * jnp.sin(7.0 * x.angle) - p.lead * force
+        return Geared(x.turning, x.speed, drive / 1e-3, (force - 30.0 * x.speed - load) / 40.0)
+
+    return rk4(rates, x, loads, dt)
+
+
+def test_behind_a_gear_the_motor_cogs_and_both_move_as_the_gear_has_it():
+    two = {"angle": "turning", "place": "speed"}
+    drive = linear_motor(Gear, Geared, turn, encoders=two)
+    smooth, cogging = (nominal(drive, Gear(cogging=x), EVERY) for x in (0.0, 0.02))
+    assert cogging.a == pytest.approx(smooth.a, rel=1e-4, abs=1e-6)
+    assert cogging.b == pytest.approx(smooth.b, rel=1e-4)
+    drag = (0.01 + 30.0 * 0.005**2) / 0.005  # by hand [N m s/m]
+    assert cogging.velocity.command == pytest.approx(drag, rel=1e-3)
+
+
+def test_a_spring_is_no_cogging():
+    with pytest.raises(UserError, match="no steady motion was found at any speed; a force that"):
+        nominal(linear_motor(), Parameters(spring=100.0), EVERY)
