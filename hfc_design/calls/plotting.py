@@ -106,8 +106,13 @@ def _overlaid(found: Mapping[str, Any], title: str) -> "Figure":
             (len(one.time), one.time[-1], tuple(axis.name for axis in one.axes))
             for one in found.values()
         }
-        if len(motions) > 1 or any(one.motions for one in found.values()):
-            raise UserError("evaluations over one another have to be of the same one motion")
+        if several := next((one.motions for one in found.values() if one.motions), None):
+            raise UserError(
+                f"evaluations over one another have to be of one motion, these are of "
+                f"{', '.join(several)}; take one of each, as .motions[{next(iter(several))!r}]"
+            )
+        if len(motions) > 1:
+            raise UserError("evaluations over one another have to be of the same motion")
         return overlaid.motions(found, title)
     if kinds == {Findings}:
         return of_findings(found)

@@ -135,7 +135,7 @@ def _check(names: Texts, what: str) -> None:
 def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | None) -> "Figure":
     from hfc_design.files.named_scenario import load_scenario
     from hfc_design.files.pairing import own_scenario
-    from hfc_design.files.together import differences, labelled, on_one_machine
+    from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
     from hfc_design.report.overlaid import motions
     from hfc_design.simulation.evaluating import evaluate
     from hfc_design.simulation.score_tables import notes
@@ -144,6 +144,8 @@ def _motions(names: Texts, scenario: str | None, changes: Texts, motion: str | N
     first = next(iter(designs.values()))
     where = load_scenario(scenario, changes) if scenario else own_scenario(first, names[0], changes)
     shared = on_one_machine(designs, where)
+    if told := own_machine(next(iter(designs)), where, shared):
+        click.echo(told, err=True)
     for name, design in designs.items():
         for note in differences(design, where, shared):
             click.echo(f"{name}: {note}", err=True)

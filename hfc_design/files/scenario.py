@@ -124,7 +124,8 @@ class Scenario(Record, metaclass=Asked):
         if self.ensemble and not objective.positive:
             raise ValueError(
                 f"fitness.kind = {self.fitness.kind!r}: may be below zero, which motions, "
-                "constraints and robust cannot rank"
+                "constraints and robust cannot rank; an own objective that never is says "
+                "positive=True"
             )
         for motion in self.each_motion():
             if fault := objective.fault(len(self.plant.machine.axes), motion.follows_path):

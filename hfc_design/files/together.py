@@ -107,6 +107,17 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
     return scenario.model_copy(update={"plant": PlantSettings(name=plant.name, **own)})
 
 
+def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
+    """In what the machine of the design ``name``, which is ``shared``, is not the scenario's."""
+    found = []
+    for plain, here in zip(scenario.plant.each(), shared.plant.each(), strict=True):
+        head = f"{here.name}." if len(shared.plant.each()) > 1 else ""
+        made, other = here.parameters._asdict(), plain.parameters._asdict()
+        found += [_changed(made, other, here.drive.parameter_units, head, "in the scenario")]
+    told = "; ".join(filter(None, found))
+    return f"all on the machine of {name}: {told}" if told else None
+
+
 def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterator[str]:
     """What a design keeps for itself, and was made with and does not have ``on_one_machine``."""
     limits = {"command": shared.units.signals["command"]}
@@ -133,12 +144,14 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
                 yield f"made with {named}: {changed}"
 
 
-def _changed(made: Json, here: Json, units: Mapping[str, str], head: str = "") -> str:
+def _changed(
+    made: Json, here: Json, units: Mapping[str, str], head: str = "", where: str = "here"
+) -> str:
     """What is not alike in two tables; ``head`` stands before the names of both."""
     found = []
     for key in {**made, **here}:
         if made.get(key) != here.get(key):
             then, now = ("none" if x.get(key) is None else x[key] for x in (made, here))
             unit = units.get(key, "")
-            found.append(f"{head}{key} {then}, here {now}{unit and f' {unit}'}")
+            found.append(f"{head}{key} {then}, {where} {now}{unit and f' {unit}'}")
     return "; ".join(found)

@@ -13,7 +13,7 @@ from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import AnyScenario, load_scenario
 from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import Scenario
-from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine
+from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine, own_machine
 from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side, spread_told
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.machines import NONE
@@ -55,7 +55,8 @@ def compare(
     for scenario in _scenarios(designs, named, scenarios):
         others += _other_machines(scenario, spread, tolerances)
         shared = on_one_machine(named, scenario)
-        others += [f"{scenario.name}: {told}" for told in doubts(shared)]
+        told_of = [own_machine(next(iter(named)), scenario, shared), *doubts(shared)]
+        others += [f"{scenario.name}: {told}" for told in told_of if told]
         where += shared.each_motion()
         asked += [not alone for alone in shared.nominal_only]
         for name, design in named.items():
