@@ -7,7 +7,7 @@ import numpy as np
 from rich.table import Table
 
 from hfc_design.core.console import show_whole
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.shown import line, table
 from hfc_design.stability.margins import Margins, OpenLoop, margins
 
@@ -112,7 +112,7 @@ def loop_figure(loops: Loops, sample_time: float) -> "Figure":
     for (axis, loop), color in zip(loops.items(), (OWN, OTHER, "0.4") * 4, strict=False):
         response, hertz = loop.transfer(angles), angles / (2.0 * np.pi * sample_time)
         size.loglog(hertz, np.abs(response), color=color, lw=1.6, label=axis)
-        phase.semilogx(hertz, np.degrees(np.unwrap(np.angle(response))), color=color, lw=1.6)
+        phase.semilogx(hertz, lag(response), color=color, lw=1.6)
     size.axhline(1.0, color="0.3", lw=0.9)
     phase.axhline(-180.0, color="0.3", lw=0.9)
     gridded(size, y="magnitude [1]")
@@ -122,3 +122,13 @@ def loop_figure(loops: Loops, sample_time: float) -> "Figure":
     for part in (size, phase):
         part.yaxis.set_label_coords(-0.125, 0.5)
     return figure
+
+
+def lag(response: Floats) -> Floats:
+    """Phase [deg] without jumps, such that at the lowest frequency it lies between -315 and 45.
+
+    There it is a multiple of -90 for every integrator: with three of them -270, which else would
+    be drawn as +90 and the crossing of the magnitude a whole turn above the -180 that it is near.
+    """
+    turned = np.degrees(np.unwrap(np.angle(response)))
+    return np.asarray(turned - 360.0 * np.ceil((turned[0] - 45.0) / 360.0))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, place_poles
 
-from hfc_design.stability.loop_report import rows
+from hfc_design.stability.loop_report import lag, rows
 from hfc_design.stability.margins import OpenLoop, margins
 
 
@@ -103,3 +103,12 @@ def test_at_its_margins_a_loop_swings(seed, unstable):
     turned = loop.transfer(angles) * np.exp(-1j * np.radians(found.phase))
     back = loop.transfer(angles) * np.exp(1j * np.radians(found.phase))
     assert min(np.abs(1.0 + turned).min(), np.abs(1.0 + back).min()) < 1e-3
+
+
+@pytest.mark.parametrize(("integrators", "start"), [(0, 0.0), (1, -90.0), (2, -180.0), (3, -270.0)])
+def test_the_phase_is_drawn_as_a_lag_from_its_integrators_on(integrators, start):
+    """By hand: 1 / s^n with a zero at 1 rad/s, which lifts it by 45 degrees there."""
+    s = 1j * np.geomspace(1e-4, 1.0, 300)
+    drawn = lag((1.0 + s) / s**integrators)
+    assert drawn[0] == pytest.approx(start, abs=0.1)
+    assert drawn[-1] == pytest.approx(start + 45.0, abs=0.1)
