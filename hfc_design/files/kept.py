@@ -49,9 +49,9 @@ def _machine(design: Design, scenario: Scenario) -> str:
     )
     if changes := _changes(own, here):
         return f"{KEPT}, but for {', '.join(changes)}"
-    kept = [f"{key} {_word(x)}" for key, x in here.items() if x != alone[key]]
-    other = [f"{key} {_word(alone[key])}" for key, x in here.items() if x != alone[key]]
-    return f"{KEPT}: {', '.join(kept)}, not {', '.join(other)}" if kept else KEPT
+    differ = (key for key, x in here.items() if x != alone[key])
+    kept = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
+    return f"{KEPT}: {', '.join(kept)}" if kept else KEPT
 
 
 def _parameters(plant: PlantSettings) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def test_a_machine_that_the_scenario_does_not_name_is_the_designs():
     changes = {"plant.parameters.spindle_inertia": 9.0}
     own = changed_design(load_design("pd-only"), changes, "pd-only")
     found = told(own, "c-axis-ramp")["machine"]
-    assert found == "kept: spindle_inertia 9, not 5.102"
+    assert found == "kept: spindle_inertia 9 (not 5.102)"
 
 
 def test_simulate_says_it_too_beside_its_numbers(tmp_path):
