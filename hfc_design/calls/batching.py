@@ -10,9 +10,9 @@ from hfc_design.batch.runs import runs_below
 from hfc_design.batch.summary import Findings
 from hfc_design.batch.summary import findings as summed_up
 from hfc_design.batch.work import Outcome, Place, begin, run_cells
-from hfc_design.core.arguments import path_of
+from hfc_design.core.arguments import path_of, whole
 from hfc_design.core.dotted import Changes
-from hfc_design.core.records import RunError, UserError
+from hfc_design.core.records import RunError
 
 
 def batch(
@@ -42,8 +42,8 @@ def batch(
         UserError: the batch file is not one, or a cell needs more memory than there is.
         RunError: cells failed, after all others have run; ``findings`` tells of them too.
     """
-    if workers is not None and (not isinstance(workers, int) or workers < 1):
-        raise UserError(f"workers = {workers!r}: has to be a whole number, 1 or more")
+    if workers is not None:
+        whole("--workers", workers, 1)
     plan = read_batch(path_of(file), changes)
     out = plan.folder(None if folder is None else path_of(folder))
     begin(plan, out, workers or 1)

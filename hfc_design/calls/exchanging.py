@@ -1,14 +1,17 @@
 """Designs out to other programs, and back."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hfc_design.core.arguments import path_of
+from hfc_design.core.arguments import path_of, positive, wanted, whole
 from hfc_design.core.records import UserError
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import AnyDesign, Design
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, check_score
+
+if TYPE_CHECKING:
+    from hfc_design.formats.reading import Wish
 
 
 def export(found: AnyDesign, to: str, path: str | Path, anyway: bool = False) -> Path:
@@ -42,4 +45,19 @@ def import_(path: str | Path, **wish: Any) -> Design:
         raise UserError(
             f"import_: no such option {unknown[0]!r}; there is {', '.join(Wish._fields)}"
         )
-    return imported(Path(path), Wish(**wish))
+    _check_numbers(Wish(**wish))
+    return imported(path_of(path), Wish(**wish))
+
+
+def _check_numbers(wish: "Wish") -> None:
+    from hfc_design.controllers.flc.rules import FEWEST, MOST
+
+    if wish.sample_time is not None:
+        positive("--sample-time", wish.sample_time)
+    if wish.terms is None:
+        return
+    wanted(wish.terms, (tuple, list), "pair of numbers of terms, as in (9, 5)")
+    if len(wish.terms) != 2:
+        raise UserError(f"--terms {wish.terms}: has to be two numbers, as in (9, 5)")
+    for count in wish.terms:
+        whole("--terms", count, FEWEST, MOST)

@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.arguments import path_of, wanted
+from hfc_design.core.arguments import path_of, wanted, whole
 from hfc_design.core.lock import alone
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
@@ -80,6 +80,8 @@ def pick(
         UserError: there is no finished run, no front, or no such point.
         RunError: a file of the run is damaged.
     """
+    if point is not None:
+        whole("--point", point, 1)
     place = path_of(folder)
     scenario, result = finished_run(place)
     front = front_needed(place, result)

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from hfc_design.core.arguments import positive
 from hfc_design.core.dotted import Changes
 from hfc_design.core.records import UserError
 from hfc_design.stability.loop_report import LoopMargins
@@ -43,6 +44,8 @@ def stability(
     """
     options = {"gain": gain, "time_constant": time_constant, "sample_time": sample_time}
     given = {key: value for key, value in options.items() if value is not None}
+    for key, value in given.items():
+        positive(f"--{key.replace('_', '-')}", value)
     if design is None:
         drive = PUBLISHED | given
         return StableGains(stable_range(**drive), {}, drive)

@@ -167,10 +167,10 @@ def score_usable(
     """
     from hfc_design.cli.usable_table import show_usable
     from hfc_design.simulation.monte_carlo import check_draw
-    from hfc_design.simulation.usable import usable
+    from hfc_design.simulation.usable import SPREAD, usable
 
-    if spread is not None:
-        check_draw(spread, samples or 1, seed or 0)
+    own = SPREAD if spread is None else spread
+    check_draw(own, 1 if samples is None else samples, 0 if seed is None else seed)
     with busy("on machines that no search has seen"):
         found = usable(design, scenario, spread, samples, seed)
     if as_json:

@@ -1,5 +1,7 @@
 """What a script gives to the functions of the API: a mistake is a line, as one in a file is."""
 
+from math import isfinite
+from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,46 @@ def path_of(place: Any) -> Path:
     """A path that a script names; UserError: it is none."""
     wanted(place, (str, PathLike), "path of a file or folder")
     return Path(place)
+
+
+def whole(option: str, given: Any, low: int, high: int | None = None) -> None:
+    """Whether a whole number is given, from ``low`` to ``high``; UserError: it is none.
+
+    ``option`` is what a command line calls it, as in --samples, or --tolerance mass= in front of
+    one of several. True is no number.
+    """
+    if isinstance(given, bool) or not isinstance(given, Integral):
+        raise _refused(option, repr(given), "has to be a whole number")
+    if high is not None and not low <= int(given) <= high:
+        raise _refused(option, given, f"has to lie between {low} and {high}")
+    if int(given) < low:
+        raise _refused(option, given, f"has to be {low} or more")
+
+
+def number(option: str, given: Any) -> None:
+    """The same of a finite number."""
+    if isinstance(given, bool) or not isinstance(given, Real):
+        raise _refused(option, repr(given), "has to be a number")
+    if not isfinite(float(given)):
+        raise _refused(option, given, "has to be a finite number")
+
+
+def positive(option: str, given: Any) -> None:
+    """The same of a number greater than 0."""
+    number(option, given)
+    if given <= 0:
+        raise _refused(option, given, "has to be greater than 0")
+
+
+def share(option: str, given: Any) -> None:
+    """The same of a share between 0 and 1, neither of them."""
+    number(option, given)
+    if not 0 < given < 1:
+        raise _refused(option, given, "has to lie between 0 and 1, as in 0.2 for +-20 %")
+
+
+def _refused(option: str, given: Any, rule: str) -> UserError:
+    return UserError(f"{option}{'' if option.endswith('=') else ' '}{given}: {rule}")
 
 
 def a_kind(thing: Any) -> str:

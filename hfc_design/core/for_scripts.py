@@ -71,5 +71,7 @@ def _argument(found: re.Match[str]) -> str:
 
 def _told(value: str) -> str:
     """A value as Python has it; what stands for one, as NAME, stays."""
-    plain = re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?|[A-Z]+|['\"\[{(].*|nan|inf|-inf", value)
+    plain = re.fullmatch(
+        r"[-+]?[\d.]+(e[-+]?\d+)?|[-+]?inf|nan|True|False|None|[A-Z]+|['\"\[{(].*", value
+    )
     return value if plain else repr(value)

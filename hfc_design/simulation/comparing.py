@@ -17,7 +17,7 @@ from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_
 from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side, spread_told
 from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.machines import NONE
-from hfc_design.simulation.monte_carlo import MAX_SAMPLES, Robustness, robustness
+from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 
 #: What stands for all motions together.
 EVERY = "every motion"
@@ -41,13 +41,13 @@ def compare(
     the first design was made for. ``progress(what, done, total)`` hears of every chunk of machines.
 
     Raises:
-        UserError: there are not two designs, one stands there twice, or cannot run in a scenario.
+        UserError: there are not two designs, one stands there twice, or cannot run in a scenario;
+            or a number is not allowed.
     """
     named = labelled(designs)
     if len(named) < 2:
         raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
-    if not 1 <= machines <= MAX_SAMPLES:
-        raise UserError(f"--machines {machines}: has to lie between 1 and {MAX_SAMPLES}")
+    check_draw(spread, machines, seed, tolerances, "--machines")
     where: list[Scenario] = []
     asked: list[bool] = []  # of all machines
     notes: dict[str, list[str]] = {}  # of which designs each is

@@ -13,7 +13,7 @@ import jax
 import numpy as np
 
 from hfc_design.controllers.controller import Controller
-from hfc_design.core.arguments import wanted
+from hfc_design.core.arguments import number, wanted
 from hfc_design.core.numbers import Floats, Gains, Mask
 from hfc_design.core.records import UserError, checked
 from hfc_design.files.design import AnyDesign
@@ -42,8 +42,11 @@ class Judgements(NamedTuple):
         mean, that is -inf.
 
         Raises:
-            UserError: ``how`` is none of these.
+            UserError: ``how`` is none of these, or ``share`` is not between 0 and 1.
         """
+        number("share", share)
+        if not 0 <= share <= 1:
+            raise UserError(f"share = {share}: has to lie between 0 and 1")
         quantile = partial(np.quantile, q=share, method="lower")
         ways: dict[str, Any] = {"mean": np.mean, "quantile": quantile, "worst": np.min}
         if how not in ways:

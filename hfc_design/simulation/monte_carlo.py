@@ -2,13 +2,12 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
-from numbers import Integral, Real
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
-from hfc_design.core.arguments import wanted
+from hfc_design.core.arguments import share, wanted, whole
 from hfc_design.core.numbers import Floats, Json, Mask
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
@@ -132,7 +131,7 @@ def robustness(
     if scenario.motions:
         told = f"{scenario.name} has several motions: take usable(design, scenario), or one of them"
         raise UserError(f"{told}, scenario.motion({scenario.motions[0].name!r})")
-    check_draw(spread, samples, seed)
+    check_draw(spread, samples, seed, tolerances)
     drawing = {"--samples": memory.MACHINE * samples}
     memory.check(scenario.name, memory.of_motion(scenario) | drawing)
     machines, refused = drawn(machine(design, scenario), spread, samples, seed, tolerances)
@@ -198,17 +197,20 @@ def _own(evaluation: Evaluation) -> Evaluation:
     return evaluation._replace(axes=tuple(axes))
 
 
-def check_draw(spread: float, samples: int, seed: int) -> None:
-    """UserError: machines cannot be drawn like that."""
-    wanted(spread, Real, "spread, as in 0.2 for +-20 %")
-    for name, number in {"samples": samples, "seed": seed}.items():
-        wanted(number, Integral, f"number of {name}" if name == "samples" else name)
-    if not 0 < spread < 1:
-        raise UserError(f"--spread {spread}: has to lie between 0 and 1, as in 0.2 for +-20 %")
-    if not 1 <= samples <= MAX_SAMPLES:
-        raise UserError(f"--samples {samples}: has to lie between 1 and {MAX_SAMPLES}")
-    if seed < 0:
-        raise UserError(f"--seed {seed}: has to be 0 or more")
+def check_draw(
+    spread: float,
+    samples: int,
+    seed: int,
+    tolerances: Mapping[str, float] = NONE,
+    option: str = "--samples",
+) -> None:
+    """UserError: machines cannot be drawn like that; ``option`` says how many there are."""
+    share("--spread", spread)
+    wanted(tolerances, Mapping, "table of parameters and their tolerances")
+    for name, own in tolerances.items():
+        share(f"--tolerance {name}=", own)
+    whole(option, samples, 1, MAX_SAMPLES)
+    whole("--seed", seed, 0)
 
 
 def _check_steps(scenario: Scenario, machines: Machines) -> None:

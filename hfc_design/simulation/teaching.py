@@ -7,6 +7,7 @@ import numpy as np
 
 from hfc_design import __version__
 from hfc_design.controllers.neural.training import Lesson, Trained, begun, trained
+from hfc_design.core.arguments import wanted
 from hfc_design.core.dotted import Changes, set_keys
 from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError, checked
@@ -54,6 +55,7 @@ def taught(
     errors = np.stack([axis.told()["error"] for axis in evaluation.axes], axis=1)
     commands = np.stack([axis.motion.command for axis in evaluation.axes], axis=1)
     lesson = lesson or Lesson()
+    wanted(lesson, Lesson, "lesson; Lesson(hidden=25) is one")
     before = None if start is None else load_design(start).controller
     every = teacher.controller.sample_time_s
     first = begun(before, {"sample_time_s": every, **numbers}, lesson, errors, commands)

@@ -29,7 +29,7 @@ from hfc_design.simulation.gain_range import gain_range
 from hfc_design.simulation.in_use import Usable
 from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.measured_in_use import in_motion, loop_in_use, not_kept, units
-from hfc_design.simulation.monte_carlo import FEW
+from hfc_design.simulation.monte_carlo import FEW, check_draw
 from hfc_design.simulation.population import Machines
 from hfc_design.simulation.repeats import FACTORS, Repeats, averaged, louder
 from hfc_design.stability.margins import margins
@@ -54,7 +54,8 @@ def usable(
     ``spread``, ``machines`` and ``seed`` take the place of these.
 
     Raises:
-        UserError: the two do not fit, or the tolerances leave no possible machine.
+        UserError: the two do not fit, a number is not allowed, or the tolerances leave no possible
+            machine.
     """
     design = load_design(design)
     scenario = with_converter(load_scenario(scenario), design)
@@ -62,7 +63,9 @@ def usable(
     if spread is not None:  # whatever is known of single parameters
         robust = robust.model_copy(update={"spread": spread, "tolerances": {}})
     seed = scenario.run.seed + BEYOND if seed is None else seed
-    parts = (robust.spread, machines or robust.unseen, seed, robust.tolerances)
+    count = robust.unseen if machines is None else machines
+    check_draw(robust.spread, count, seed, option="--machines")
+    parts = (robust.spread, count, seed, robust.tolerances)
     key = "robust.spread" if spread is None else "--spread"
     some, _ = drawn(machine(design, scenario), *parts, key=key)
     motions = scenario.each_motion()

@@ -38,7 +38,7 @@ def test_cells_are_run_and_summed_up(tmp_path):
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5])
 def test_processes_that_cannot_be(tmp_path, workers):
-    with pytest.raises(hfc.UserError, match=rf"workers = {workers}: has to be a whole number, 1"):
+    with pytest.raises(hfc.UserError, match=rf"workers={workers}: has to be"):
         hfc.batch(written(tmp_path, GRID), tmp_path / "out", workers=workers)
     assert not (tmp_path / "out").exists()
 

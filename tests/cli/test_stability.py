@@ -49,9 +49,9 @@ def test_a_gain_divides_every_bound():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--gain", "-1"], "gain = -1.0: has to be a finite number greater than 0"),
-        (["--time-constant", "nan"], "time constant = nan"),
-        (["--sample-time", "0"], "sample time = 0.0"),
+        (["--gain", "-1"], "--gain -1.0: has to be greater than 0"),
+        (["--time-constant", "nan"], "--time-constant nan: has to be a finite number"),
+        (["--sample-time", "0"], "--sample-time 0.0: has to be greater than 0"),
         (["--sample-time", "9"], "sample time / time constant = 163.636"),
         (["--plot", "range.gif"], "range.gif: a plot has to end in .png, .svg or .pdf"),
     ],

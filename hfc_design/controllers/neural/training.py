@@ -8,6 +8,7 @@ import numpy as np
 from hfc_design.controllers.kind import ControllerRecord
 from hfc_design.controllers.neural.network import Weights, added, changes, passed
 from hfc_design.controllers.neural.record import FASTEST, INPUTS, MOST, NeuralDesign, drawn
+from hfc_design.core.arguments import positive, whole
 from hfc_design.core.numbers import SCALARS, Floats, Json, each
 from hfc_design.core.records import UserError, checked
 
@@ -47,13 +48,10 @@ def begun(
     if start is not None and not isinstance(start, NeuralDesign):
         raise UserError(f"--start: is of kind {start.kind}; has to be of kind neural")
     for key, low, high in (("hidden", 1, MOST), ("seed", 0, None), ("passes", 1, None)):
-        value = getattr(lesson, key)
-        if value < low or (high is not None and value > high):
-            allowed = f"{low} to {high}" if high else f"{low} or more"
-            raise UserError(f"--{key} {value}: has to be {allowed}")
-    if not 0.0 < lesson.rate <= FASTEST:
-        told = f"has to be a number more than 0, {FASTEST:g} at most"
-        raise UserError(f"--training-rate {lesson.rate:g}: {told}")
+        whole(f"--{key}", getattr(lesson, key), low, high)
+    positive("--training-rate", lesson.rate)
+    if lesson.rate > FASTEST:
+        raise UserError(f"--training-rate {lesson.rate:g}: has to be {FASTEST:g} at most")
     if start is not None:
         data = start.model_dump()
     else:

@@ -123,8 +123,8 @@ def test_one_that_diverges_is_counted_and_stops_safely():
     ("arguments", "told"),
     [
         (("--training-rate", "500"), "--training-rate 500: the network diverges; take a lower one"),
-        (("--training-rate", "0"), "--training-rate 0: has to be a number more than 0"),
-        (("--hidden", "101"), "--hidden 101: has to be 1 to 100"),
+        (("--training-rate", "0"), "--training-rate 0.0: has to be greater than 0"),
+        (("--hidden", "101"), "--hidden 101: has to lie between 1 and 100"),
         (("--passes", "0"), "--passes 0: has to be 1 or more"),
         (("--network", "slope=-1"), "--network: slope = -1: has to be greater than 0"),
         (("--network", "speed=1"), "--network: speed = 1: there is no such key"),
