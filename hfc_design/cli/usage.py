@@ -1,8 +1,9 @@
 """What is wrong with a command line, a line each, and what would be right."""
 
+import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -10,6 +11,8 @@ import click
 
 #: Where a context keeps what each parameter of the command was given, as it was typed.
 TYPED = "hfc.typed"
+#: What an option has beside its name that takes a key and its value.
+KEYED = re.compile(r"[A-Z]+=[A-Z]+")
 
 
 class Plain(click.Command):
@@ -63,7 +66,9 @@ def _tell(error: Exception) -> None:
 
 
 def check_once(command: click.Command, ctx: click.Context, arguments: list[str]) -> None:
-    """Whether no option of one value is given twice, of which only the last would count.
+    """Whether no option of one value is given twice, and no key of one of several.
+
+    Only the last would count.
 
     Raises:
         click.UsageError: one is, or the arguments cannot be read.
@@ -81,6 +86,16 @@ def check_once(command: click.Command, ctx: click.Context, arguments: list[str])
         if once and times > 1:
             told = f"{parameter.opts[0]} is given {times} times; once is allowed"
             raise click.UsageError(told, own)
+    for option in dict.fromkeys(order):
+        if option.multiple and KEYED.fullmatch(option.metavar or ""):
+            _check_keys(option.opts[0], typed[option.name])
+
+
+def _check_keys(option: str, changes: Iterable[str]) -> None:
+    """UsageError: of "key=value" an option gives a key twice."""
+    for key, times in Counter(text.partition("=")[0].strip() for text in changes).items():
+        if times > 1:
+            raise click.UsageError(f"{option} {key}: is given {times} times; once is allowed")
 
 
 def _line(error: click.UsageError) -> str:

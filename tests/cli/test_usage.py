@@ -73,6 +73,20 @@ def test_an_option_of_one_value_cannot_be_given_twice(command, option):
     assert line == f"{command}: {option} is given 2 times; once is allowed"
 
 
+@pytest.mark.parametrize(
+    ("command", "option", "values"),
+    [
+        (["score", "pd-only"], "--set", ["limits.command=6", "limits.command =60"]),
+        (["export", "pd-only"], "--change", ["plant.parameters.a=1", "plant.parameters.a=1"]),
+        (["compare", "a"], "--tolerance", ["mass=0.1", "mass=0.2"]),
+    ],
+)
+def test_a_key_of_an_option_cannot_be_given_twice(command, option, values):
+    told = [text for value in values for text in (option, value)]
+    key = values[0].partition("=")[0]
+    assert refused(*command, *told) == f"{option} {key}: is given 2 times; once is allowed"
+
+
 def test_options_of_several_values_and_flags_can():
     done = CliRunner().invoke(main, ["list", "formats", "--use", "a:B", "--use", "c:D"])
     assert "--use a:B" in done.stderr
