@@ -14,6 +14,7 @@ from jax import lax, tree
 from jax import numpy as jnp
 
 from plants.drive import Drive, Scalar, called, drive_fault, fed_back
+from plants.stepped import step_fault
 
 #: Name of the axis of a machine that has one.
 ONLY = "axis"
@@ -119,8 +120,9 @@ def coupled(plant: Drive | Machine, forces: Forces, name: str = "") -> Machine:
 def plant_fault(plant: Drive | Machine) -> str | None:
     """What keeps a plant from working, in a line; None if nothing that is seen at once."""
     machine = machine_of(plant)
-    if fault := next(filter(None, map(drive_fault, machine.drives)), None):
-        return fault
+    for fault_of in (drive_fault, step_fault):
+        if fault := next(filter(None, map(fault_of, machine.drives)), None):
+            return fault
     if not machine.axes or len(machine.axes) != len(machine.drives):
         return "needs a drive for each of its axes"
     if machine.forces is None:

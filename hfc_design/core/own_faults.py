@@ -3,6 +3,7 @@
 Never imports JAX: its errors are known by their names.
 """
 
+import re
 import sys
 from pathlib import Path
 from traceback import walk_tb
@@ -22,6 +23,12 @@ INSTEAD = {
 }
 _WHY = "what the simulator hands over are arrays of JAX that have no value yet"
 
+#: Of a carry that does not stay what it was: what it is, and what it becomes.
+_CARRIED = re.compile(
+    r"input carry .+? (?:is a|has type) (.+?) but the corresponding .+? "
+    r"(?:is a|has type) (.+?), so "
+)
+
 
 def raised(error: Exception) -> str:
     """Kind, place in the user's file and first line of an error; of a record's all lines.
@@ -34,8 +41,24 @@ def raised(error: Exception) -> str:
             return f"{place and f'in {place}: '}{INSTEAD[one.__name__]}; {_WHY} ({kind})"
     if isinstance(error, ValidationError):
         return f"{kind}: {error}"
-    told = str(error).partition("\n")[0]
+    told = _carried(str(error)) or str(error).partition("\n")[0]
     return f"{kind}: {told}{place and f' ({place})'}"
+
+
+def _carried(told: str) -> str:
+    """What JAX says in paragraphs of a value that each sample hands to the next; "" of others."""
+    found = _CARRIED.search(told)
+    if not found:
+        return ""
+    before, after = map(_in_a_word, found.groups())
+    head = "what one sample hands to the next has to stay of one kind, each number a float"
+    return f"{head}: {before} became {after}"
+
+
+def _in_a_word(kind: str) -> str:
+    """State of <class 'mine.State'>, int64 of int64[64]; of what JAX traces a number."""
+    name = kind.partition("[")[0].removeprefix("<class '").removesuffix("'>").rpartition(".")[2]
+    return "number" if name == "ShapedArray" else name
 
 
 def _place(error: Exception) -> str:

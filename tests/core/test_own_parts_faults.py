@@ -50,6 +50,24 @@ def test_what_a_drive_names_exists(sledge):
     api.register(replace(sledge, exact={"mass"}))
 
 
+def test_a_step_gives_back_the_record_that_it_was_given(sledge):
+    state = type(sledge.initial_state(0.0))
+
+    def why(after):
+        line = why_not(replace(sledge, step=lambda c, x, force, loads, dt: after(x)))
+        head = "plant 'sledge': step has to return the record State with place, speed, each a float"
+        assert line.startswith(f"{head}: ")
+        return line.removeprefix(f"{head}: ")
+
+    assert why(lambda x: x._asdict()) == "it returns a dict"
+    assert why(lambda x: None) == "it returns None"
+    assert why(lambda x: x._replace(speed=1)).startswith("speed is int")
+    assert why(lambda x: state((x.place,), x.speed > 0.0)) == "place is a tuple, speed is bool"
+    api.register(
+        replace(sledge, step=lambda c, x, force, loads, dt: 1 / 0)
+    )  # simulated, it is told
+
+
 def test_what_its_functions_raise_names_them(sledge):
     line = why_not(replace(sledge, signals=lambda p: {}))
     assert line.startswith("plant 'sledge': signals: TypeError: ")

@@ -99,12 +99,12 @@ def line_of(text):
             ["--plant", "mine:WAVING"],
             [f"in mine.py, line {line_of('math.sin')}, waving", "jnp.sin for math.sin"],
         ),
-        (["--plant", "mine:SHRINKING"], ["plant 'sledge' cannot", "TypeError"]),
+        (["--plant", "mine:SHRINKING"], ["step has to return the record State"]),
         (
             ["--controller", "mine:BLIND"],
             ["controller 'only-p': its law reads 'mood'", "no signal"],
         ),
-        (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "TypeError"]),
+        (["--fitness", "mine:GROWING"], ["fitness 'last-error' cannot", "number became tuple"]),
     ],
 )
 def test_own_code_that_cannot_be_simulated_is_named(own, options, words):
