@@ -11,6 +11,7 @@ from hfc_design.batch.runs import Run
 from hfc_design.core.numbers import Floats
 from hfc_design.core.shown import line
 from hfc_design.files.cells import LABEL, SEED
+from hfc_design.runs.champion import LEAST_VIOLATED
 
 #: What is compared: the merit, or the fitness where runs of a task were not all judged alike.
 MERIT, FITNESS = "merit", "fitness"
@@ -45,12 +46,17 @@ class Group(NamedTuple):
         """Median of the final score."""
         return self.quartiles[1]
 
+    @property
+    def broken(self) -> int:
+        """How many finished runs found no design that keeps every constraint."""
+        return sum(bool(run.score.get(LEAST_VIOLATED)) for run in self.finished)
+
     def metrics(self) -> dict[str, Quartiles]:
         """Quartiles of each metric over the finished runs that have it."""
         values: dict[str, list[float]] = defaultdict(list)
         for run in self.finished:
             for key, value in run.score.items():
-                if value is not None:
+                if value is not None and key != LEAST_VIOLATED:
                     values[key].append(value)
         return {key: quartiles(np.array(found)) for key, found in values.items()}
 

@@ -17,7 +17,7 @@ from hfc_design.batch.outcome import text
 from hfc_design.batch.plan import OWN_KEYS
 from hfc_design.batch.published import Reproduced, figure_row, ratios
 from hfc_design.batch.runs import Run, listed
-from hfc_design.batch.sentences import key_of, sentence
+from hfc_design.batch.sentences import broken, key_of, sentence
 from hfc_design.batch.summary import Findings
 from hfc_design.files.cells import LABEL, SEED
 from hfc_design.pictures.numbers import score
@@ -82,6 +82,7 @@ def page(
         winner_head=structure_tables.HEAD,
         winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
         winners=len(winners),
+        broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,
         comparison_rows=[_comparison_row(x) for x in comparisons[:COMPARISONS] if not too_few],
         comparisons=len(comparisons),
@@ -114,7 +115,7 @@ def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) ->
         outcomes = batch_plots.outcomes(scores, groups[0].key)
     return {
         "name": groups[0].task,
-        "sentence": sentence(groups, comparisons),
+        "sentence": f"{sentence(groups, comparisons)} {broken(groups)}".rstrip(),
         "measure": groups[0].measure,
         "groups": len(groups),
         "drawn": len(drawn),

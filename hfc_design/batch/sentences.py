@@ -62,6 +62,22 @@ def _alone(groups: Sequence[Group]) -> str:
     return ", which may be chance: a group needs several seeds" if chance else ""
 
 
+def broken(groups: Sequence[Group]) -> str:
+    """Which groups have runs that end with a design which breaks constraints; "" without any."""
+    of_each = [
+        f"{group.broken} of {len(group.finished)} runs of group {group.number}"
+        for group in groups
+        if group.broken
+    ]
+    if not of_each:
+        return ""
+    others = f" and runs of {len(of_each) - NAMED} more groups" if len(of_each) > NAMED else ""
+    return (
+        f"{', '.join(of_each[:NAMED])}{others} break constraints: no design that was tried there "
+        "keeps every one, and the one that breaks them least counts."
+    )
+
+
 def key_of(groups: Sequence[Group]) -> str:
     """What the numbers of groups mean, for a caption that stands alone."""
     tasks = {group.task for group in groups}

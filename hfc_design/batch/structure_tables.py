@@ -53,6 +53,8 @@ def tell(found: Sequence[Winner]) -> None:
     for inside in shown:
         group = inside[0].group
         label = f"structures that won in {group.task}, group {group.label}"
+        if group.broken:
+            label += f"; {group.broken} of {len(group.finished)} runs break constraints"
         table = plain_table(title=Text(harmless(label)), title_style="")
         places = [k for k, name in enumerate(HEAD) if name != GROUP]
         for k in places:

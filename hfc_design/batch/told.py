@@ -7,7 +7,7 @@ from rich.text import Text
 from hfc_design.batch import structure_tables
 from hfc_design.batch.groups import Group
 from hfc_design.batch.page import group_row
-from hfc_design.batch.sentences import sentence
+from hfc_design.batch.sentences import broken, sentence
 from hfc_design.batch.summary import Findings
 from hfc_design.core.console import plain_table, show_whole, terminal
 from hfc_design.core.records import harmless
@@ -25,6 +25,8 @@ def tell(page: Path, found: Findings | None) -> None:
             groups = [group for group in found.groups if group.task == task]
             _show(groups)
             terminal().print(Text(harmless(sentence(groups, found.comparisons))))
+            if failed := broken(groups):
+                terminal().print(Text(harmless(failed)))
             terminal().print()
         if len(tasks) > TASKS:
             terminal().print(f"{len(tasks) - TASKS} more tasks are in groups.csv\n")

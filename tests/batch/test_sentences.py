@@ -5,7 +5,7 @@ import re
 
 import scipy.stats
 import tex
-from run_folders import PRESETS, batch_folder, hfc
+from run_folders import PRESETS, batch_folder, hfc, table
 
 from hfc_design.batch.comparisons import compared
 from hfc_design.batch.groups import grouped
@@ -89,3 +89,24 @@ def test_what_is_found_prints_itself_in_a_line(tmp_path):
     p = scipy.stats.mannwhitneyu(PRESETS[0][1], PRESETS[2][1]).pvalue
     start = "Comparison(first='1: preset race', second='2: preset third', a12=1, "
     assert repr(first).startswith(f"{start}p={p:.4g}, holm=")
+
+
+def test_runs_that_break_constraints_are_counted(tmp_path):
+    """Of the first group three of four; page and terminal say it, of a sound batch nothing."""
+    groups = [({"search.preset": "a"}, [7.0, 8.0, 9.0, 10.0]), ({"search.preset": "b"}, [1.0])]
+    names = batch_folder(tmp_path / "broken", groups)
+    for name in names[1:4]:
+        path = tmp_path / "broken" / name / "design.json"
+        design = json.loads(path.read_text())
+        design["score"]["least_violated"] = True
+        path.write_text(json.dumps(design))
+    told = "3 of 4 runs of group 1 break constraints: no design that was tried there"
+    done = hfc("report", tmp_path / "broken")
+    assert told in " ".join(done.stdout.split())
+    assert "of group 2 break" not in done.stdout
+    page = (tmp_path / "broken" / "report.html").read_text()
+    assert told in page
+    assert "least_violated" not in page  # which is no metric
+    assert {row["least_violated"] for row in table(tmp_path / "broken" / "runs.csv")} == {"", "1.0"}
+    batch_folder(tmp_path / "sound", groups)
+    assert "constraints" not in hfc("report", tmp_path / "sound").stdout

@@ -84,6 +84,18 @@ def test_terminal_and_page_have_them(counted):
     assert f'<th scope="row">{TWO}</th>' in page
 
 
+def test_structures_of_broken_runs_are_said_to_be_so(tmp_path):
+    batch_of(tmp_path, ({"scenario": "a"}, [(3.0, ONE), (9.0, TWO)]))
+    path = tmp_path / f"{1:016x}" / "design.json"
+    data = json.loads(path.read_text())
+    data["score"]["least_violated"] = True
+    path.write_text(json.dumps(data))
+    told = " ".join(hfc("report", tmp_path).stdout.split())
+    assert "structures that won in a, group 1; 1 of 2 runs break constraints" in told
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("1 of 2 runs of group 1 break constraints") == 2  # its task, its structures
+
+
 def test_a_terminal_is_told_no_control_characters(tmp_path):
     batch_of(tmp_path, ({"scenario": "a\x1b[2J", "search.preset": "b\x07"}, [(1.0, ONE)]))
     done = hfc("report", tmp_path)
