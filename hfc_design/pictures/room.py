@@ -78,9 +78,10 @@ def thin(axes: Axes) -> None:
 def _touching(axes: Axes, renderer: Any) -> bool:
     """Whether numbers below the axes are closer than ``APART``."""
     low, high = sorted(axes.get_xlim())
-    seen = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
-    shown = [label for x, label in seen if low <= x <= high and label.get_visible()]
-    boxes = [label.get_window_extent(renderer) for label in shown if label.get_text()]
+    shown = [
+        x for x in axes.get_xticklabels() if x.get_text() and low <= x.get_position()[0] <= high
+    ]
+    boxes = [label.get_window_extent(renderer) for label in shown]
     ends = sorted((box.x0, box.x1) for box in boxes)
     return any(b - a < APART for (_, a), (b, _) in pairwise(ends))
 
