@@ -97,8 +97,8 @@ def test_captions_say_what_the_fitness_of_all_is(tmp_path):
     for name in names:
         (tmp_path / name / "config.toml").write_text(FITNESS)
     assert hfc("report", tmp_path, "--latex").exit_code == 0
-    for table in ("groups", "comparisons", "metrics"):
-        text = (tmp_path / "latex" / f"{table}.tex").read_text()
+    for name in ("groups", "comparisons", "metrics"):
+        text = (tmp_path / "latex" / f"{name}.tex").read_text()
         assert told in tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1])
     for name in names[-3:]:  # of the other task
         (tmp_path / name / "config.toml").write_text(FITNESS.replace("0.3", "0.2"))
