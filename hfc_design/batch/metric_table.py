@@ -1,16 +1,18 @@
 """The table of the metrics of a batch: a row each, a column for each group."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from hfc_design.batch.groups import MERIT, Group
+from hfc_design.batch.groups import FITNESS, MERIT, Group
 from hfc_design.core.plugins import uses
 from hfc_design.core.records import UserError, in_a_line
+from hfc_design.files.scenario import Scenario
 from hfc_design.pictures.numbers import digits, metric, score
 from hfc_design.pictures.section import Rows
 from hfc_design.report.comparison.tables import NONE, best, titled
+from hfc_design.report.verdict import fitness_told
 from hfc_design.runs.run import DESIGN, opened_run, provenance
 from hfc_design.simulation.comparison import SCORES
 from hfc_design.simulation.evaluating import meanings
@@ -28,6 +30,7 @@ class Metrics(NamedTuple):
     rows: Rows
     best: list[list[int]]  # places of the best in each row
     meanings: list[tuple[str, str]]  # names, and meanings with their units
+    fitness: str  # what it is, a sentence; "" if nothing is to be said
     caption: str = CAPTION
 
 
@@ -36,7 +39,9 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
     found = [group.metrics() for group in groups]
     shown = {group.key for group in groups}  # of which the page has a table already
     keys = dict.fromkeys(key for item in found for key in item if {key} != shown)
-    told = _meanings(path, groups, list(keys))
+    scenarios = _scenarios(path, groups, list(keys))
+    known = {key: text for one in scenarios.values() for key, text in meanings(one).items()}
+    told = {key: known.get(key, key if key in SCORES else "") for key in keys}
     rows, places = [], []
     for key in keys:
         values = [item[key][1] if key in item else None for item in found]
@@ -45,8 +50,9 @@ def metrics(path: Path, groups: Sequence[Group]) -> Metrics:
         cells = [NONE if x is None else write(factor * x) for x in values]
         rows.append([name, *cells])
         places.append(_best(groups, key, values))
-    known = [(metric(key, text)[0], text) for key, text in told.items() if "[" in text]
-    return Metrics(["metric", *(str(group.number) for group in groups)], rows, places, known)
+    meant = [(metric(key, text)[0], text) for key, text in told.items() if "[" in text]
+    head = ["metric", *(str(group.number) for group in groups)]
+    return Metrics(head, rows, places, meant, _fitness(groups, scenarios))
 
 
 def _best(groups: Sequence[Group], key: str, values: Sequence[float | None]) -> list[int]:
@@ -63,17 +69,24 @@ def _best(groups: Sequence[Group], key: str, values: Sequence[float | None]) -> 
     return found
 
 
-def _meanings(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, str]:
-    """Of each metric what it is, with its unit, as far as a run still says; else its own name."""
-    known: dict[str, str] = {}
+def _scenarios(path: Path, groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Scenario]:
+    """By the tasks, as far as a run still says; where ``keys`` stay without units it is told."""
+    found: dict[str, Scenario] = {}
     for group in {group.task: group for group in groups if group.finished}.values():
-        if not known.keys() >= {*keys}:
-            place = path / group.finished[0].path
-            try:
-                known |= meanings(opened_run(place))
-            except (UserError, ValueError) as error:
+        place = path / group.finished[0].path
+        try:
+            found[group.task] = opened_run(place)
+        except (UserError, ValueError) as error:
+            if not {key for one in found.values() for key in meanings(one)} >= {*keys}:
                 needed = uses(provenance(place / DESIGN).get("plugins"), known=False)
                 told = f"give{needed}" if needed else in_a_line(str(error))
                 head = f"hfc: warning: the metrics of {group.task} stand there without units"
                 print(in_a_line(f"{head}: {told}"), file=sys.stderr)
-    return {key: known.get(key, key if key in SCORES else "") for key in keys}
+    return found
+
+
+def _fitness(groups: Sequence[Group], scenarios: Mapping[str, Scenario]) -> str:
+    """What the fitness is that groups are compared by; "" if not the same for all, or unknown."""
+    tasks = {group.task for group in groups if group.finished and group.key == FITNESS}
+    told = {fitness_told(scenarios[task]) if task in scenarios else "" for task in tasks}
+    return f"{told.pop()}." if len(told) == 1 and told != {""} else ""

@@ -78,7 +78,7 @@ def page(
         metrics=measured,
         meant=measured.meanings,
         measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
-        key=key_of(groups[:GROUPS]),
+        key=" ".join(filter(None, [key_of(groups[:GROUPS]), measured.fitness])),
         winner_head=structure_tables.HEAD,
         winner_rows=[structure_tables.row(one) for one in winners[:GROUPS]],
         winners=len(winners),

@@ -79,7 +79,11 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
         costs = [weight / whole / size * one.value(own) for (one, size, weight), own in each]
         return 1.0 / reduce(jnp.add, costs)
 
-    names = ", ".join(f"{one.name} / {size:g}" for one, size, _ in weighed)
+    alike = len({weight for *_, weight in weighed}) == 1
+    names = ", ".join(
+        f"{one.name} / {size:g} [{one.unit}]" + ("" if alike else f" (weight {weight:g})")
+        for one, size, weight in weighed
+    )
     return Objective(
         initial=lambda zero: tuple(one.initial(zero) for one in measures),
         update=update,

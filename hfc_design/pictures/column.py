@@ -16,7 +16,7 @@ from matplotlib.offsetbox import PackerBase
 from matplotlib.patches import Patch
 from matplotlib.text import Annotation, Text
 
-from hfc_design.pictures.room import apart, fit, lower
+from hfc_design.pictures.room import apart, fit, lower, thin
 
 #: What letters, lines and margins of a page become.
 SMALLER = 0.8
@@ -48,6 +48,7 @@ def in_column(figure: Figure, width: float) -> None:
     lower(figure, width / (SMALLER * before))
     for axes in figure.axes:
         apart(axes)
+        thin(axes)
     for legend in [*figure.legends]:
         fit(figure, legend)
 

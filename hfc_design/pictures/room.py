@@ -1,4 +1,4 @@
-"""Room in a figure that has become narrow: for its legend, for texts side by side."""
+"""Room in a figure that has become narrow: for its legend, for texts and numbers side by side."""
 
 from itertools import pairwise
 from typing import Any, cast
@@ -8,12 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
+from matplotlib.ticker import MaxNLocator
 
 #: Of texts side by side that would touch, as numbers in cells: the least size [pt],
 #: and the share of their place that they then have.
 CELL, FILLED = 5.0, 0.85
-#: Between a legend and what is below it, in dots of 1/100 in.
-ROOM = 3.0
+#: Between a legend and what is below it, and between numbers of an axis, in dots of 1/100 in.
+ROOM, APART = 3.0, 5.0
 
 
 def lower(figure: Figure, share: float) -> None:
@@ -59,6 +60,30 @@ def apart(axes: Axes) -> None:
             shares.append(FILLED * 2 * place / (a.width + b.width))
     for text in texts if min(shares) < FILLED else ():
         text.set_fontsize(max(min(shares) * float(text.get_fontsize()), CELL))
+
+
+def thin(axes: Axes) -> None:
+    """Fewer numbers below the axes where they would touch, unless a figure has chosen each."""
+    locator = axes.xaxis.get_major_locator()
+    if not isinstance(locator, MaxNLocator):
+        return
+    figure = cast(Figure, axes.get_figure())
+    renderer: Any = FigureCanvasAgg(figure).get_renderer()
+    for count in range(len(axes.get_xticks()) - 1, 0, -1):
+        if not _touching(axes, renderer):
+            return
+        locator.set_params(nbins=count)
+
+
+def _touching(axes: Axes, renderer: Any) -> bool:
+    """Whether numbers below the axes are closer than ``APART``."""
+    low, high = sorted(axes.get_xlim())
+    shown = [
+        x for x in axes.get_xticklabels() if x.get_text() and low <= x.get_position()[0] <= high
+    ]
+    boxes = [label.get_window_extent(renderer) for label in shown]
+    ends = sorted((box.x0, box.x1) for box in boxes)
+    return any(b - a < APART for (_, a), (b, _) in pairwise(ends))
 
 
 def fit(figure: Figure, legend: Legend) -> None:

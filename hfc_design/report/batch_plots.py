@@ -2,8 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from math import ceil
+from textwrap import fill
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
@@ -19,12 +22,14 @@ from hfc_design.pictures.figure import (
     logarithmic,
     plain,
 )
+from hfc_design.report.comparison.tables import titled
 from hfc_design.report.searches import COLOURS, LINE, colour, list_above
 from hfc_design.simulation.monte_carlo import QUANTILES, Robustness
 
 #: Width of a picture with long labels [in].
 WIDE = 8.4
-COLUMNS, PANEL = 2, 1.45  # panels of distributions side by side; height of each [in]
+COLUMNS, PANEL = 2, 1.2  # panels of distributions side by side; height of each [in]
+TITLE = 30  # letters of a line above such a panel
 #: Ratios of less than this, either way, count as close.
 CLOSE = 1.1
 
@@ -99,36 +104,42 @@ def distributions(found: Robustness, title: str) -> Figure:
     """
     drawn = [key for key in found.values if np.unique(found.spread_of(key)).size > 1]
     rows = max(-(-len(drawn) // COLUMNS), 1)
-    height = PANEL * rows + 1.35
-    figure = framed(height, top=0.75, left=0.65, right=0.2, bottom=0.6)
+    share = f"{100 * found.stable.mean():.4g} % stable"
+    machines = f"{len(found.stable)} machines, parameters ±{100 * found.spread:g} %, {share}"
+    heading = [*filter(None, [title]), machines]
+    top = 0.35 + 0.2 * len(heading)
+    height = PANEL * rows + top + 0.35
+    figure = framed(height, top=top, left=0.65, right=0.2, bottom=0.6)
     panels = figure.subplots(
-        rows, COLUMNS, sharey=True, squeeze=False, gridspec_kw={"hspace": 0.75, "wspace": 0.12}
+        rows, COLUMNS, sharey=True, squeeze=False, gridspec_kw={"hspace": 0.8, "wspace": 0.12}
     )
     for axes, key in zip(panels.flat, drawn, strict=False):
-        values = drawable(found.spread_of(key))
-        only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
-        low, *_, high = np.quantile(values, QUANTILES)
-        axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
-        axes.ecdf(values, color=OWN, lw=1.6, label="machines")
-        if np.isfinite(nominal := found.nominal[key]):
-            axes.axvline(nominal, color=OTHER, lw=1.2, ls="--", label="nominal")
-        gridded(axes)
-        axes.set_title(key + only, fontsize=9)
-        axes.tick_params(labelsize=8)
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
-        axes.set_yticks([0.0, 0.5, 1.0])
+        _machines(axes, found, key)
     for axes in panels.flat[len(drawn) :]:
         axes.set_visible(False)
     for axes in panels[:, 0]:
         axes.set_ylabel("share [1]")
-    share = 100 * found.stable.mean()
-    figure.suptitle(
-        f"{title}\n{len(found.stable)} machines, parameters ±{100 * found.spread:g} %, "
-        f"{share:.4g} % stable",
-        fontsize=11,
-        y=1 - 0.08 / height,
-    )
+    figure.suptitle("\n".join(heading), fontsize=11, y=1 - 0.08 / height)
     if drawn:
         handles = panels.flat[0].get_legend_handles_labels()
         figure.legend(*handles, fontsize=9, frameon=False, ncols=3, loc="lower center")
     return figure
+
+
+def _machines(axes: Axes, found: Robustness, key: str) -> None:
+    """A metric of the stable machines, called as in tables."""
+    values = found.spread_of(key)
+    called, factor = titled(key, found.meanings[key], np.quantile(values, QUANTILES).tolist())
+    only = "" if len(values) == found.stable.sum() else f", {len(values)} machines"
+    values = drawable(factor * values)
+    low, *_, high = np.quantile(values, QUANTILES)
+    axes.axvspan(low, high, color=OWN, alpha=0.12, lw=0, label="5 % to 95 %")
+    axes.ecdf(values, color=OWN, lw=1.6, label="machines")
+    if np.isfinite(nominal := found.nominal[key]):
+        told: Any = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
+        axes.axvline(float(drawable(factor * nominal)), **told)
+    gridded(axes)
+    axes.set_title(fill(plain(called) + only, TITLE), fontsize=9, parse_math=False)
+    axes.tick_params(labelsize=8)
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
+    axes.set_yticks([0.0, 0.5, 1.0])

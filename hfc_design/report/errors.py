@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from itertools import chain, cycle
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,6 +22,7 @@ from hfc_design.pictures.figure import (
     plain,
 )
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
+from hfc_design.report.searches import COLOURS, stroke
 from hfc_design.simulation.evaluation import Evaluation
 
 Evaluations = Mapping[str, Evaluation]
@@ -30,13 +30,7 @@ Evaluations = Mapping[str, Evaluation]
 HIGHEST = 3
 #: Behind the name of a design.
 DIVERGED = " (diverged)"
-RIVALS: tuple[dict[str, Any], ...] = tuple(
-    {"color": color, "lw": 1.2, "ls": style}
-    for color, style in (
-        *(("#D55E00", "-"), ("#009E73", "--"), ("#CC79A7", "-."), ("#E69F00", ":")),
-        *(("#56B4E9", "-"), ("#000000", "--")),
-    )
-)
+RIVALS = tuple(map(stroke, range(1, len(COLOURS))))
 
 
 def motion_errors(evaluations: Evaluations) -> Figure:

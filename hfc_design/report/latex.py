@@ -38,7 +38,8 @@ def table(name: str, listing: Listing, of: str = "", label: str = "") -> str:
     """
     numeric = [all(map(NUMERIC.match, column)) for column in zip(*listing.rows, strict=True)]
     numeric = [False, *numeric[1:]] if numeric else [False] * len(listing.head)
-    written = [_number if digits else _words for digits in numeric]
+    told_in = [_unit if cell == "unit" else _words for cell in listing.head]
+    written = [_number if digits else words for digits, words in zip(numeric, told_in, strict=True)]
     rows = [[write(x) for write, x in zip(written, row, strict=True)] for row in listing.rows]
     for row, best in zip(rows, listing.best, strict=False):
         for k in best:
@@ -95,8 +96,16 @@ def _row(cells: Sequence[str]) -> str:
 
 def _words(cell: str) -> str:
     """Words, behind which a unit in brackets has its powers above the line."""
-    powers = {"2": "²", "3": "³"}
-    return escaped(UNIT.sub(lambda unit: POWER.sub(lambda x: powers[x[0]], unit[0]), cell))
+    return escaped(UNIT.sub(lambda unit: _powers(unit[0]), cell))
+
+
+def _unit(cell: str) -> str:
+    """A unit in a column of its own."""
+    return escaped(_powers(cell))
+
+
+def _powers(unit: str) -> str:
+    return POWER.sub(lambda x: {"2": "²", "3": "³"}[x[0]], unit)
 
 
 def _number(cell: str) -> str:

@@ -14,7 +14,7 @@ from hfc_design.pictures.curves import thinned
 from hfc_design.pictures.figure import above, finish, framed, plain
 from hfc_design.report.drawn import drawn_samples, error_unit, path_errors
 from hfc_design.report.plots import SMALL, curves, skipped
-from hfc_design.report.searches import STYLES, colour
+from hfc_design.report.searches import stroke
 from hfc_design.simulation.evaluation import Evaluation
 
 Evaluations = Mapping[str, Evaluation]
@@ -90,9 +90,7 @@ def _draw(axes: Axes, evaluations: Evaluations, panel: Panel) -> None:
     time = next(iter(evaluations.values())).time
     for k, ((name, one), values) in enumerate(zip(evaluations.items(), panel.values, strict=True)):
         label = plain(f"{name} (diverged)" if one.diverged else name)
-        # The first lies below the others, and is broader; these have gaps that it is seen through.
-        (line,) = axes.plot(*thinned(time[: len(values)], values), label=label, color=colour(k))
-        line.set(lw=1.2 if k else 1.9, ls=STYLES[k % len(STYLES)])
+        axes.plot(*thinned(time[: len(values)], values), label=label, **stroke(k))
     if panel.reference is not None:
         axes.plot(*thinned(time, panel.reference), color="black", lw=0.8, ls=":", label="reference")
     pairs = zip(evaluations.values(), panel.values, strict=True)

@@ -163,7 +163,7 @@ def _rendered(
         scores=[row for key, row in scores.items() if key in first],
         others=[row for key, row in scores.items() if key not in first],
         meant=[(metric(key, text)[0], text) for key, text in meanings(scenario).items()],
-        measure=measure(scenario.judge()),
+        measure=measure(scenario),
         contour=own.contour is not None and not own.contour.any_axes,
         used=whether_used(used),
         everything=everything(scenario),

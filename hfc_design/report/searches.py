@@ -119,3 +119,11 @@ def _band(runs: Sequence[Floats]) -> tuple[NDArray[np.intp], Floats, Floats, Flo
 def colour(k: int) -> str:
     """Of the curve of a number, from 0."""
     return COLOURS[k % len(COLOURS)]
+
+
+def stroke(k: int) -> dict[str, Any]:
+    """Colour, width and dashes of the curve of a number among others, told apart in grey too.
+
+    The first is to lie below the others, and is broader; these have gaps that it is seen through.
+    """
+    return {"color": colour(k), "lw": 1.2 if k else 1.9, "ls": STYLES[k % len(STYLES)]}

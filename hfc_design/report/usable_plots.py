@@ -19,8 +19,12 @@ def distributions(found: Usable, title: str) -> Figure:
     Machines that do not keep everything are among them. The nominal one is a dashed line.
     """
     rows, columns = len(found.motions), len(found.units)
-    height = 1.15 * rows + 1.6
-    figure = framed(height, top=0.95, left=0.6, right=0.15, bottom=0.65)
+    share = f"{100 * found.good.mean():.4g} % keep everything"
+    machines = f"{len(found.good)} machines within ±{100 * found.spread:g} %: {share}"
+    heading = [*filter(None, [title]), machines, "share of them up to a value"]
+    top = 0.5 + 0.18 * len(heading)
+    height = 1.15 * rows + top + 0.65
+    figure = framed(height, top=top, left=0.8, right=0.15, bottom=0.65)
     shape = {"hspace": 0.75, "wspace": 0.15}
     grid = figure.subplots(rows, columns, sharey=True, squeeze=False, gridspec_kw=shape)
     for row, motion in zip(grid, found.motions, strict=True):
@@ -31,26 +35,22 @@ def distributions(found: Usable, title: str) -> Figure:
             if len(values):
                 axes.ecdf(drawable(factor * values), color=OWN, lw=1.6, label="machines")
             if np.isfinite(nominal := motion.nominal[name]):
-                told = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
-                axes.axvline(float(drawable(factor * nominal)), **told)
+                style = {"color": OTHER, "lw": 1.2, "ls": "--", "label": "nominal"}
+                axes.axvline(float(drawable(factor * nominal)), **style)
                 most = max(most, nominal)
             gridded(axes)
             axes.set_xlim(0.0, float(drawable(1.05 * factor * most)) or 1.0)
             axes.xaxis.set_major_locator(MaxNLocator(nbins=4))
             axes.set_yticks([0.0, 0.5, 1.0])
             axes.tick_params(labelsize=7)
-            called = TITLES.get(name, name.replace("_", " "))
-            axes.set_title(f"{called} [{unit}]", fontsize=8, loc="right")
+            axes.set_title(f"[{unit}]", fontsize=8, loc="right")
         row[0].set_ylabel(
             f"{plain(motion.name, 12)}\n{100 * motion.good.mean():.3g} % keep all", fontsize=8
         )
-    share = 100 * found.good.mean()
-    figure.suptitle(
-        f"{title}\n{len(found.good)} machines within ±{100 * found.spread:g} %: "
-        f"{share:.4g} % keep everything\nshare of them up to a value",
-        fontsize=10,
-        y=1 - 0.08 / height,
-    )
+    for axes, name in zip(grid[0], found.units, strict=True):
+        called = TITLES.get(name, name.replace("_", " "))
+        axes.set_title(f"{called}\n{axes.get_title('right')}", fontsize=8, loc="right")
+    figure.suptitle("\n".join(heading), fontsize=10, y=1 - 0.08 / height)
     handles = grid[0, 0].get_legend_handles_labels()
     figure.legend(*handles, fontsize=9, frameon=False, ncols=2, loc="lower center")
     return figure

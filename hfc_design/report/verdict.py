@@ -1,17 +1,19 @@
 """What a design achieves beside the published ones, in a sentence."""
 
+import re
 from typing import NamedTuple
 
 import numpy as np
 
 from hfc_design.files.scenario import Scenario
-from hfc_design.objectives.judge import Judge
 from hfc_design.pictures.numbers import score
 from hfc_design.report.comparison.tables import short
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.repeats import range_told
 
 Evaluations = dict[str, Evaluation]  # by the names of the designs
+#: What a meaning has between brackets: a signal of the machine, or a unit.
+SIGNAL = re.compile(r"(?<=\[)\w+(?=\])")
 
 
 class Baseline(NamedTuple):
@@ -105,8 +107,15 @@ def _rms(found: Evaluation) -> float:
     return np.inf if value is None else value  # too large for its square
 
 
-def measure(judge: Judge) -> str:
+def measure(scenario: Scenario) -> str:
     """What the fitness is, and what designs are ranked by."""
-    fitness = judge.objectives[0]
-    told = f"The fitness is {fitness.meaning or f'{fitness.name}, an own one'}"
-    return told + (f"; designs are ranked by {judge.title}" if "merit" in judge.titles else "")
+    judge = scenario.judge()
+    tail = f"; designs are ranked by {judge.title}" if "merit" in judge.titles else ""
+    return fitness_told(scenario) + tail
+
+
+def fitness_told(scenario: Scenario) -> str:
+    """What the fitness is, with the units of the machine."""
+    fitness, units = scenario.judge().objectives[0], scenario.units.signals
+    meaning = fitness.meaning or f"{fitness.name}, an own one"
+    return f"The fitness is {SIGNAL.sub(lambda x: units.get(x[0], x[0]), meaning)}"

@@ -15,7 +15,6 @@ from hfc_design.files.pairing import own_scenario
 from hfc_design.files.scenario import Scenario
 from hfc_design.files.together import AnyDesigns, differences, labelled, on_one_machine, own_machine
 from hfc_design.simulation.comparison import Bout, Comparison, Difference, Side, spread_told
-from hfc_design.simulation.evaluating import meanings
 from hfc_design.simulation.machines import NONE
 from hfc_design.simulation.monte_carlo import Robustness, check_draw, robustness
 
@@ -78,7 +77,7 @@ def compare(
             found[name] = robustness(design, motion, spread, machines, seed, more, tolerances)
             done += machines + 1
         sides = {name: _side(x) for name, x in found.items()}
-        told = {**motion.judge().titles, **meanings(motion)}
+        told = next(iter(found.values())).meanings
         bouts.append(Bout(motion.name, motion, sides, found, told))
     bouts += _together(
         [bout for bout, all_of_them in zip(bouts, asked, strict=True) if all_of_them]

@@ -198,16 +198,20 @@ class Comparison(NamedTuple):
         return spread_told(self.spread, self.tolerances)
 
     def of(self, motion: str, metric: str) -> list[Difference]:
-        """The differences by a metric in a motion; none where it is not compared.
+        """The differences by a metric in a motion.
 
         Raises:
-            UserError: there is no such motion, or it has no such metric.
+            UserError: there is no such motion, or it has no such metric, or one that stands in the
+                tables and is not compared: each one more makes differences harder to show.
         """
         bouts = {bout.name: bout for bout in self.bouts}
         if motion not in bouts:
             raise UserError(f"motion {short(motion)}: is none here; {one_of(motion, bouts)}")
         if metric not in (known := bouts[motion].meanings):
             raise UserError(f"metric {short(metric)}: is none of {motion}; {one_of(metric, known)}")
+        if metric not in (compared := bouts[motion].compared()):
+            told = "is in the tables, its differences are not tested; those are of"
+            raise UserError(f"metric {short(metric)}: {told} {', '.join(compared)}")
         return [x for x in self.differences if (x.motion, x.metric) == (motion, metric)]
 
     def numbers(self) -> Json:

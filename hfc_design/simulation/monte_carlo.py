@@ -20,7 +20,7 @@ from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import memory, population
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.divergence import finer
-from hfc_design.simulation.evaluating import evaluate, evaluations
+from hfc_design.simulation.evaluating import evaluate, evaluations, meanings
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.machines import NONE, drawn
 from hfc_design.simulation.population import Machines
@@ -57,6 +57,7 @@ class Robustness(NamedTuple):
     ranges: dict[str, Json]  # of its fitness or merit, where that is chaotic
     reasons: dict[str, int]  # why some of the others are not stable -> how many
     nominal_reasons: tuple[str, ...]  # why the nominal machine is not
+    meanings: dict[str, str]  # of each metric, with its unit; of a score its title
 
     def __repr__(self) -> str:
         return line("Robustness", self._told())
@@ -164,7 +165,8 @@ def robustness(
     values = {key: column[1:] for key, column in columns.items()}
     ranges = evaluate(design, scenario).ranges
     parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges, reasons, own)
-    return Robustness(spread, seed, machines, refused, refined, *parts)
+    meant = {**judge.titles, **meanings(scenario)}
+    return Robustness(spread, seed, machines, refused, refined, *parts, meant)
 
 
 def _motions(

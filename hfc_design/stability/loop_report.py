@@ -1,6 +1,7 @@
 """Margins of linear loops, as ``hfc stability`` and the page show them."""
 
 from collections.abc import Mapping
+from math import floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -94,8 +95,14 @@ def rows(found: Margins, sample_time: float) -> list[tuple[str, str]]:
         ("phase margin [deg]", told(found.phase)),
         ("delay margin [samples]", told(found.delay)),
         ("delay margin [ms]", told(found.delay and 1e3 * sample_time * found.delay)),
-        ("slowest pole, magnitude", f"{abs(found.poles[0]):.6f}"),
+        ("slowest pole, magnitude", _near_one(abs(found.poles[0]))),
     ]
+
+
+def _near_one(magnitude: float) -> str:
+    """Four digits, or as many as tell how far it is from 1, where a loop begins to swing."""
+    away = abs(1.0 - magnitude)
+    return f"{magnitude:.{max(3, 1 - floor(log10(away))) if away > 1e-12 else 3}f}"
 
 
 def _told(value: float | None) -> str:

@@ -78,6 +78,34 @@ def test_captions_of_a_batch_stand_alone(tmp_path):
     assert key in told["metrics"]
 
 
+FITNESS = """
+[fitness]
+kind = "tolerances"
+[fitness.tolerances]
+settled_rms_error = "2 mrad"
+chatter = {tolerance = 0.3, weight = 0.5}
+"""
+
+
+def test_captions_say_what_the_fitness_of_all_is(tmp_path):
+    """With the units of the machine; nothing where tasks have different ones."""
+    told = (
+        "The fitness is 1 / weighted mean of settled_rms_error / 0.002 [rad] (weight 1), "
+        "chatter / 0.3 [V] (weight 0.5); 1 is just tolerated"
+    )
+    names = batch_folder(tmp_path, PRESETS)
+    for name in names:
+        (tmp_path / name / "config.toml").write_text(FITNESS)
+    assert hfc("report", tmp_path, "--latex").exit_code == 0
+    for name in ("groups", "comparisons", "metrics"):
+        text = (tmp_path / "latex" / f"{name}.tex").read_text()
+        assert told in tex.printed(re.search(r"\\caption\{(.*)\}\n", text)[1])
+    for name in names[-3:]:  # of the other task
+        (tmp_path / name / "config.toml").write_text(FITNESS.replace("0.3", "0.2"))
+    assert hfc("report", tmp_path, "--latex", "--force").exit_code == 0
+    assert "The fitness is" not in (tmp_path / "latex" / "groups.tex").read_text()
+
+
 def test_what_is_found_prints_itself_in_a_line(tmp_path):
     """A notebook shows a list of them."""
     batch_folder(tmp_path, PRESETS)

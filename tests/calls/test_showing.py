@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from itertools import pairwise
 
 import pytest
 from matplotlib.figure import Figure
@@ -45,6 +46,27 @@ def test_a_figure_that_shows_itself_and_is_written_where_it_is_asked_for(kind, t
         assert len(bundle[picture]) < 100_000
     hfc.plot(found, tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("kind", "title"),
+    [("robustness", "rms error [mrad]"), ("usable", "error once settled\n[mrad]")],
+)
+def test_on_many_machines_in_a_column_every_text_is_whole_and_no_numbers_touch(kind, title):
+    figure = hfc.plot(FOUND[kind](), width="88mm")
+    figure.draw_without_rendering()
+    seen = [axes for axes in figure.axes if axes.get_visible()]
+    shown = [axes.get_title(loc) for axes in seen for loc in ("center", "right")]
+    assert title in shown
+    for axes in seen:
+        for label in (axes.yaxis.label, axes.title):
+            box = label.get_window_extent()
+            assert box.x0 >= 0
+            assert box.x1 <= figure.bbox.width
+        low, high = axes.get_xlim()
+        ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+        boxes = [label.get_window_extent() for x, label in ticks if low <= x <= high]
+        assert all(b.x0 - a.x1 > 3 for a, b in pairwise(boxes))
 
 
 def test_a_large_picture_is_drawn_in_points():

@@ -36,6 +36,8 @@ def test_what_stands_below_and_above_the_line():
     text = table("x", Listing("c", head, [["a2 [1e2]", *"123"]]))
     assert r"m2 [V$^2$ s] & rad/s2 & a [mm$^3$/s$^2$] & [b2\_x3]" in text
     assert "a2 [1e2] & 1" in text
+    gains = table("x", Listing("c", ["gain", "value", "unit"], [["k2", "1.5", "A/(mm/s2)"]]))
+    assert r"k2 & 1.5 & A/(mm/s$^2$) \\" in gains
 
 
 def test_every_row_has_the_cells_of_the_head():

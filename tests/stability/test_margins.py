@@ -34,9 +34,17 @@ def test_a_loop_that_is_not_stable_says_so():
     assert found.phase is None  # sin does not reach 1.25
     told = dict(rows(found, 0.001))
     assert told.pop("stable") == "no"
-    assert told.pop("slowest pole, magnitude") == "1.500000"
+    assert told.pop("slowest pole, magnitude") == "1.500"
     assert set(told.values()) == {"-"}  # what would swing anyway has no margin
     assert "-" not in dict(rows(margins(integrator(0.5)), 0.001)).values()
+
+
+@pytest.mark.parametrize(
+    ("pole", "told"), [(0.9876543, "0.988"), (0.99987654, "0.99988"), (0.9999998765, "0.99999988")]
+)
+def test_a_slow_pole_has_the_digits_that_its_distance_to_one_takes(pole, told):
+    found = margins(integrator(1.0 - pole))  # z - 1 + k is 0
+    assert dict(rows(found, 0.001))["slowest pole, magnitude"] == told
 
 
 @pytest.mark.parametrize("gain", [0.02, 0.3])

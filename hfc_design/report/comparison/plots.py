@@ -28,7 +28,7 @@ from hfc_design.report.comparison.tables import named
 from hfc_design.report.comparison.traces import Panel, extremes
 from hfc_design.report.contours import POINTS, SHARE, SMALLEST
 from hfc_design.report.contours import beside as parallel
-from hfc_design.report.searches import COLOURS, STYLES, colour
+from hfc_design.report.searches import colour, stroke
 from hfc_design.simulation.comparison import Bout, Comparison
 
 #: Slices of time of a curve that is printed.
@@ -37,6 +37,8 @@ SLICES = 150
 MANY = 100.0
 #: Round steps for an axis of less than a decade.
 ROUND = MaxNLocator(6, steps=[1, 2, 5, 10])
+#: Deviations from a path are rough.
+THIN = {"lw": 1.0}
 #: Points of a circle, and slices of a deviation from a path.
 AROUND = 360
 #: Share of the radius that a division takes on the plot of a ball bar.
@@ -120,10 +122,10 @@ def motions(bout: Bout, shown: Sequence[Panel]) -> Figure:
     for axes, panel in zip(grid, shown, strict=True):
         labels = distinct(panel.curves, 24)
         for k, (name, values) in enumerate(panel.curves.items()):
-            axes.plot(*_drawn(time, values), label=labels[name], **_style(k))
+            axes.plot(*_drawn(time, values), label=labels[name], **stroke(k))
         if panel.reference is not None:
             drawn = _drawn(time, panel.reference)
-            axes.plot(*drawn, color="black", ls="--", lw=0.9, label="reference")
+            axes.plot(*drawn, color="black", ls=":", lw=0.8, label="reference")
         finish(axes, panel.label)
         axes.margins(x=0)
     grid[-1].set_xlabel("time [s]")
@@ -142,10 +144,6 @@ def _drawn(time: Floats, values: Floats) -> tuple[Floats, Floats]:
 def legend_room(names: int, columns: int) -> float:
     """Room for a legend of so many names [in]."""
     return 0.25 + 0.17 * ceil(names / columns)
-
-
-def _style(k: int) -> dict[str, Any]:
-    return {"color": colour(k), "lw": 1.0, "ls": STYLES[(k // len(COLOURS)) % len(STYLES)]}
 
 
 def contours(bout: Bout) -> tuple[Figure, str] | None:
@@ -188,7 +186,7 @@ def _ball_bar(figure: Figure, known: Known, division: float) -> tuple[Axes, str]
         points = _kept(found.error)
         x, y = found.actual[:, points]
         radius = 1.0 + BAR * found.error[points] / division
-        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **_style(k), label=label)
+        axes.plot(np.unwrap(np.arctan2(y, x)), radius, **stroke(k) | THIN, label=label)
     axes.set_rticks([1.0 + BAR * k for k in (-2, -1, 1, 2)], [""] * 4)
     axes.set_rlim(0.0, 1.0 + 3.2 * BAR)
     axes.tick_params(labelsize=8)
@@ -213,7 +211,7 @@ def _across(figure: Figure, known: Known, division: float) -> tuple[Axes, str]:
     for (k, label), found in known.items():
         base = nearest(trajectory, found.samples, found.actual).point
         drawn = base + enlarged * (found.actual - base)
-        axes.plot(*drawn[:, _kept(found.error)], **_style(k), label=label)
+        axes.plot(*drawn[:, _kept(found.error)], **stroke(k) | THIN, label=label)
     axes.set_aspect("equal", adjustable="datalim")
     gridded(axes, "X [mm]", "Y [mm]", color="0.95")
     return axes, f"deviations from the black path are {enlarged:.0f} times enlarged"

@@ -43,6 +43,14 @@ def test_no_extreme_is_lost(count):
             assert (found[k] == own.min()) == (own.argmin() < own.argmax())
 
 
+def test_designs_are_told_apart_without_colours_and_alike_in_all_figures(spindles):
+    bout = spindles.bouts[0]
+    found = {name: one.motion for name, one in bout.found.items()}
+    moved, over, off = motions(bout, panels(bout)), overlaid.motions(found, ""), errors(found)
+    dashes = [[line.get_linestyle() for line in x.axes[-1].lines[:2]] for x in (moved, over, off)]
+    assert dashes == [["-", "--"]] * 3
+
+
 def test_what_has_run_away_is_a_gap():
     values = np.arange(6000.0)
     values[3001:] = np.nan
