@@ -28,7 +28,7 @@ def for_a_paper(command: Command) -> Command:
     )
     @click.option(
         "--width",
-        callback=_millimetres,
+        callback=millimetres_of,
         metavar="WIDTH",
         help="Of these figures, as in 88mm, 3.5in, 252pt [default: 3.5in].",
     )
@@ -54,7 +54,7 @@ def for_a_paper(command: Command) -> Command:
     return wrapped
 
 
-def _millimetres(_: click.Context, option: click.Parameter, told: str | None) -> float | None:
+def millimetres_of(_: click.Context, option: click.Parameter, told: str | None) -> float | None:
     """A width in millimetres."""
     if told is None:
         return None

@@ -16,12 +16,14 @@ from hfc_design.cli.options import (
     output,
     setting,
 )
+from hfc_design.cli.papers import millimetres_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNIT_HELP = "Unit of a hierarchy to draw, as unit-1 [default: the root]."
 SCENARIO_HELP = "Of motion: scenario [default: the first design's own]."
+WIDTH_HELP = "Of the column of a paper that it is laid out for, as in 88mm, 3.5in, 252pt."
 MOTION_HELP = "Which one, of a scenario of several [default: the first]."
 #: What can be drawn, by what it is.
 WHATS = {
@@ -70,6 +72,7 @@ NAME = NameOrWhat("design", files=True)
 @named("--scenario", kind=SCENARIO, help=SCENARIO_HELP)
 @setting
 @click.option("--motion", help=MOTION_HELP)
+@click.option("--width", callback=millimetres_of, metavar="WIDTH", help=WIDTH_HELP)
 @output("--out", required=True, help="The picture (png, svg or pdf).")
 @force
 @memory
@@ -83,6 +86,7 @@ def plot(
     scenario: str | None,
     changes: Texts,
     motion: str | None,
+    width: float | None,
     out: Path,
 ) -> None:
     """Draw what a DESIGN is: WHAT is surface, surface-3d, terms, tables or tree.
@@ -97,8 +101,10 @@ def plot(
     each group over a band between its quartiles.
     """
     from hfc_design.files.pairing import load_design
+    from hfc_design.pictures.column import in_column
     from hfc_design.pictures.files import save
     from hfc_design.report.designs import picture
+    from hfc_design.report.paper import INCH
 
     _check(names, what)
     if what == CONVERGENCE:
@@ -109,6 +115,8 @@ def plot(
         figure = _motions(names, scenario, changes, motion)
     else:
         figure = picture(load_design(names[0], others), what, unit, axis)
+    if width is not None:
+        in_column(figure, width / INCH)
     save(figure, out)
     click.echo(out)
 

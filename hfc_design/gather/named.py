@@ -95,7 +95,7 @@ def objective_entries(objective: Objective) -> Iterator[Entry]:
     own = objective.settings is not ObjectiveSettings
     text = first_line(inspect.getdoc(module) or "" if module and own else "")
     head = Entry(OBJECTIVE, objective.name)
-    told = said(objective.meaning).meaning
+    told = said(objective.meaning or objective.title).meaning
     yield head._replace(meaning=told, unit=objective.unit, source=source_in(text))
     yield from fields_of(objective.settings, "fitness.", head._replace(part="setting"))
 

@@ -1,6 +1,7 @@
 """hfc plot DESIGN WHAT: what is drawn against what hfc explain says, and what is refused."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hfc_design.report.designs import picture
 from hfc_design.runtime import Controller
 
 TABLE_1 = "lin-lee-1999-table-1"
+SHORT = ("--set", "simulation.duration_s=0.2")
 
 
 def printed(*arguments):
@@ -45,6 +47,19 @@ def test_a_file_of_each(tmp_path, what, suffix):
     assert printed("plot", TABLE_1, what, "--out", path) == f"{path}\n"
     start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[suffix]
     assert path.read_bytes().startswith(start)
+
+
+@pytest.mark.parametrize(
+    "asked", [(TABLE_1, "tree"), ("pd-only", TABLE_1, "motion", *SHORT)], ids=["tree", "motion"]
+)
+def test_a_picture_is_as_wide_as_a_column(asked, tmp_path):
+    path = tmp_path / "a.svg"
+    printed("plot", *asked, "--width", "88mm", "--out", path)
+    width = float(re.search(r'<svg [^>]*width="([\d.]+)pt"', path.read_text())[1])
+    assert width == pytest.approx(88.0 / 25.4 * 72.0, abs=0.01)
+    told = refused("plot", *asked, "--width", "5mm", "--out", tmp_path / "b.svg")
+    assert told.startswith("hfc: --width: '5mm': has to be a number with a unit")
+    assert not (tmp_path / "b.svg").exists()
 
 
 def test_names_and_units_stand_in_the_picture(tmp_path):

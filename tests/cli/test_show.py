@@ -142,6 +142,17 @@ def test_an_own_plant():
     assert [one for one in every if one["part"] == "parameter"]
 
 
+def test_an_own_objective_without_a_meaning_is_told_by_its_title(
+    monkeypatch, tmp_path, own_plugins
+):
+    text = "from hfc_design.objectives.judge import OBJECTIVES\nHALF = OBJECTIVES.get('lin-lee')"
+    told = "._replace(name='half', meaning='', title='half of it', unit='1/mm')"
+    (tmp_path / "halves.py").write_text(text + told)
+    monkeypatch.chdir(tmp_path)
+    done = hfc("show", "objective", "halves:HALF")
+    assert done.stdout.splitlines()[0].rstrip() == "objective half: half of it [1/mm]"
+
+
 def test_a_scenario_of_an_own_plant_has_its_units():
     file = DOCS.parent / "examples" / "belt_table.toml"
     done = hfc("show", "scenario", file, "--use", "examples.02_own_plant:TABLE", "--json")
