@@ -101,12 +101,21 @@ def difference(first, second):
 def test_a_motion_or_metric_that_there_is_not(found):
     comparison, *_ = found
     assert comparison.of("c-axis-ramp", ERROR)
-    with pytest.raises(UserError, match="iae_rad_s': is in the tables, its diff.* rms_error"):
+    with pytest.raises(UserError, match=r"iae_rad_s': is in the tables, its diff.* rms_error"):
         comparison.of("c-axis-ramp", "iae_rad_s")
     with pytest.raises(UserError, match="motion 'c-axis-rmp': is none here; did you mean c-axis-r"):
         comparison.of("c-axis-rmp", ERROR)
     with pytest.raises(UserError, match="metric 'rms_eror_rad': is none of c-axis-ramp; did"):
         comparison.of("c-axis-ramp", "rms_eror_rad")
+
+
+def test_what_the_fitness_tolerates_is_compared():
+    fitness = {"kind": "tolerances", "tolerances": {"chatter": 1.0, "settled_rms_error": 1e-3}}
+    scenario = load_scenario("c-axis-ramp", {"fitness": fitness})
+    keys = ["fitness", ERROR, "iae_rad_s", "settled_rms_error_rad", "chatter_V"]
+    bout = Bout("m", scenario, {}, {}, dict.fromkeys(keys, ""))
+    assert bout.compared() == [ERROR, "settled_rms_error_rad", "chatter_V"]
+    assert bout._replace(scenario=load_scenario("c-axis-ramp")).compared() == keys[1:4:2]
 
 
 def test_a_difference_by_hand():
