@@ -9,6 +9,8 @@ from hfc_design.pictures.numbers import score
 
 #: So many groups are named in a caption; of more the table of the groups says what they are.
 NAMED = 12
+#: What keys begin with that make a task harder or easier, whoever controls.
+OF_MACHINE = ("plant.", "reference.", "load.", "limits.", "sensors.", "start.", "simulation.")
 
 
 def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
@@ -28,17 +30,29 @@ def sentence(groups: Sequence[Group], comparisons: Sequence[Comparison]) -> str:
             "Which group is better cannot be shown with so few runs, however much they differ: "
             f"{several} at least {needed} runs in each group."
         )
+    note = _unlike(groups)
     count = len(highest.finished)
     median = "fitness" if highest.measure == FITNESS else f"of {highest.measure}"
     told = f"The highest median {median} is {score(highest.median)}, of group {highest.label}"
     told += f" ({count} run{'s' if count > 1 else ''})"
     if not against:
-        return f"{told}{_alone(groups)}."
+        return f"{told}{_alone(groups)}.{note}"
     shown = sum(item.holm <= compared.ALPHA for item in against)
     if len(against) > 1:
-        return f"{told}; by more than chance higher than {shown} of {len(against)} others."
+        return f"{told}; by more than chance higher than {shown} of {len(against)} others.{note}"
     lower = "The other group is lower by more than chance"
-    return f"{told}. {lower if shown else 'That the other group is lower may be chance'}."
+    return f"{told}. {lower if shown else 'That the other group is lower may be chance'}.{note}"
+
+
+def _unlike(groups: Sequence[Group]) -> str:
+    """That groups of a task differ in more than controller and search, and in what they rank by."""
+    keys = {key for group in groups for key in group.settings if key.startswith(OF_MACHINE)}
+    each = {key: {group.settings.get(key) for group in groups} for key in keys}
+    differ = ", ".join(sorted(key for key, values in each.items() if len(values) > 1))
+    told = f" They differ in {differ} too: a higher score may be that of an easier task."
+    merits = {run.judged_by for group in groups for run in group.finished if run.judged_by}
+    other = f" Their searches ranked by different merits ({'; '.join(sorted(merits))})."
+    return (told if differ else "") + (other if len(merits) > 1 else "")
 
 
 def _alone(groups: Sequence[Group]) -> str:

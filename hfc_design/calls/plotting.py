@@ -30,7 +30,8 @@ def plot(
 ) -> "Figure":
     """Draw what was found: a figure, which a notebook shows by itself.
 
-    Of an evaluation the motion, of a result of ``design`` how the search went, of ``findings`` how
+    Of an evaluation the motion, the first where there are several (draw ``found.motions["fast"]``
+    for another), of a result of ``design`` how the search went, of ``findings`` how
     the searches of each group went, of ``robustness``, ``usable`` and ``compare`` the metrics on
     all machines, of ``identify`` the replay beside the log, of ``stability`` the range or the open
     loop. Of a mapping of names to evaluations the motions over one another, to results or findings
@@ -83,6 +84,8 @@ def _drawn(found: Any, title: str) -> "Figure":
         Findings: lambda one: of_findings({"": one}),
     }
     kind = type(found)
+    if kind is Evaluation and found.motions and not title:
+        title = f"{next(iter(found.motions))}, the first of {len(found.motions)} motions"
     if kind in titled:
         return titled[kind](found, title)
     if kind in others:

@@ -11,7 +11,7 @@ from hfc_design.core.numbers import Json
 from hfc_design.core.records import UserError
 from hfc_design.core.texts import LARGEST_TABLE
 from hfc_design.files.design import Design
-from hfc_design.files.machine import SensorSettings
+from hfc_design.files.machine import PlantSettings, SensorSettings
 from hfc_design.files.named_scenario import load_scenario, with_files
 from hfc_design.files.pairing import machine, with_converter
 from hfc_design.files.scenario import Scenario
@@ -41,20 +41,27 @@ def kept(design: Design, scenario: Scenario) -> list[str]:
 
 
 def _machine(design: Design, scenario: Scenario) -> str:
-    """The parameters that the scenario lays over those of the design."""
+    """The parameters that the scenario lays over those of the design, or has and does not name."""
     free: Json = {"parameters": {}, "axes": {axis: {} for axis in scenario.plant.axes}}
     plain = scenario.model_copy(update={"plant": scenario.plant.model_copy(update=free)})
-    head = len(scenario.plant.machine.axes) > 1
-    own, here = (
-        {
-            (f"{axis.name}." if head else "") + key: number
-            for axis in plant.each()
-            for key, number in axis.parameters._asdict().items()
-        }
-        for plant in (machine(design, plain), machine(design, scenario))
+    own, here, alone = map(
+        _parameters, (machine(design, plain), machine(design, scenario), scenario.plant)
     )
-    changes = _changes(own, here)
-    return f"{KEPT}, but for {', '.join(changes)}" if changes else KEPT
+    if changes := _changes(own, here):
+        return f"{KEPT}, but for {', '.join(changes)}"
+    differ = (key for key, x in here.items() if x != alone[key])
+    kept = [f"{key} {_word(here[key])} (not {_word(alone[key])})" for key in differ]
+    return f"{KEPT}: {', '.join(kept)}" if kept else KEPT
+
+
+def _parameters(plant: PlantSettings) -> dict[str, Any]:
+    """Those of every axis, of several with its name."""
+    each = plant.each()
+    return {
+        (f"{axis.name}." if len(each) > 1 else "") + key: number
+        for axis in each
+        for key, number in axis.parameters._asdict().items()
+    }
 
 
 def _limits(design: Design, scenario: Scenario) -> str:

@@ -35,6 +35,16 @@ def test_nothing_is_said_to_be_better_with_too_few_seeds(tmp_path):
     assert "lower by more than chance" in of_two(tmp_path / "uneven", *scores)
 
 
+def test_groups_on_different_machines_are_told_so(tmp_path):
+    """A lighter machine is followed better by whatever controller."""
+    key = "plant.parameters.spindle_inertia"
+    light, heavy = [7.0, 8.0, 9.0, 10.0], [1.0, 2.0, 3.0, 4.0]
+    batch_folder(tmp_path, [({key: "3"}, light), ({key: "9"}, heavy)])
+    told = " ".join(hfc("report", tmp_path).stdout.split())
+    assert f"They differ in {key} too: a higher score may be that of an easier task." in told
+    assert "They differ in" not in of_two(tmp_path / "presets", light, heavy)
+
+
 def test_one_seed_each_shows_nothing(tmp_path):
     assert "which may be chance: a group needs several seeds" in of_two(tmp_path, [9.0], [1.0])
 

@@ -5,7 +5,7 @@ import json
 import pytest
 from run_folders import hfc
 
-from hfc_design.files.design import Design, design_json
+from hfc_design.files.design import Design, changed_design, design_json
 from hfc_design.files.kept import HEAD, UNKNOWN, kept
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -36,6 +36,13 @@ def told(design, scenario, changes=None):
 def test_what_is_the_same_is_kept():
     every = dict.fromkeys(("machine", "limits", "sensors", "load"), "kept")
     assert told(made_with(MADE), {"name": "here", **MADE}) == every
+
+
+def test_a_machine_that_the_scenario_does_not_name_is_the_designs():
+    changes = {"plant.parameters.spindle_inertia": 9.0}
+    own = changed_design(load_design("pd-only"), changes, "pd-only")
+    found = told(own, "c-axis-ramp")["machine"]
+    assert found == "kept: spindle_inertia 9 (not 5.102)"
 
 
 def test_simulate_says_it_too_beside_its_numbers(tmp_path):

@@ -9,7 +9,7 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.files.together import differences, labelled, on_one_machine
+from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
 
 
 def written(path, like="pd-only", changes=None, **parts):
@@ -84,6 +84,9 @@ def test_the_machine_is_that_of_the_first_design(tmp_path):
     (parameters,) = shared.plant.values()
     assert (parameters.spindle_inertia, parameters.stiffness) == (9.0, 300.0)
     assert list(differences(heavy, scenario, shared)) == []
+    told = "all on the machine of a: spindle_inertia 9.0, in the scenario 5.102 kg m2"
+    assert own_machine("a", scenario, shared) == told
+    assert own_machine("b", scenario, on_one_machine({"b": plain}, scenario)) is None
     (told,) = differences(plain, scenario, shared)
     assert told == "made for another machine: spindle_inertia 5.102, here 9.0 kg m2"
 
