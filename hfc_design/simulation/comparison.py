@@ -18,6 +18,7 @@ from hfc_design.core.statistics import Interval, share_interval
 from hfc_design.core.wording import one_of
 from hfc_design.files.design import Design
 from hfc_design.files.scenario import Scenario
+from hfc_design.simulation.measured_in_use import tolerated_metrics
 from hfc_design.simulation.monte_carlo import Robustness
 from hfc_design.simulation.repeats import chaos_told
 from hfc_design.simulation.settling import reasons_told
@@ -103,11 +104,12 @@ class Bout(NamedTuple):
     meanings: dict[str, str]  # of each metric, with its unit
 
     def compared(self) -> list[str]:
-        """The metrics that are compared, the most important first."""
+        """The metrics that are compared, the most important first, what is tolerated among them."""
         windows = () if self.scenario is None else self.scenario.windows
         heads = tuple(f"{window.name}_" for window in windows)
         keys = [key for key in self.meanings if not key.startswith(heads)]
-        return [key for part in COMPARED for key in keys if part in key]
+        parts = [*COMPARED, *(() if self.scenario is None else tolerated_metrics(self.scenario))]
+        return list(dict.fromkeys(key for part in parts for key in keys if part in key))
 
     def lost(self) -> Iterator[str]:
         """Why designs do not keep machines stable, a line each."""

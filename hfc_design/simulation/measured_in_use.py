@@ -20,6 +20,7 @@ from hfc_design.objectives.tolerances import TolerancesSettings, tolerated
 from hfc_design.simulation.closed_loop import Loop, closed_loop
 from hfc_design.simulation.one_motion import InMotion
 from hfc_design.simulation.settling import STABILITY, faults
+from plants import in_a_name
 
 
 def loop_in_use(design: Design, scenario: Scenario) -> tuple[Loop, Gains]:
@@ -75,6 +76,16 @@ def _tolerances(scenario: Scenario) -> list[Constraint]:
     if not isinstance(own, TolerancesSettings):
         return []
     return [Constraint(one, most) for one, most, _ in tolerated(own)]
+
+
+def tolerated_metrics(scenario: Scenario) -> dict[str, tuple[Measure, str]]:
+    """What the scenario's fitness tolerates, by such keys as metrics have; measures, meanings."""
+    found = {}
+    for one, _ in _tolerances(scenario):
+        unit = " ".join(scenario.units.signals.get(word, word) for word in one.unit.split(" "))
+        key = one.name if unit == "1" else f"{one.name}_{in_a_name(unit)}"
+        found[key] = one, f"{one.meaning} [{unit}]"
+    return found
 
 
 def in_motion(scenario: Scenario, judged: Judged, k: int, motion: Scenario) -> InMotion:

@@ -1,6 +1,6 @@
 """One design on many machines, whose parameters are spread about the nominal ones."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -23,8 +23,9 @@ from hfc_design.simulation.divergence import finer
 from hfc_design.simulation.evaluating import evaluate, evaluations, meanings
 from hfc_design.simulation.evaluation import Evaluation
 from hfc_design.simulation.machines import NONE, drawn
+from hfc_design.simulation.measured_in_use import tolerated_metrics
 from hfc_design.simulation.population import Machines
-from hfc_design.simulation.settling import faults, measuring
+from hfc_design.simulation.settling import STABILITY, faults, measuring
 
 Progress = Callable[[int, int], None]
 
@@ -157,16 +158,31 @@ def robustness(
     stable = ~np.logical_or.reduce([*why.values()])
     reasons = {told: int(mask[1:].sum()) for told, mask in why.items() if mask[1:].any()}
     own = tuple(told for told, mask in why.items() if mask[0])
-    judge = scenario.judge()
-    scores = [one.score(judge) for one in evaluations]
-    keys = (*judge.titles, *evaluations[0].metrics)
-    columns = {key: np.array([score[key] for score in scores], float) for key in keys}
+    columns, meant = _columns(scenario, evaluations, np.where(lost, np.nan, measured[:, 0]))
     nominal = {key: float(column[0]) for key, column in columns.items()}
     values = {key: column[1:] for key, column in columns.items()}
     ranges = evaluate(design, scenario).ranges
     parts = (stable[1:], bool(stable[0]), nominal, values, evaluations[0], ranges, reasons, own)
-    meant = {**judge.titles, **meanings(scenario)}
     return Robustness(spread, seed, machines, refused, refined, *parts, meant)
+
+
+def _columns(
+    scenario: Scenario, evaluations: Sequence[Evaluation], measured: Floats
+) -> tuple[dict[str, Floats], dict[str, str]]:
+    """Scores, metrics and what is tolerated, (machines,) each, and their meanings by the same keys.
+
+    ``measured`` (machines, values) is what was, nan where a motion diverged.
+    """
+    judge = scenario.judge()
+    scores = [one.score(judge) for one in evaluations]
+    keys = (*judge.titles, *evaluations[0].metrics)
+    columns = {key: np.array([score[key] for score in scores], float) for key in keys}
+    meant = {**judge.titles, **meanings(scenario)}
+    tolerated = tolerated_metrics(scenario)
+    for n, (key, (_, meaning)) in enumerate(tolerated.items(), -len(tolerated) - len(STABILITY)):
+        if key not in meant:  # else it is one of the metrics
+            columns[key], meant[key] = measured[:, n], meaning
+    return columns, meant
 
 
 def _motions(
@@ -182,10 +198,11 @@ def _motions(
     size = max(min(at_once, room), 1)
     one, wide = gains, lambda leaf: np.broadcast_to(leaf, (*leaf.shape[:-1], size))
     gains = jax.tree.map(wide, gains)
+    measured = measuring(loop, (own for own, _ in tolerated_metrics(scenario).values()))
     for start in range(0, count, size):
         # The last chunk is filled up with its last machine: one shape, one compilation.
         some = machines.take(np.minimum(np.arange(start, start + size), count - 1))
-        judged = population.scores(measuring(loop), some, [samples], one, np.float64)
+        judged = population.scores(measured, some, [samples], one, np.float64)
         (each,) = evaluations([scenario], loop, some, gains)
         for k, found in enumerate(islice(each, count - start), start):
             kept = found._replace(time=np.empty(0), axes=(), contour=None) if k else _own(found)

@@ -12,14 +12,14 @@ On every machine
   machine that does not settle is no measure; a reference of 0 bounds no error.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from hfc_design.core.numbers import Floats, Mask
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
-from hfc_design.objectives.measures import MEASURES
+from hfc_design.objectives.measures import MEASURES, Measure
 from hfc_design.simulation.closed_loop import Loop
 
 #: What is to be measured of a loop, in the order in which ``faults`` has it.
@@ -43,10 +43,10 @@ EXPLAINED = {
 }
 
 
-def measuring(loop: Loop) -> Loop:
-    """The loop with what ``faults`` needs measured after everything else."""
+def measuring(loop: Loop, own: Iterable[Measure] = ()) -> Loop:
+    """The loop with its ``own`` measures and what ``faults`` needs measured after everything."""
     judge = loop.judge
-    return loop._replace(judge=judge._replace(measured=(*judge.measured, *STABILITY)))
+    return loop._replace(judge=judge._replace(measured=(*judge.measured, *own, *STABILITY)))
 
 
 def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[str, Mask]:

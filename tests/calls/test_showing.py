@@ -181,7 +181,7 @@ def test_several_are_drawn_over_one_another(tmp_path):
     other = hfc.evaluate(
         "pd-only", hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.2})
     )
-    with pytest.raises(hfc.UserError, match="of the same one motion"):
+    with pytest.raises(hfc.UserError, match="of the same motion"):
         hfc.plot({"a": two["pd-only"], "b": other})
     with pytest.raises(hfc.UserError, match="all evaluations, results or findings"):
         hfc.plot({"a": "pd-only"})

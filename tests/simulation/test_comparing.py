@@ -109,6 +109,15 @@ def test_a_motion_or_metric_that_there_is_not(found):
         comparison.of("c-axis-ramp", "rms_eror_rad")
 
 
+def test_what_the_fitness_tolerates_is_compared():
+    fitness = {"kind": "tolerances", "tolerances": {"chatter": 1.0, "settled_rms_error": 1e-3}}
+    scenario = load_scenario("c-axis-ramp", {"fitness": fitness})
+    keys = ["fitness", ERROR, "iae_rad_s", "settled_rms_error_rad", "chatter_V"]
+    bout = Bout("m", scenario, {}, {}, dict.fromkeys(keys, ""))
+    assert bout.compared() == [ERROR, "settled_rms_error_rad", "chatter_V"]
+    assert bout._replace(scenario=load_scenario("c-axis-ramp")).compared() == keys[1:4:2]
+
+
 def test_a_difference_by_hand():
     a = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
     b = [2.0, 2.0, 1.0, 8.0, 20.0, 36.0, 49.0, 80.0]

@@ -54,6 +54,25 @@ def test_every_machine_moves_as_it_does_alone(name, seconds, monkeypatch):
     assert np.ptp(found.values["fitness"]) > 0.01 * found.nominal["fitness"]
 
 
+def test_what_a_scenario_tolerates_is_told_of_every_machine():
+    """Beside the metrics, under keys like theirs, once."""
+    tolerances = {"settled_rms_error": 1e-3, "rms_error": 2e-3, "chatter": "1 V"}
+    fitness = {"kind": "tolerances", "tolerances": tolerances, "settled_after_s": 0.5}
+    design, scenario = case("pd-only", seconds=1.0)
+    scenario = load_scenario(scenario, {"fitness": fitness})
+    found = robustness(design, scenario, 0.2, 3, seed=2)
+    more = found.values.keys() - {"fitness", "merit", *evaluate(design, scenario).metrics}
+    assert more == {"settled_rms_error_rad", "chatter_V"}
+    assert found.meanings["chatter_V"].endswith("[V]")
+    for k in range(4):
+        moved = alone(design, scenario, found.machines, k)
+        (axis,) = moved.axes
+        error = np.sqrt(np.mean(axis.motion.error[moved.time >= 0.5 - 1e-9] ** 2))
+        key = "settled_rms_error_rad"
+        mine = found.nominal[key] if k == 0 else found.values[key][k - 1]
+        assert mine == pytest.approx(error, rel=1e-3)
+
+
 def test_quantiles_are_those_of_the_stable_machines():
     design, scenario = case("pd-only", seconds=2.0)
     found = robustness(design, scenario, 0.1, 11, seed=2)
