@@ -137,7 +137,8 @@ def test_several_motions_within_a_spread_are_told_and_drawn(two, tmp_path):
         "12 machines within",
         share,
         "error once settled",
-        "chatter [",
+        "chatter",
+        "peak command",
     ):
         assert text in picture
 
