@@ -35,7 +35,8 @@ def cell(text: str) -> str:
 
 def section(name: str, command: click.Command, lines: list[str]) -> str:
     """Usage, text, examples and options of one command."""
-    context = click.Context(command, info_name=name)
+    whole = click.Context(main, info_name="hfc", **main.context_settings)
+    context = click.Context(command, info_name=name, parent=whole)  # else click forgets -h
     usage = " ".join([f"hfc {name}", *command.collect_usage_pieces(context)])
     rows = [
         f"| `{record[0]}` | {cell(record[1])} |"

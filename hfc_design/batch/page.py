@@ -48,7 +48,6 @@ def page(
     keys = [key for key in differing if key in OWN_KEYS] if labelled else differing
     counts = Counter(run.state for run in runs)
     troubles = [run for run in runs if run.reason or run.state != "finished"]
-    too_few = compared.too_few(comparisons)
     searched = [group for group in groups if any(run.searched for run in group.runs)]
     measured = metrics(path, groups[:GROUPS])
     known = next((run.settings for run in runs if run.settings), {})
@@ -71,10 +70,7 @@ def page(
         chaotic=sum(bool(run.ranges) for run in runs),
         repeats=TOLD,
         few=sum(len(group.finished) < 5 for group in searched),  # what is given is not random
-        group_head=["group", *keys, "runs", "median", "quartiles", "best"],
-        group_rows=[group_row(group, keys) for group in groups[:GROUPS]],
-        group_best=_best(groups[:GROUPS], len(keys)),
-        groups=len(groups),
+        **_group_table(groups, keys),
         metrics=measured,
         meant=measured.meanings,
         measures=" or ".join(dict.fromkeys(group.measure for group in groups)),
@@ -84,11 +80,7 @@ def page(
         winners=len(winners),
         broken=broken([*{one.group.number: one.group for one in winners}.values()]),
         trees=trees,
-        comparison_rows=[_comparison_row(x) for x in comparisons[:COMPARISONS] if not too_few],
-        comparisons=len(comparisons),
-        too_few=too_few,
-        alpha=compared.ALPHA,
-        compared=compared.COMPARED,
+        **_comparison_table(comparisons),
         left_out=any(task["groups"] > compared.COMPARED for task in tasks),
         trouble_rows=[[run.path, run.state, run.reason] for run in troubles[:TROUBLES]],
         troubles=len(troubles),
@@ -97,6 +89,29 @@ def page(
         runs=len(runs),
         unfolded=len(runs) <= UNFOLDED,
     )
+
+
+def _group_table(groups: Sequence[Group], keys: Sequence[str]) -> dict[str, Any]:
+    """What the page shows of all groups."""
+    shown = groups[:GROUPS]
+    return {
+        "group_head": ["group", *keys, "runs", "median", "quartiles", "best"],
+        "group_rows": [group_row(group, keys) for group in shown],
+        "group_best": _best(shown, len(keys)),
+        "groups": len(groups),
+    }
+
+
+def _comparison_table(comparisons: Sequence[Comparison]) -> dict[str, Any]:
+    """What it shows of every two groups, no row where nothing can be shown."""
+    too_few = compared.too_few(comparisons)
+    return {
+        "comparison_rows": [_comparison_row(x) for x in comparisons[:COMPARISONS] if not too_few],
+        "comparisons": len(comparisons),
+        "too_few": too_few,
+        "alpha": compared.ALPHA,
+        "compared": compared.COMPARED,
+    }
 
 
 def _task(groups: list[Group], comparisons: Sequence[Comparison], draw: bool) -> dict[str, Any]:

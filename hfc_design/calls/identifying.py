@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from hfc_design.core.arguments import number, path_of, positive, whole
+from hfc_design.core.arguments import path_of, positive, whole
 from hfc_design.core.dotted import Changes
 from hfc_design.files.design import AnyDesign
 from hfc_design.files.named_scenario import AnyScenario
@@ -60,8 +60,8 @@ def identify(
         RunError: the folder cannot be written.
     """
     whole("--seed", seed, 0)
-    if bandwidth is not None:
-        number("--bandwidth", bandwidth)
+    if bandwidth:  # 0: open loop
+        positive("--bandwidth", bandwidth)
     if sample_time is not None:
         positive("--sample-time", sample_time)
     place = None if folder is None else path_of(folder)

@@ -109,12 +109,7 @@ def on_one_machine(designs: Mapping[str, Design], scenario: Scenario) -> Scenari
 
 def own_machine(name: str, scenario: Scenario, shared: Scenario) -> str | None:
     """In what the machine of the design ``name``, which is ``shared``, is not the scenario's."""
-    found = []
-    for plain, here in zip(scenario.plant.each(), shared.plant.each(), strict=True):
-        head = f"{here.name}." if len(shared.plant.each()) > 1 else ""
-        made, other = here.parameters._asdict(), plain.parameters._asdict()
-        found += [_changed(made, other, here.drive.parameter_units, head, "in the scenario")]
-    told = "; ".join(filter(None, found))
+    told = "; ".join(_machines(shared.plant, scenario.plant, "in the scenario"))
     return f"all on the machine of {name}: {told}" if told else None
 
 
@@ -125,12 +120,8 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
     own = dotted(design.limits.model_dump(exclude_none=True))
     if changed := _changed(own, {key: here.get(key) for key in own}, limits):
         yield f"the controller keeps to its own limits: {changed}"
-    each = zip(machine(design, scenario).each(), shared.plant.each(), strict=True)
-    for before, other in each:
-        axis = f"{other.name}." if len(shared.plant.each()) > 1 else ""
-        made, here = before.parameters._asdict(), other.parameters._asdict()
-        if changed := _changed(made, here, other.drive.parameter_units, axis):
-            yield f"made for another machine: {changed}"
+    for changed in _machines(machine(design, scenario), shared.plant, "here"):
+        yield f"made for another machine: {changed}"
     told: Any = design.provenance.get("scenario")
     with suppress(UserError, ValueError):  # of an earlier version, or edited
         if isinstance(told, str):
@@ -142,6 +133,16 @@ def differences(design: Design, scenario: Scenario, shared: Scenario) -> Iterato
             made, here = (dotted(x.model_dump(mode="json")) for x in (was, part))
             if changed := _changed(made, here, limits):
                 yield f"made with {named}: {changed}"
+
+
+def _machines(made: PlantSettings, here: PlantSettings, where: str) -> Iterator[str]:
+    """What is not alike in two machines, a line for each axis."""
+    axes = here.each()
+    for before, other in zip(made.each(), axes, strict=True):
+        head = f"{other.name}." if len(axes) > 1 else ""
+        pair = before.parameters._asdict(), other.parameters._asdict()
+        if changed := _changed(*pair, other.drive.parameter_units, head, where):
+            yield changed
 
 
 def _changed(

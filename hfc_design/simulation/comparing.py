@@ -36,8 +36,8 @@ def compare(
 
     The machine is that of the first design with what each scenario sets laid over it, and each
     one that ``machines.drawn`` draws meets all designs; ``tolerances`` are the spreads of single
-    parameters. Without ``scenarios`` it is the one that
-    the first design was made for. ``progress(what, done, total)`` hears of every chunk of machines.
+    parameters. Without ``scenarios`` it is the one that the first design was made for.
+    ``progress(what, done, total)`` hears of every chunk of machines.
 
     Raises:
         UserError: there are not two designs, one stands there twice, or cannot run in a scenario;
@@ -47,8 +47,7 @@ def compare(
     if len(named) < 2:
         raise UserError("needs two designs at least, as in hfc compare runs/mine pd-only")
     check_draw(spread, machines, seed, tolerances, "--machines")
-    where: list[Scenario] = []
-    asked: list[bool] = []  # of all machines
+    where: list[tuple[Scenario, bool]] = []  # motions, and whether all machines are asked
     notes: dict[str, list[str]] = {}  # of which designs each is
     others: list[str] = []
     for scenario in _scenarios(designs, named, scenarios):
@@ -56,36 +55,48 @@ def compare(
         shared = on_one_machine(named, scenario)
         told_of = [own_machine(next(iter(named)), scenario, shared), *doubts(shared)]
         others += [f"{scenario.name}: {told}" for told in told_of if told]
-        where += shared.each_motion()
-        asked += [not alone for alone in shared.nominal_only]
+        where += zip(shared.each_motion(), (not one for one in shared.nominal_only), strict=True)
         for name, design in named.items():
             for note in differences(design, scenario, shared):
                 members = notes.setdefault(note, [])
                 members += [name] * (name not in members)
-    names = [motion.name for motion in where]
+    names = [motion.name for motion, _ in where]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise UserError(f"scenario {twice}: two of them have this name")
+    total = len(named) * len(where) * (machines + 1)
     bouts: list[Bout] = []
-    done, total = 0, len(named) * len(where) * (machines + 1)
-    for motion in where:
-        found: dict[str, Robustness] = {}
-        for name, design in named.items():
+    for k, (motion, _) in enumerate(where):
+        start = k * len(named) * (machines + 1)
 
-            def more(chunk: int, _: int, what: str = f"{name} in {motion.name}") -> None:
-                progress(what, done + min(chunk, machines), total)  # noqa: B023 - called at once
+        def heard(what: str, done: int, start: int = start) -> None:
+            progress(what, start + done, total)
 
-            found[name] = robustness(design, motion, spread, machines, seed, more, tolerances)
-            done += machines + 1
-        sides = {name: _side(x) for name, x in found.items()}
-        told = next(iter(found.values())).meanings
-        bouts.append(Bout(motion.name, motion, sides, found, told))
-    bouts += _together(
-        [bout for bout, all_of_them in zip(bouts, asked, strict=True) if all_of_them]
-    )
+        bouts.append(_bout(named, motion, (spread, machines, seed), tolerances, heard))
+    bouts += _together([bout for bout, (_, every) in zip(bouts, where, strict=True) if every])
     said = [*dict.fromkeys(others), *(f"{', '.join(who)}: {note}" for note, who in notes.items())]
     said += [told for bout in bouts for told in (*bout.lost(), *bout.chaos())]
-    found_all = bouts, _differences(bouts), said
-    return Comparison(named, spread, seed, machines, *found_all, dict(tolerances))
+    found = bouts, _differences(bouts), said
+    return Comparison(named, spread, seed, machines, *found, dict(tolerances))
+
+
+def _bout(
+    named: dict[str, Design],
+    motion: Scenario,
+    draw: tuple[float, int, int],
+    tolerances: Mapping[str, float],
+    progress: Callable[[str, int], None],
+) -> Bout:
+    """Every design in one motion, on the machines of a ``draw``: spread, count, seed."""
+    _, machines, _ = draw
+    found: dict[str, Robustness] = {}
+    for k, (name, design) in enumerate(named.items()):
+
+        def more(chunk: int, _: int, name: str = name, done: int = k * (machines + 1)) -> None:
+            progress(f"{name} in {motion.name}", done + min(chunk, machines))
+
+        found[name] = robustness(design, motion, *draw, more, tolerances)
+    sides = {name: _side(x) for name, x in found.items()}
+    return Bout(motion.name, motion, sides, found, next(iter(found.values())).meanings)
 
 
 def _scenarios(

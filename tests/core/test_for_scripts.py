@@ -137,6 +137,10 @@ WHOLE, NUMBER, SHARE = (
         (lambda: hfc.pick("x", "3"), f"point='3': {WHOLE}"),
         (lambda: hfc.identify("x.csv", "c-axis", bandwidth="5"), f"bandwidth='5': {NUMBER}"),
         (
+            lambda: hfc.identify("x.csv", "c-axis", bandwidth=-5.0),
+            r"bandwidth=-5.0: has to be greater than 0",
+        ),
+        (
             lambda: hfc.identify("x.csv", "c-axis", sample_time=0),
             "sample_time=0: has to be greater",
         ),

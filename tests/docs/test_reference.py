@@ -53,4 +53,5 @@ def test_every_command_has_its_options(staged):
         for option in command.params:
             if option.param_type_name == "option":
                 assert option.opts[0] in sections[name], f"{name} {option.opts[0]}"
+        assert "| `-h, --help` |" in sections[name]
         assert "```sh\nhfc " + name in sections[name], f"{name} has no example"

@@ -5,11 +5,12 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from along_a_line import along_a_line
 from scipy.signal import cont2discrete
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
-from plants import Drive, only_positive, rk4
+from plants import rk4
 
 EVERY = 0.001  # [s]
 
@@ -39,32 +40,14 @@ def step(p, x, current, loads, dt):
     return rk4(rates, x, loads, dt)
 
 
-def linear_motor(parameters=Parameters, state=State, step=step, **changes):
-    return Drive(
-        **{
-            "name": "linear-motor",
-            "parameters": parameters,
-            "fault": only_positive(parameters),
-            "units": {
-                **{"error": "m", "error_rate": "m/s", "command": "A", "load": "N"},
-                "speed": "m/s",
-            },
-            "initial_state": lambda zero: state(*[zero] * len(state._fields)),
-            "step": step,
-            "signals": lambda p, x: {"speed": x.speed},
-            "position": "place",
-            "velocity": "speed",
-            "encoders": {"place": "speed"},
-        }
-        | changes
-    )
+LINEAR_MOTOR = along_a_line("linear-motor", "A", Parameters, State, step)
 
 
 @pytest.mark.parametrize("unit", [1.0, 30.0, 1000.0])
 def test_a_linear_motor_is_that_without_its_cogging(unit):
     """Of whatever pitch: a unit of way may be a metre, a millimetre or a turn."""
     p = Parameters(cogging=30.0, pitch=0.024 * unit)
-    found = nominal(linear_motor(), p, EVERY)
+    found = nominal(LINEAR_MOTOR, p, EVERY)
     a, b = np.array([[0.0, 1.0], [0.0, -50.0 / 12.0]]), np.array([[0.0], [40.0 / 12.0]])
     a, b, *_ = cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), EVERY)
     assert found.a == pytest.approx(a, abs=1e-9)
@@ -99,7 +82,7 @@ def turn(p, x, torque, loads, dt):
 
 def test_behind_a_gear_the_motor_cogs_and_both_move_as_the_gear_has_it():
     two = {"angle": "turning", "place": "speed"}
-    drive = linear_motor(Gear, Geared, turn, encoders=two)
+    drive = along_a_line("geared", "N m", Gear, Geared, turn, encoders=two)
     smooth, cogging = (nominal(drive, Gear(cogging=x), EVERY) for x in (0.0, 0.02))
     assert cogging.a == pytest.approx(smooth.a, rel=1e-4, abs=1e-6)
     assert cogging.b == pytest.approx(smooth.b, rel=1e-4)
@@ -109,4 +92,4 @@ def test_behind_a_gear_the_motor_cogs_and_both_move_as_the_gear_has_it():
 
 def test_a_spring_is_no_cogging():
     with pytest.raises(UserError, match="no steady motion was found at any speed; a force that"):
-        nominal(linear_motor(), Parameters(spring=100.0), EVERY)
+        nominal(LINEAR_MOTOR, Parameters(spring=100.0), EVERY)

@@ -5,11 +5,12 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from along_a_line import along_a_line
 from scipy.signal import cont2discrete
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
-from plants import C_AXIS, FEED_DRIVE, Drive, only_positive, rk4
+from plants import C_AXIS, FEED_DRIVE, rk4
 from plants.milling_table import MILLING_TABLE
 from plants.positioning_stage import POSITIONING_STAGE
 
@@ -35,25 +36,8 @@ def step(p, x, force, loads, dt):
     return rk4(rates, x, loads, dt)
 
 
-def sledge(**changes):
-    return Drive(
-        **{
-            "name": "sledge",
-            "parameters": Parameters,
-            "fault": only_positive(Parameters),
-            "units": {
-                **{"error": "m", "error_rate": "m/s", "command": "N", "load": "N"},
-                "speed": "m/s",
-            },
-            "initial_state": lambda zero: State(zero, zero),
-            "step": step,
-            "signals": lambda p, x: {"speed": x.speed},
-            "position": "place",
-            "velocity": "speed",
-            "encoders": {"place": "speed"},
-        }
-        | changes
-    )
+def sledge(step=step, **changes):
+    return along_a_line("sledge", "N", Parameters, State, step, **changes)
 
 
 SLEDGE = sledge()
