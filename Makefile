@@ -40,7 +40,7 @@ test-all: $(VENV)/installed
 
 interop: $(VENV)/installed
 	tests/interop/install.sh
-	$(BIN)/pytest -m "$(PROGRAMS)"
+	$(PYTEST) -m "$(PROGRAMS)"
 
 # The documentation as a site, build/site/index.html; any warning fails. What the variable silences is
 # no warning of the pages but news of the theme: see docs/development.md.
@@ -71,15 +71,15 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/gradients.py
 	$(BIN)/python benchmarks/runtime.py
 
-# What make test runs, with the oldest packages that pyproject.toml admits on the oldest Python.
-# Old packages on new ones that they use warn; that is not for this project to mend.
+# What make test runs, a case of each test, with the oldest packages that pyproject.toml admits on the
+# oldest Python. Old packages on new ones that they use warn; that is not for this project to mend.
 test-lowest: .venv-lowest/installed
-	.venv-lowest/bin/pytest $(PARALLEL) -W ignore::DeprecationWarning -m "$(QUICK)"
+	.venv-lowest/bin/pytest $(PARALLEL) --one-of-each -W ignore::DeprecationWarning -m "$(QUICK)"
 
-# What make test runs on another Python: make test-python VERSION=3.13, or the path of an interpreter.
-# A version that is not here is fetched by uv.
+# The same with the packages of make test on another Python: make test-python VERSION=3.13, or the
+# path of an interpreter. A version that is not here is fetched by uv.
 test-python: $(OTHER)/installed
-	$(OTHER)/bin/pytest $(PARALLEL) -m "$(QUICK)"
+	$(OTHER)/bin/pytest $(PARALLEL) --one-of-each -m "$(QUICK)"
 
 # The wheel, the source archive and a list of what an install of it holds (CycloneDX), in dist/; the
 # wheel works outside this folder.

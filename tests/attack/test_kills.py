@@ -43,7 +43,13 @@ scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
 run.seed = [0, 1]
 """
 #: Long enough that something happens to a cell while it runs.
-LONG = CELLS.replace("100", "500")
+LONG = CELLS.replace("100", "300")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The files of the long batch when nothing happens to it."""
+    return left_behind(tmp_path_factory.mktemp("undisturbed"), LONG)
 
 
 def begun(*arguments):
@@ -136,10 +142,9 @@ def workers_of(process):
         return []
 
 
-def test_workers_that_are_killed(tmp_path):
+def test_workers_that_are_killed(undisturbed, tmp_path):
     """One of them, or now and then the batch itself with all."""
-    whole = left_behind(tmp_path, LONG)
-    path = tmp_path / "mine.toml"
+    path = written(tmp_path, LONG)
     attack, chance = Attack("kills of workers"), random.Random(SEED)
     runs, wanted = 0, rounds(2, 100)
     while attack.outcomes.total() - attack.outcomes["done"] < wanted:
@@ -163,7 +168,7 @@ def test_workers_that_are_killed(tmp_path):
                 code = process.wait()
             # 1: a cell had taken four workers with it, or all had gone
             assert code in (0, 1, -signal.SIGKILL)
-        assert files(out) == whole
+        assert files(out) == undisturbed
         attack.outcomes["done"] += 1
         runs += 1
     attack.end(runs=runs)
@@ -178,10 +183,9 @@ def held_by(locks, pids):
     return None
 
 
-def test_a_frozen_worker_whose_cell_another_takes(tmp_path, monkeypatch):
+def test_a_frozen_worker_whose_cell_another_takes(undisturbed, tmp_path, monkeypatch):
     """When it wakes, what it writes is refused, whenever it was frozen."""
     monkeypatch.setenv(GRACE, "2")
-    whole = left_behind(tmp_path, LONG)
     path = written(tmp_path, LONG)
     names = [cell.name for cell in read_batch(path).cells]
     attack, chance = Attack("frozen workers"), random.Random(SEED)
@@ -201,12 +205,12 @@ def test_a_frozen_worker_whose_cell_another_takes(tmp_path, monkeypatch):
             try:
                 taker = subprocess.run(command, capture_output=True, env=environment, check=False)
                 assert taker.returncode == 0, taker.stderr
-                assert files(out) == whole
+                assert files(out) == undisturbed
                 before = {file: file.stat().st_mtime_ns for file in out.glob("*/*")}
             finally:
                 os.kill(frozen, signal.SIGCONT)
             assert ended(process) == (0, [])
-            assert files(out) == whole
+            assert files(out) == undisturbed
             cells = {file: file.stat().st_mtime_ns for file in before}
             assert cells == before  # nothing was written again
             attack.outcomes["refused"] += 1

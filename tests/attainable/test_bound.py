@@ -159,6 +159,7 @@ def test_bristles_follow_what_is_known_of_the_speed():
     assert narrow > 30 * steps / 4  # it says something
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["c-axis-ramp", pytest.param("c-axis-ramp-cutting", marks=pytest.mark.slow)]
 )

@@ -102,6 +102,7 @@ def started(path, out):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("blow", "moments"),
     [

@@ -55,6 +55,7 @@ def test_a_repeat_that_diverged_or_an_edited_range_stops_nothing(repeats, tmp_pa
     assert hfc("report", tmp_path).exit_code == 0
 
 
+@pytest.mark.slow
 def test_it_reads_what_a_run_writes(tmp_path):
     name, *_ = batch_folder(tmp_path, TWO)
     scenario, design = load_scenario("feed-drive-circle"), load_design("jee-koren-2004-aflc")

@@ -62,12 +62,14 @@ def apart(found, module):
     return rest
 
 
+@pytest.mark.slow
 def test_workers_of_our_own_know_a_module_of_the_current_folder(tmp_path, plain, started):
     assert len([name for name in plain if name.endswith("design.json")]) == 2
     assert ended(started("--workers", "2", *sledges(tmp_path, "here"))) == (0, [])
     assert apart(files(tmp_path / "out"), "here") == apart(plain, "mine")
 
 
+@pytest.mark.slow
 def test_workers_elsewhere_need_the_module(tmp_path, plain, started, cluster):
     """Only its name is sent to them."""
     options, address = sledges(tmp_path, "there"), cluster.up()

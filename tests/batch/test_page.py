@@ -61,6 +61,7 @@ def test_two_thousand_runs_stay_readable(large):
     assert text.index("<h2>Groups") < text.index("<h2>Every run")
 
 
+@pytest.mark.slow
 def test_the_page_of_a_run_is_that_of_hfc_design(tmp_path):
     """A cell of a batch has none; what is written later is what hfc design writes at once."""
     (tmp_path / "mine.toml").write_text(TINY)

@@ -98,6 +98,7 @@ def test_published_figures_by_hand(out):
     assert (missing["simulated"], missing["runs"]) == ("", "0")
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_them(out):
     page = (out / "report.html").read_text()
     assert page.index("Published and simulated") < page.index("Groups")

@@ -25,6 +25,7 @@ def test_the_tables_against_numpy_and_scipy(large):
         assert float(row["a12"]) == found.statistic / 2500
 
 
+@pytest.mark.slow
 def test_same_runs_same_bytes(tmp_path):
     """In another process, which has another order of what has none."""
     batch_folder(tmp_path, PRESETS)

@@ -40,6 +40,7 @@ def test_a_contour_error_of_zero_or_no_number_is_told():
         assert "times as large" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_a_metric_that_overflows_is_null_and_keeps_its_report(own):
     """The machine is linear, so that its error stays finite and the error's square does not."""

@@ -129,6 +129,7 @@ def test_usable_shows_itself():
         hfc.usable("pd-only", "feed-drive-line")
 
 
+@pytest.mark.slow
 def test_the_page_of_a_design_and_of_a_run(tmp_path):
     page = hfc.report(hfc.load_design("pd-only", {"name": "mine"}), tmp_path / "a.html")
     assert page == tmp_path / "a.html"
@@ -148,6 +149,7 @@ def test_the_page_of_a_design_and_of_a_run(tmp_path):
 PAPER = {"figures": "pdf", "width": "88mm", "latex": True}
 
 
+@pytest.mark.slow
 def test_a_page_for_a_paper_has_what_the_command_writes(tmp_path):
     short = hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
     hfc.report("pd-only", tmp_path / "a.html", scenario=short, **PAPER)

@@ -217,6 +217,7 @@ def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
     assert refused.stderr.rstrip().endswith(": has to be a whole number")
 
 
+@pytest.mark.slow
 def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_baselines):
     know([])  # nothing of other tests
     with monkeypatch.context() as patched:
@@ -229,6 +230,7 @@ def test_how_to_go_on_and_how_to_repeat_name_own_parts(own, monkeypatch, no_base
     assert "hfc design config.toml --use mine:SLEDGE --out another-folder" in page
 
 
+@pytest.mark.slow
 def test_design_without_out_finds_a_free_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for number in (1, 2):

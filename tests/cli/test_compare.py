@@ -25,6 +25,7 @@ def hfc(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
     found = hfc("compare", *TWO, *SHORT, "--spread", "0.1", "--seed", "4")
     assert found.exit_code == 0, found.output
@@ -51,6 +52,7 @@ def test_the_first_line_says_that_the_scenario_has_other_machines():
     assert same.splitlines()[0].rstrip() == "c-axis-ramp, 6 machines within ±10 %"
 
 
+@pytest.mark.slow
 def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
     table = tmp_path / "machines.csv"
     single = ["--spread", "0.01", "--tolerance", "backlash=0.5"]
@@ -87,6 +89,7 @@ def test_the_command_on_the_page_names_own_parts(own):
     assert done.exit_code == 0, done.output
 
 
+@pytest.mark.slow
 def test_a_folder_of_page_table_and_numbers(tmp_path):
     out = tmp_path / "beside"
     scenarios = ["--scenario", "c-axis-ramp", "--scenario", "c-axis-step"]
@@ -113,6 +116,7 @@ def test_a_folder_of_page_table_and_numbers(tmp_path):
     assert (again.exit_code, "exists already" in again.stderr) == (2, True)
 
 
+@pytest.mark.slow
 def test_single_files_and_own_scenario_of_the_first(tmp_path):
     html, table = tmp_path / "page.html", tmp_path / "x.csv"
     arguments = ["lin-lee-1999-table-2", "pd-only", *SHORT, "--html", html, "--csv", table]

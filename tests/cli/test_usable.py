@@ -118,6 +118,7 @@ def test_a_machine_that_cannot_be_drawn_is_said_to_be_none(capsys):
     assert "cannot be said" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_several_motions_within_a_spread_are_told_and_drawn(two, tmp_path):
     given = ["score", "pd-only", "--scenario", two, "--spread", "0.1", "--samples", "12"]
     done = hfc(*given, "--plot", tmp_path / "d.svg")

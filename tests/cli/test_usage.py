@@ -109,6 +109,7 @@ def test_a_run_folder_where_a_scenario_is_wanted_tells_how_it_goes_on(tmp_path):
     assert "is a folder" in refused("design", str(tmp_path.parent))
 
 
+@pytest.mark.slow
 def test_a_rate_of_learning_is_bounded():
     line = refused("train", "huang-soc", "--network", "rate=1e12", "--passes", "1")
     assert line == "--network: rate = 1000000000000.0: has to be 1000000 or less"
@@ -129,6 +130,7 @@ def test_names_are_told_in_the_help():
     assert "NAMES" not in told
 
 
+@pytest.mark.slow
 def test_a_page_of_an_experiment_tells_mistakes_in_a_line_too():
     for arguments in (["--identified", "missing.toml"], ["--machines", "x"]):
         call = [sys.executable, "-m", "experiments.emps.page", *arguments]

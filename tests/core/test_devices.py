@@ -30,6 +30,7 @@ def usual():
     return score
 
 
+@pytest.mark.slow
 def test_after_jax_has_started_it_works_with_one_warning(usual):
     score, warned = told(START)
     assert score == pytest.approx(usual, rel=1e-9)
@@ -37,6 +38,7 @@ def test_after_jax_has_started_it_works_with_one_warning(usual):
     assert "import hfc_design.api before the first computation with JAX" in warned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", ["jee-koren-2004-flc", "lin-lee-1999-table-1"])
 def test_a_command_sets_jax_up_before_a_drive_computes(design):
     """The drives' own functions are called already when files are checked."""

@@ -173,6 +173,7 @@ def test_a_law_does_a_step_before_a_search_and_when_a_design_is_loaded(changes, 
         assert line in refused("score", "mine.json")
 
 
+@pytest.mark.slow
 def test_a_law_of_an_axis_reads_what_it_names(own_plugins):
     api.register(pd_kind(law=step("current"), reads=lambda record: ["error", "current"]))
     scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL})
@@ -215,6 +216,7 @@ def test_what_a_design_needs_is_told_of_every_group(group, options, own):
         assert f"; its provenance names --use mine:{names[group]}" in line
 
 
+@pytest.mark.slow
 def test_a_search_in_which_everybody_failed_says_so(own):
     nothing = imported("mine").LAST._replace(score=lambda sums: sums / 0.0)
     api.register(nothing)

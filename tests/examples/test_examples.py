@@ -27,7 +27,12 @@ def test_every_example_is_run():
     assert sorted(path.stem for path in EXAMPLES.glob("*.py")) == sorted(PRINTS)
 
 
-@pytest.mark.parametrize("name", PRINTS)
+#: The others take longer.
+EVERY_DAY = {"01_design_and_export", "06_own_kind"}
+RUN = [pytest.param(x, marks=[] if x in EVERY_DAY else pytest.mark.slow) for x in PRINTS]
+
+
+@pytest.mark.parametrize("name", RUN)
 def test_example(name, tmp_path, monkeypatch, capsys, own_plugins):
     monkeypatch.chdir(tmp_path)
     more = ["out"] if name.startswith("01") else []

@@ -12,6 +12,7 @@ from hfc_design.cli import main
 OTHERS = ("PID of 2009", "compensated of 2009")
 
 
+@pytest.mark.slow
 def test_it_beats_the_published_pid_on_the_blade():
     """In contour and orientation together, on rapids and the first blocks: by far."""
     scenario = hfc.load_scenario("five-axis-blade", ["simulation.duration_s=1.5"])

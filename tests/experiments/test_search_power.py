@@ -96,6 +96,7 @@ def test_the_page_is_that_of_its_results():
     assert [row for row in told if row[0] in figures.GROUNDS] == rows
 
 
+@pytest.mark.slow
 def test_side_by_side_a_strategy_is_that_of_the_package(field):
     """The same bits as ``search.loop.generations``, whoever is beside it; all samples are paid."""
     settings = field.scenario.search.model_copy(update={"generations": 6})
@@ -131,6 +132,7 @@ def test_on_many_machines_the_default_meets_those_of_the_package():
     assert without.spent < found.spent  # who is hard is paid for
 
 
+@pytest.mark.slow
 def test_nobody_spends_more_than_the_budget(field):
     setup = Setup(LShade, 20, 2.0)
     (found,) = together(lambda *own: peer(setup, *own), field, [1])

@@ -48,6 +48,7 @@ def test_one_motion_at_least_is_for_all_machines():
         load_scenario({**SEVERAL, "motions": some})
 
 
+@pytest.mark.slow
 def test_several_are_judged_as_each_alone():
     """The same bits, whatever lies before or behind a motion."""
     scenario = load_scenario(SEVERAL)
@@ -78,6 +79,7 @@ def test_one_program_serves_any_number_of_motions():
     assert compiled.scores._cache_size() == before
 
 
+@pytest.mark.slow
 def test_motions_that_are_recorded_together_are_those_of_each_alone():
     scenario = load_scenario(SEVERAL)
     problem = Problem(scenario)

@@ -82,6 +82,7 @@ def test_what_a_drive_says_of_its_signals_ends_no_comment(tmp_path, own_plugins)
     assert "#define x" not in header
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-2", "jee-koren-1995-soflc", "pd-only"])
 def test_the_same_design_gives_the_same_bytes(name, tmp_path):
     for folder in ("a", "b"):
@@ -95,6 +96,7 @@ def test_the_same_design_gives_the_same_bytes(name, tmp_path):
     assert first == second
 
 
+@pytest.mark.slow
 def test_no_code_comes_with_a_name(tmp_path):
     design = load_design("jee-koren-2004-aflc")
     plant = design.plant.model_copy(update={"name": HOSTILE})

@@ -151,6 +151,7 @@ def test_the_axes_of_a_machine_have_their_own():
     assert machine.step(good) == {"x": 0.5, "y": 0.3, "z": 0.5}
 
 
+@pytest.mark.slow
 def test_a_slower_drive_of_a_scenario_bounds_it_further():
     scenario = {"limits": {"command": 5.0, "command_rate": 400.0}, "simulation.duration_s": 0.2}
     step = hfc.load_scenario("c-axis-step", scenario)
@@ -169,6 +170,7 @@ def test_a_slower_drive_of_a_scenario_bounds_it_further():
     np.testing.assert_array_equal(found.axes[0].motion.command, other.axes[0].motion.command)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pd", "pd+hierarchical-fuzzy"])
 def test_what_a_search_finds_was_searched_with_it_and_keeps_it(kind):
     changes = {
@@ -190,6 +192,7 @@ def test_what_a_search_finds_was_searched_with_it_and_keeps_it(kind):
     assert Controller(run.design).step(huge) == 0.5
 
 
+@pytest.mark.slow
 def test_what_is_learnt_comes_back_without_what_was_commanded():
     design = hfc.load_design("huang-soc", {"limits.command_rate": 40.0})
     scenario = hfc.load_scenario("milling-table-circle", {"simulation.duration_s": 1.0})

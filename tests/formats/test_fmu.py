@@ -61,6 +61,7 @@ def test_units_in_the_base_units_of_fmi(unit, factor, exponents):
         assert found.exponents == exponents
 
 
+@pytest.mark.slow
 def test_the_same_design_gives_the_same_bytes(tmp_path):
     first = written(AFLC, "fmu", tmp_path / "a")
     again = written(AFLC, "fmu", tmp_path / "b")

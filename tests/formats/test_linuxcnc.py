@@ -31,6 +31,7 @@ def with_controller(design, **changes):
     return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
 
 
+@pytest.mark.slow
 def test_folder_holds_all_and_is_the_same_each_time(tmp_path):
     found = files(AFLC, tmp_path / "a")
     assert found == files(AFLC, tmp_path / "b")
@@ -71,6 +72,7 @@ def test_controller_reads_what_its_error_is_between(tmp_path):
     assert "inputs.deflection = deflection_;" in text
 
 
+@pytest.mark.slow
 def test_the_unit_of_the_pins_is_told(tmp_path):
     assert "and not in degrees:" in files(TABLE_1, tmp_path / "c")["README.md"]
     assert "and not in mm: 1 BLU is 0.01 mm:" in files(AFLC, tmp_path / "a")["README.md"]
@@ -94,6 +96,7 @@ def test_machine_moves_last_in_a_sample(tmp_path):
     assert "period1=10000000\n" in text
 
 
+@pytest.mark.slow
 def test_machine_has_the_coefficients_of_its_parameters(tmp_path):
     changed = with_scenario(TABLE_1, "c-axis-ramp", "plant.parameters.spindle_inertia=6.5")
     text = files(changed, tmp_path / "a")["loop.hal"]
@@ -188,6 +191,7 @@ def test_a_scenario_that_cannot_run_from_here_is_refused(tmp_path):
     assert not (tmp_path / "a").exists()
 
 
+@pytest.mark.slow
 def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason(tmp_path):
     design = with_controller(AFLC, sample_time_s=0.001).model_copy(update={"provenance": {}})
     found = files(design, tmp_path / "a")

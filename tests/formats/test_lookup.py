@@ -69,6 +69,7 @@ def test_a_coarse_table_is_a_warning_and_in_the_page(points, warned, tmp_path):
         assert line in page
 
 
+@pytest.mark.slow
 def test_axes_with_limits_of_their_own_have_tables_of_their_own(tmp_path):
     design = load_design(
         NAME, {"plant.axes": {"a": {}, "b": {}}, "limits.axes.b": {"command": 4.0}}

@@ -17,6 +17,8 @@ from hfc_design.core.records import UserError
 from hfc_design.files.design import Design
 from hfc_design.files.learning import with_learned
 from hfc_design.formats import FORMATS, saving
+from hfc_design.formats.machine_code import sources
+from hfc_design.formats.writing import write
 from hfc_design.motion.contour import local_error
 
 MAIN = """
@@ -65,7 +67,7 @@ def built(tmp_path_factory):
         if name in known:
             return known[name]
         folder = tmp_path_factory.mktemp("c") / "c"
-        FORMATS["c"].write(DESIGNS[name], folder)
+        write(folder, sources(DESIGNS[name]))
         own = DESIGNS[name].name
         sees = f"{own}_path" in (folder / f"{own}.h").read_text()
         main = MAIN.replace("PATH", "{name}_path path;" if sees else "double path[4];")

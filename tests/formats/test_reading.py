@@ -165,6 +165,7 @@ def unit_alone():
     return type(design).model_validate(data)
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_design_that_a_search_starts_from(tmp_path, no_baselines):
     def hfc(*arguments):
         return CliRunner().invoke(main, [str(argument) for argument in arguments])

@@ -64,6 +64,7 @@ def cart_found(names, true, start=None, noise=1e-4, steps=800):
         return Found(fitted(problem, numbers, 1), problem, 0.0), told
 
 
+@pytest.mark.slow
 def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
     """Mass, friction, gain and pull of a cart: all of them by the same factor move it alike."""
     true = Cart(2.4, 7.0, 1.2, 0.6)
@@ -82,6 +83,7 @@ def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
     assert values["mass"] / values["force_gain"] == pytest.approx(2.0, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_one_that_is_known_tells_the_others():
     true = Cart(2.4, 7.0, 1.2, 0.6)
     found, _ = cart_found(["mass", "viscous_friction", "pull"], true, {"force_gain": 1.2})
@@ -92,6 +94,7 @@ def test_one_that_is_known_tells_the_others():
     assert (known.high > [2.4, 7.0, 0.6]).all()
 
 
+@pytest.mark.slow
 def test_mass_and_gain_of_the_positioning_stage_are_one_number():
     """The same of a built-in machine, by its slopes alone."""
     stage = PLANTS["positioning-stage"]
@@ -146,6 +149,7 @@ def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known(
     assert result.note == "held where it began: pull; the log tells others only beside it"
 
 
+@pytest.mark.slow
 def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_began():
     """Friction of 3, known to two thirds, that began at 40; gain and pull are held."""
     names = ["mass", "viscous_friction", "force_gain", "pull"]

@@ -112,6 +112,7 @@ def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
     assert kept(one, known, False).state == ("yes",)
 
 
+@pytest.mark.slow
 def test_a_machine_that_cannot_be_is_not_found():
     """A cart whose friction may not be below 2.5 / s times its mass, in a log of one of 2.3 / s."""
     true = Cart(mass=2.6, viscous_friction=6.0)

@@ -47,6 +47,7 @@ def deviations(fit):
     return known.error * np.maximum(np.abs(known.value), (1 - fit.free.positive) * fit.free.scale)
 
 
+@pytest.mark.slow
 def test_where_the_position_is_linear_it_is_linear_least_squares():
     """Of force_gain and pull, of the samples by which the command is late, and of the zero."""
     force = forced(STEPS)
@@ -95,6 +96,7 @@ def test_a_delay_of_two_samples_is_found(bandwidth):
     assert one.fit.late == pytest.approx(2.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_bad_starts_end_at_the_same_place():
     """A mass that is begun with at a twentieth."""
     force = forced(STEPS)

@@ -16,6 +16,7 @@ from hfc_design.identify.search import Found
 STEPS, NOISE = 400, 4e-3  # so short and so noisy that it is no parabola
 
 
+@pytest.mark.slow
 def test_a_profile_is_that_of_a_grid():
     true = Cart(mass=2.6, viscous_friction=6.0)
     force = forced(STEPS)

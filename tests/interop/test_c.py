@@ -16,7 +16,9 @@ from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.design import builtin_designs
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import DEFAULT_SCENARIOS, load_design
-from hfc_design.formats import FORMATS, code
+from hfc_design.formats import code
+from hfc_design.formats.machine_code import sources
+from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 
@@ -169,7 +171,7 @@ def test_no_sanitizer_complains_whatever_comes(program, name, flags, tmp_path):
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_no_globals_no_library(program, name, tmp_path):
-    FORMATS["c"].write(DESIGNS[name], tmp_path / "c")
+    write(tmp_path / "c", sources(DESIGNS[name]))
     source = tmp_path / "c" / f"{code.c_name(DESIGNS[name])}.c"
     flags = ("-std=c99", "-O1", "-ffreestanding", "-fno-pic", "-c")
     subprocess.run([program("gcc"), *flags, source, "-o", tmp_path / "o"], check=True)
@@ -217,7 +219,7 @@ def test_two_axes_have_a_state_each(program, tmp_path):
 
 
 def test_the_header_is_one_of_cpp_too(program, tmp_path):
-    FORMATS["c"].write(DESIGNS["jee-koren-2004-aflc"], tmp_path / "c")
+    write(tmp_path / "c", sources(DESIGNS["jee-koren-2004-aflc"]))
     (tmp_path / "main.cpp").write_text('#include "c/jee_koren_2004_aflc.h"\n')
     flags = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only")
     command = [program("g++"), *flags, tmp_path / "main.cpp"]
@@ -227,7 +229,7 @@ def test_the_header_is_one_of_cpp_too(program, tmp_path):
 def test_the_documented_control_compiles(compiler, tmp_path):
     text = Path(__file__).parents[2] / "docs" / "c.md"
     (sample,) = re.findall(r"```c\n(.*?)```", text.read_text(encoding="utf-8"), re.S)
-    FORMATS["c"].write(DESIGNS["jee-koren-2004-aflc"], tmp_path / "c")
+    write(tmp_path / "c", sources(DESIGNS["jee-koren-2004-aflc"]))
     (tmp_path / "c" / "control.c").write_text(sample, encoding="ascii")
     flags = ("-std=c99", *WARNINGS.split(), "-fsyntax-only")
     command = [compiler, *flags, tmp_path / "c" / "control.c"]

@@ -101,6 +101,7 @@ def test_the_final_choice_is_by_merit(monkeypatch):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "off"), [("float32", 0.02), ("float64", 1e-9)])
 def test_an_x_y_machine_is_chosen_by_what_was_searched(precision, off):
     """Its metrics have no share of sticking, so the share is told from the motion here."""
@@ -124,6 +125,7 @@ def test_an_x_y_machine_is_chosen_by_what_was_searched(precision, off):
     assert found.merit == pytest.approx(found.fitness / (1 + 300 * stuck / settled), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["race", "lin-lee-1999"])
 def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins, no_baselines):
     api.register(CALM)
@@ -161,6 +163,7 @@ def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins
         assert (tmp_path / "parts" / file).read_bytes() == (tmp_path / "whole" / file).read_bytes()
 
 
+@pytest.mark.slow
 def test_where_everything_fails_the_run_ends_and_says_so(tmp_path, own_plugins, no_baselines):
     api.register(LOST)
     changes = {**SMALL, "search.generations": 2, "fitness": {"kind": "lost"}}
@@ -173,6 +176,7 @@ def test_where_everything_fails_the_run_ends_and_says_so(tmp_path, own_plugins, 
     assert not (tmp_path / "run" / "design.json").exists()
 
 
+@pytest.mark.slow
 def test_commands_and_pages_show_the_merit_under_its_title(tmp_path, no_baselines):
     small = ("--set", "simulation.duration_s=0.3", "--population", 8, "--generations", 2)
     done = hfc("design", "c-axis-ramp", "--controller", "pd", *small, "--out", tmp_path / "run")

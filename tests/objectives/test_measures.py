@@ -69,6 +69,7 @@ def by_hand(design, scenario):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", ["lin-lee-1999-table-1", "pd-only"])
 def test_measures_of_one_axis(design):
     expected = by_hand(design, MOVE)

@@ -74,6 +74,7 @@ def test_same_run_gives_the_same_bytes(report):
     assert path.read_bytes() == first
 
 
+@pytest.mark.slow
 def test_report_of_diverged_designs(report, tmp_path):
     (scenario, result, folder, rivals), _ = report
     shutil.copy(folder / "config.toml", tmp_path)

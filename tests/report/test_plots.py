@@ -92,6 +92,7 @@ def test_long_numbers_leave_room_for_the_label():
         assert axes.yaxis.label.get_window_extent().x1 < left
 
 
+@pytest.mark.slow
 def test_errors_beside_rivals_in_every_motion():
     """A panel each, in its own unit; curves are the largest errors in slices of the time."""
     moves = [{"name": "ramp"}, {"name": "creep", "duration_s": 0.2}, {"name": "c", "weight": 2.0}]

@@ -31,6 +31,7 @@ def scenario(tmp_path):
     return written(tmp_path, ALL)
 
 
+@pytest.mark.slow
 def test_it_fails_with_what_to_try_and_can_be_resumed(scenario, tmp_path):
     out = tmp_path / "run"
     for arguments in ((scenario,), ("--resume",), ("--resume",)):
@@ -77,6 +78,7 @@ def test_a_cell_of_a_batch_has_failed_and_is_told_again(scenario, tmp_path):
     assert "every individual diverged" in batch("--status", tmp_path / "out").stdout
 
 
+@pytest.mark.slow
 def test_a_champion_that_diverges_in_float64_alone_is_none(tmp_path, monkeypatch):
     def failed(design, scenario, evaluate=champion.evaluate):
         return evaluate(design, scenario)._replace(diverged=True, merit=-np.inf, fitness=-np.inf)
@@ -88,6 +90,7 @@ def test_a_champion_that_diverges_in_float64_alone_is_none(tmp_path, monkeypatch
     assert not (tmp_path / "run" / "design.json").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["json", "c", "st"])
 def test_a_design_that_says_it_diverged_is_exported_only_anyway(target, tmp_path):
     design = api.load_design("lin-lee-1999-table-1")
@@ -109,6 +112,7 @@ def test_a_design_that_says_it_diverged_is_exported_only_anyway(target, tmp_path
     api.export(bad, target, tmp_path / "again", anyway=True)
 
 
+@pytest.mark.slow
 def test_the_score_of_such_a_design_is_null(scenario, tmp_path):
     given = tmp_path / "design.json"
     given.write_text(design_json(api.load_design("lin-lee-1999-table-1")))

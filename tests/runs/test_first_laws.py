@@ -16,6 +16,7 @@ def begun(name, *changes, seed=0):
     return problem, problem.task.informed(tree, np.random.default_rng(seed)), tree
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["c-axis-ramp", "c-axis-ramp-cutting"])
 def test_laws_that_were_searched_are_better_than_regulators(name):
     problem, found, tree = begun(name, "search.population=200", "search.generations=100")
@@ -26,6 +27,7 @@ def test_laws_that_were_searched_are_better_than_regulators(name):
     assert rank.max() > 1.2 * others.max()
 
 
+@pytest.mark.slow
 def test_same_numbers_same_individuals():
     sizes = "search.population=160", "search.generations=100"
     _, one, _ = begun("c-axis-ramp", *sizes)

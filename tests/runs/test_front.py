@@ -163,6 +163,7 @@ def test_the_table_has_the_ends_and_the_marked_points(alone):
     assert len(rows) <= 5
 
 
+@pytest.mark.slow
 def test_nothing_allowed_is_the_least_broken_design_and_said(tmp_path, no_baselines):
     small = ("--population", 8, "--generations", 2, "--set", "simulation.duration_s=0.1")
     never = ("--set", "constraints={rms_command='0 V'}")

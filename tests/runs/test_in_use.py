@@ -27,6 +27,7 @@ def contents(folder):
     return {str(file.relative_to(folder)): file.read_bytes() for file in found}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_baselines")
 def test_a_folder_in_use_is_left_alone(tmp_path):
     folder = tmp_path / "run"

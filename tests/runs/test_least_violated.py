@@ -24,6 +24,7 @@ def designed(folder, *changes):
     return hfc("design", "c-axis-ramp", "--quiet", "--out", folder, *options)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_baselines")
 @pytest.mark.parametrize("front", [False, True])
 def test_contradictory_constraints(tmp_path, front):
@@ -51,6 +52,7 @@ def test_contradictory_constraints(tmp_path, front):
         assert own["pd"]["kp"] == pytest.approx(float(least))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_baselines")
 def test_constraints_that_can_be_kept_are_not_called_violated(tmp_path):
     done = designed(tmp_path / "run", "constraints.peak_command=1e9")
@@ -60,6 +62,7 @@ def test_constraints_that_can_be_kept_are_not_called_violated(tmp_path):
     assert "least_violated" not in score
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_baselines")
 def test_a_spread_that_no_machine_survives(tmp_path):
     """Where all diverge there is no design: code 1, and the hint names the spread."""

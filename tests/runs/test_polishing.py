@@ -74,6 +74,7 @@ def test_interrupted_and_resumed_equals_uninterrupted(whole, tmp_path, stop):
     assert contents(part) == contents(whole[0])
 
 
+@pytest.mark.slow
 def test_damaged_or_foreign_checkpoints_are_refused_and_left_alone(whole, tmp_path):
     part = tmp_path / "part"
     part.mkdir()
@@ -164,6 +165,7 @@ def test_slopes_of_the_merit_are_those_of_the_formula(scenario, fitness):
         np.testing.assert_allclose(found[some], hand[some], rtol=1e-9, atol=1e-9 * abs(hand).max())
 
 
+@pytest.mark.slow
 def test_derivatives_go_through_encoders_and_converters():
     """Their own is 0: what a law does about an error would not be seen, nor any command."""
     changes = {"simulation.duration_s": 0.2, "controller.kind": "lqi"}
@@ -190,6 +192,7 @@ def test_derivatives_go_through_encoders_and_converters():
     assert np.abs(error).max() > 1e-4
 
 
+@pytest.mark.slow
 def test_normal_equations_of_many_machines_lead_downhill():
     """A law in the middle of all ranges is far from what it can be."""
     changes = {"simulation.duration_s": 0.3, "robust.final": 6, "robust.first": 2}

@@ -261,6 +261,7 @@ def test_tables_of_motions_and_of_axes_travel_too(tmp_path):
     assert len(list(tmp_path.rglob("*.csv"))) == 6
 
 
+@pytest.mark.slow
 def test_a_whole_run_compiles_the_evaluator_once(tmp_path):
     """Of each program one: scores, derivatives and the float64 check of the finalists."""
     programs = (compiled.scores_needed, compiled.jacobians, compiled.trajectories)

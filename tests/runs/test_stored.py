@@ -112,6 +112,7 @@ def test_anyway_is_for_resuming(both):
     assert "--anyway needs --resume" in hfc("design", "--anyway", "--quiet").stderr
 
 
+@pytest.mark.slow
 def test_another_text_of_an_own_part(own, no_baselines):
     (own / "hunt.py").write_text(MODULE)
     options = ("--strategy", "hunt:CLIMB", "--preset", "climb", "--controller", "pd")

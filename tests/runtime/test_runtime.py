@@ -103,6 +103,7 @@ def test_equals_the_loop_on_random_designs(inputs, random_population):
         np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [None, pytest.param(500.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
 def test_equals_the_loop_where_the_root_adapts(name, scale):

@@ -19,6 +19,7 @@ CASES = {
 COUNT, GENERATIONS, SEEDS = 32, 30, 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_a_search_beats_as_many_individuals_drawn_at_random(case):
     """By more than chance, and without Gauss-Newton steps."""

@@ -26,6 +26,7 @@ def searching(own):
     return own
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["random", "climb"])
 @pytest.mark.parametrize("kind", ["pd", "pd+hierarchical-fuzzy"])
 def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines):
@@ -55,6 +56,7 @@ def test_on_the_command_line_with_every_kind(name, kind, searching, no_baselines
     assert again["merit"] == design["score"]["merit"]
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed_equals_uninterrupted(searching):
     strategies = imported("hunt")
     for strategy in (strategies.RANDOM, strategies.CLIMB):

@@ -79,6 +79,7 @@ def test_published_controllers_move_as_radau_says(case, published):
         assert total == pytest.approx(recorded[name], rel=5e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("count", "wanted"), [(8, 4), pytest.param(32, 20, marks=pytest.mark.slow)]
 )

@@ -42,6 +42,7 @@ def test_each_design_does_what_it_does_alone(found):
             assert np.sqrt(np.mean(error**2)) == pytest.approx(side.nominal[ERROR])
 
 
+@pytest.mark.slow
 def test_other_machines_than_those_of_the_scenario_are_said():
     own = {**SHORT, "robust": {"spread": 0.1, "tolerances": {"stiffness": 0.3}}}
     scenario = load_scenario("c-axis-ramp", own)
@@ -52,6 +53,7 @@ def test_other_machines_than_those_of_the_scenario_are_said():
     assert compare(designs, scenario, 0.1, 2, tolerances={"stiffness": 0.3}).notes == []
 
 
+@pytest.mark.slow
 def test_a_motion_that_the_simulation_cuts_short_is_said():
     scenario = load_scenario("milling-table-circle", {"simulation.duration_s": 0.6})
     found = compare(["huang-pid", "huang-cross-coupled"], scenario, 0.1, 1)

@@ -105,6 +105,7 @@ def test_machines_that_cannot_follow_are_refused(changes, words):
         assert word in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_a_hierarchy_can_be_searched_for_a_feed_drive(tmp_path, no_baselines):
     # As in test_judge.py, so that both have the same compiled programs.
     alike = ["--set", "simulation.duration_s=3.0", "--set", "search.stick_penalty=300"]

@@ -64,6 +64,7 @@ def test_the_published_program_at_rest_limits_and_ends():
     assert printed.metrics["c_max_error_deg"] > 3 * found.metrics["c_max_error_deg"]
 
 
+@pytest.mark.slow
 def test_gravity_and_unbalance_are_felt_where_axes_are_coupled():
     """Z sags by no more than 30 kg over 7e4 N s/m over 33.33 1/s, and what friction adds."""
     alone = load_design(PID)
@@ -75,6 +76,7 @@ def test_gravity_and_unbalance_are_felt_where_axes_are_coupled():
     assert found[40:300] - free[40:300] == pytest.approx(sag, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_population_does_what_one_machine_does():
     """In float32, and by the fitness of the contour, of which the tables' orientation is a part."""
     found = hfc.evaluate(PID, "five-axis-program")

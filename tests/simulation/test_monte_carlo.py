@@ -36,6 +36,7 @@ def alone(design, scenario, machines, k):
     return evaluate(design, scenario.model_copy(update={"plant": plant}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "seconds"), [("lin-lee-1999-table-2", 1.5), ("jee-koren-2004-flc", 4.0)]
 )
@@ -127,6 +128,7 @@ def test_parameters_and_axes_are_independent():
     assert abs(np.corrcoef(varied) - np.eye(16)).max() < 5 / np.sqrt(400)
 
 
+@pytest.mark.slow
 def test_a_long_motion_is_simulated_in_smaller_chunks(monkeypatch):
     design, scenario = case("jee-koren-2004-pid", seconds=0.3)  # 30 samples of 2 axes
     monkeypatch.setattr(monte_carlo, "KEPT", 200)
@@ -179,6 +181,7 @@ def test_nearly_no_spread_gives_the_nominal_metrics(name):
     assert found.nominal_stable
 
 
+@pytest.mark.slow
 def test_stable_share_is_that_of_the_poles():
     period, gain, lag, count = 0.01, 28.3, 0.055, 120
     k_p = 0.97 * stable_range(gain, lag, period).k1_linear
@@ -215,6 +218,7 @@ def test_stable_share_is_that_of_the_poles():
     assert found.nominal_stable
 
 
+@pytest.mark.slow
 def test_stable_spindles_are_those_of_the_linear_loop():
     design, scenario = case("pd-only", seconds=10.0)
     found = robustness(design, scenario, 0.2, 150)
@@ -267,6 +271,7 @@ def test_the_command_tells_the_same_as_json_table_and_picture(tmp_path):
     assert row.split()[1] == f"{found['metrics']['rms_error_rad']['nominal']:.3g}"
 
 
+@pytest.mark.slow
 def test_a_design_that_diverges_everywhere_is_a_result(tmp_path):
     design = load_design("pd-only")
     pd = design.controller.pd.model_copy(update={"kd": 1e9})

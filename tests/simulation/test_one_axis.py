@@ -125,6 +125,7 @@ def test_a_plant_of_a_user_has_its_own_units(evaluation):
         assert f">{label}<" in drawing
 
 
+@pytest.mark.slow
 def test_a_run_designs_for_one_axis_and_reports_in_its_units(scenario, tmp_path, monkeypatch):
     rival = {"jee-koren-2004-pid": Baseline("JK04 PID")}  # the others take long to compile
     monkeypatch.setitem(BASELINES, "feed-drive", rival)

@@ -40,6 +40,7 @@ def picked(gains, which):
 
 
 # Values of an independent float64 implementation, 10 s.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("design", "scenario", "fitness"),
     [
@@ -60,6 +61,7 @@ def test_published_score_of_the_second_pd_alone():
     assert fitness(*prepared_loop, gains, np.float64)[0] == pytest.approx(10.4647, abs=6e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("design", "scenario"),
     [("lin-lee-1999-table-1", "c-axis-ramp"), ("lin-lee-1999-table-2", "c-axis-ramp-cutting")],
@@ -97,6 +99,7 @@ def test_population_equals_a_loop_over_individuals(count, random_population):
     assert together[::7] == pytest.approx(alone, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_order_of_individuals_does_not_matter(random_population):
     gains = random_population(65, seed=3)
     loop = prepared(HIERARCHICAL)
@@ -166,6 +169,7 @@ def test_substeps_converge():
     assert errors[2] < 2e-9
 
 
+@pytest.mark.slow
 def test_command_limit_is_kept(published):
     controller, gains = published("lin-lee-1999-table-2")
     _, (free,) = simulate.trajectory(*prepared(controller), gains)
@@ -211,6 +215,7 @@ def test_noise_is_that_of_its_seed():
     assert abs(first.mean()) < 3e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("inputs", "firing"), [(3, 40), pytest.param(5, 90, marks=pytest.mark.slow)]
 )

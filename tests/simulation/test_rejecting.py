@@ -25,6 +25,7 @@ def population(name, changes, count=150):
     return problem, problem.genome.gains(members)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_who_is_not_lost_has_the_same_bits(case):
     problem, gains = population(*CASES[case])
@@ -61,6 +62,7 @@ def test_each_has_what_it_needs_and_one_program_serves_all():
     assert samples[1::2].mean() < 0.5 * samples[::2][finite].mean()
 
 
+@pytest.mark.slow
 def test_populations_of_other_sizes_share_a_program():
     """They are cut into parts of one size, and whoever fills up a part is simulated no further."""
     problem, gains = population(*CASES["C-axis"])

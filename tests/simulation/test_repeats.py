@@ -30,6 +30,7 @@ def louder_aflc(design, factor):
     return load_design(design, [f"controller.{key}={x!r}" for key, x in changes.items()])
 
 
+@pytest.mark.slow
 def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
     """The AFLC of 2004 on a circle: one of two motions, by the last bits of its table."""
     scenario, design = load_scenario(CIRCLE), load_design("jee-koren-2004-aflc")
@@ -58,6 +59,7 @@ def test_a_published_design_that_a_millionth_moves_is_told_as_a_range():
     assert note == f"it is chaotic: {ends} {told}"
 
 
+@pytest.mark.slow
 def test_a_published_design_that_is_not_chaotic_has_one_figure():
     scenario = load_scenario("c-axis-ramp", {"simulation.duration_s": 2.0})
     design = load_design("lin-lee-1999-table-1")

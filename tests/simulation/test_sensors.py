@@ -99,6 +99,7 @@ def test_observer_is_exact_at_constant_speed(own_plugins):
     np.testing.assert_allclose(position, -0.3 * found.simulation.time, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_difference_and_observer_without_memory_are_the_same():
     difference = moved(scenario("sensors.velocity='encoder'")).command
     changes = ["sensors.velocity='observer'", "sensors.observer_hz=1e5"]
@@ -215,6 +216,7 @@ def test_a_design_file_says_no_more_of_its_limits_than_it_has_to():
     assert "delay_samples" not in plain
 
 
+@pytest.mark.slow
 def test_the_converter_of_a_design_goes_with_its_plant():
     made_for = scenario("limits.resolution=0.5", "limits.delay_samples=1", "limits.command=8.0")
     design = hfc.with_gains(made_for, "pd", {"kp": 758.405, "kd": 743.010})

@@ -30,6 +30,7 @@ TWO = {
 }
 
 
+@pytest.mark.slow
 def test_machines_are_those_of_a_seed_of_their_own_and_each_moves_as_it_does_alone():
     scenario = load_scenario(TWO, ["run.seed=5"])
     found = usable("pd-only", scenario)
@@ -49,6 +50,7 @@ def test_machines_are_those_of_a_seed_of_their_own_and_each_moves_as_it_does_alo
             assert one.told["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_gain_is_kept_up_to_a_bound_on_the_command():
     """The peak of a ramp from rest is about kd times its speed, so the factor scales it."""
     peak = evaluate("pd-only", load_scenario(TWO)).motions["ramp"].metrics["peak_voltage_V"]
@@ -88,6 +90,7 @@ def test_a_millionth_of_the_command_hardly_moves_a_loop_that_is_not_chaotic():
     assert merit_told(told) == ""
 
 
+@pytest.mark.slow
 def test_a_chaotic_loop_has_a_range_and_no_figure():
     """The best that a search found under the cutting load; each repeat is a run of its own."""
     design, scenario = load_design(DATA / "chaotic.json"), load_scenario("c-axis-ramp-cutting")
@@ -120,6 +123,7 @@ def test_who_keeps_a_constraint_is_counted_with_its_interval():
         assert told["largest"] == one.told["peak_command"].max()
 
 
+@pytest.mark.slow
 def test_what_a_scenario_tolerates_and_the_design_misses():
     """Against constraints of the same measures, and the error of the nominal machine alone."""
     free = usable("pd-only", load_scenario(TWO))
@@ -141,6 +145,7 @@ def test_what_a_scenario_tolerates_and_the_design_misses():
     assert f"settled_rms_error {one['times']:.3g} times"[:24] in repr(found)
 
 
+@pytest.mark.slow
 def test_a_tolerance_of_what_is_a_constraint_too():
     """Both stand among what is measured, in this order."""
     own = {"rms_error": 1e-9, "peak_command": 1.0}
@@ -154,6 +159,7 @@ def test_a_tolerance_of_what_is_a_constraint_too():
         np.testing.assert_array_equal(one.bounds["peak_command"][1][1:], one.told["peak_command"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "bound", [{"constraints.peak_command": 1e-3}, {"constraints.late_error": 0.0}]
 )
@@ -166,6 +172,7 @@ def test_what_no_machine_keeps_is_said_in_a_line(bound):
     assert "0 % of 20 unseen machines" in found.answer
 
 
+@pytest.mark.slow
 def test_a_design_that_diverges_everywhere():
     wild = load_design("pd-only", ["controller.pd.kd=1e9"])
     found = usable(wild, load_scenario(TWO))
@@ -173,11 +180,13 @@ def test_a_design_that_diverges_everywhere():
     assert found.numbers()["precision"] is None
 
 
+@pytest.mark.slow
 def test_without_tolerances_two_hundred_machines_within_a_fifth():
     found = usable("pd-only", load_scenario("c-axis-ramp", {"simulation.duration_s": 1.0}))
     assert (len(found.good), found.spread) == (200, 0.2)
 
 
+@pytest.mark.slow
 def test_a_loop_that_swings_at_rest_is_of_no_use():
     """The integral is by far too strong for such a drive; the motion is too short to show it."""
     design = load_design("pd-only")

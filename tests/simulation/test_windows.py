@@ -77,6 +77,7 @@ def test_windows_that_cannot_be(windows, told):
     assert found.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_report_says_what_a_window_is(tmp_path):
     windows = 'windows=[{name="late", from_s=0.05}]'
     small = ("--set", "simulation.duration_s=0.1", "--population", 16, "--generations", 2)

@@ -79,6 +79,7 @@ def test_symmetric_tables_treat_both_directions_alike():
     assert abs(lopsided.singletons + lopsided.singletons[:, ::-1, ::-1]).max() > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_gains_of_the_population_are_those_of_the_design_files(kind):
     own = genome(kind)

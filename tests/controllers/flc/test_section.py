@@ -37,7 +37,7 @@ ADAPTATION = {
 }
 
 
-@pytest.fixture(scope="module", params=["flc", "aflc"])
+@pytest.fixture(scope="module", params=["flc", pytest.param("aflc", marks=pytest.mark.slow)])
 def report(request, tmp_path_factory):
     """The arguments of ``write_page`` for each kind of design, and its page."""
     folder = tmp_path_factory.mktemp(request.param) / "run"

@@ -67,6 +67,7 @@ def test_the_race_finds_the_best_gains(seed):
     assert found.k_d[0] == pytest.approx(-0.5, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind", "seconds"), [("c-axis-ramp", "pd", 0.5), ("feed-drive-line", "pid", 1.0)]
 )
@@ -106,6 +107,7 @@ def test_design_of_gains_ends_with_a_report_and_resumes(
         api.design(scenario.model_copy(update={"description": "other"}), tmp_path / "parts")
 
 
+@pytest.mark.slow
 def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path):
     """The run folder holds a copy of the table, under another path."""
     table = tmp_path / "way.csv"
@@ -124,6 +126,7 @@ def test_a_run_with_a_file_of_its_own_goes_on_too(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_pid_by_search_is_no_worse_than_by_pole_placement():
     """The published gains 1.5, 8.1, 0.1 lie in the ranges; whatever the seed."""
     changes = {"controller": {"kind": "pid"}, "search.population": 32, "search.generations": 8}

@@ -79,6 +79,7 @@ def test_laws_are_regulators_of_the_drive():
         assert have == pytest.approx(wanted, rel=1e-6, abs=1e-6 * abs(wanted).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["c-axis-ramp", "c-axis-ramp-cutting", "feed-drive-hierarchy"])
 def test_they_are_better_than_random_ones(name):
     own = Problem(load_scenario(name))

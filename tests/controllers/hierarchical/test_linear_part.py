@@ -118,6 +118,7 @@ def test_slopes_are_those_of_the_command(seed):
         assert numeric == pytest.approx(expected, rel=1e-4, abs=1e-4 * pd.kp)
 
 
+@pytest.mark.slow
 def test_without_tables_it_is_the_linear_loop():
     scenario = on_linear()
     genome = genome_of(scenario)
@@ -198,6 +199,7 @@ def test_the_paper_s_algorithm_searches_a_pd_alone():
         on_linear(**{"search.preset": "lin-lee-1999"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["cma", "race"])
 def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
     scenario = on_linear(**{"search.preset": preset})
@@ -276,6 +278,7 @@ FEED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("own", [False, True])
 def test_a_feed_drive_with_a_part_for_both_axes_or_one_each(own, tmp_path):
     controller = {"kind": "per-axis", "axes": {"x": FEED, "y": FEED}} if own else FEED

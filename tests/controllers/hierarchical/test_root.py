@@ -199,6 +199,7 @@ def test_runtime_forgets_what_it_learnt():
     assert runtime.step(signals) == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"])
 def test_without_steps_it_is_the_design_itself(name):
     scenario = load_scenario("c-axis-ramp-cutting", ["simulation.duration_s=1.0"])
@@ -271,6 +272,7 @@ def test_a_search_designs_the_loop_that_adapts(tmp_path, no_baselines):
     assert evaluate(found, own_scenario(found, str(folder))).fitness == found.score["fitness"]
 
 
+@pytest.mark.slow
 def test_a_published_table_learns_a_load_it_was_not_made_for(tmp_path):
     """The no-load table under the cutting load, by the commands."""
 

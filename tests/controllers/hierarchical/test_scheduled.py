@@ -332,6 +332,7 @@ def test_the_drawing_is_of_the_root_s_output():
             assert found[k] == pytest.approx(10.0 * root(design, told, before), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_page_shows_both_laws(tmp_path):
     small = {"simulation.duration_s": 0.2, "search.population": 6, "search.generations": 4}
     inputs = [{"name": "reference_rate", "scale": 50.0}, {"name": "error", "scale": 3000.0}]

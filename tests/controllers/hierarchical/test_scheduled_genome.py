@@ -231,6 +231,7 @@ def test_the_first_stage_begins_with_two_regulators_that_are_alike(genome):
         np.testing.assert_array_equal(columns(genome, found, bool(k)), wanted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["cma", "race"])
 def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
     """Stopped in the stage of two laws; cma ends with a law that is scheduled."""

@@ -139,6 +139,7 @@ def test_a_file_that_is_none_is_told_in_a_line(law, frequencies, told, tmp_path)
     assert told in refused("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
 
 
+@pytest.mark.slow
 def test_a_search_moves_them(tmp_path, no_baselines):
     """All stages of cma of two laws, and the page at its end."""
     own = {

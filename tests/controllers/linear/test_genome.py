@@ -202,6 +202,7 @@ def test_a_drive_that_cannot_be_differentiated_is_told_in_a_line(own):
         of_sledge("lqi", "sledge")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_search_finds_a_better_one(kind):
     """Half a second under a load, thirty individuals: from the start onwards."""
@@ -215,6 +216,7 @@ def test_a_search_finds_a_better_one(kind):
     assert found.design.kind.name == kind
 
 
+@pytest.mark.slow
 def test_each_axis_its_own():
     """A regulator beside a PID on the axes of a feed drive, searched and read back."""
     axes = {"x": {"kind": "lqi"}, "y": {"kind": "pid+ff"}}

@@ -93,6 +93,7 @@ def test_the_command_writes_a_design_that_goes_on_learning(tmp_path):
     assert len(section.drawings) == 2  # as designed, and after the motion
 
 
+@pytest.mark.slow
 def test_a_search_varies_the_numbers_beside_the_weights():
     settings = {"kind": "neural", "hidden": 4, "ranges": {"error_unit": [0.5, 5.0]}}
     changes = {**SHORT, "search.generations": 2, "search.population": 16, "controller": settings}

@@ -151,6 +151,7 @@ def test_a_population_equals_its_individuals(name):
         np.testing.assert_allclose(together[:, k], alone[:, 0], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_single_precision_stays_single():
     controller, gains = controller_of(DESIGNS["2004-aflc with all terms"])
     found = jax_motion(controller, gains, circle(50), np.float32)

@@ -123,6 +123,7 @@ def test_bad_designs_are_one_line(change, told):
         load_design("huang-soc", change)
 
 
+@pytest.mark.slow
 def test_reversals_on_the_circle_become_smaller_as_printed():
     """0.015 and 0.04 mm are printed of it, 0.03 and 0.15 mm of the PID, of which it is ahead.
 
