@@ -4,7 +4,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plain_words import plain_lines
 
@@ -246,7 +246,7 @@ def test_fuzzed_design_file_is_refused_or_is_a_design(data):
     try:
         found = parse_design(text, "fuzz.json")
     except UserError as error:
-        plain_lines(error, "fuzz.json: ")
+        plain_lines(error, "fuzz.json: ", text)
     else:
         assert isinstance(found, Design)
         assert parse_design(design_json(found), "again.json") == found
@@ -259,7 +259,7 @@ def test_fuzzed_text_in_a_design_file_is_refused_or_is_a_design(rubbish, place):
     try:
         assert isinstance(parse_design(text, "fuzz.json"), Design)
     except UserError as error:
-        plain_lines(error, "fuzz.json: ")
+        plain_lines(error, "fuzz.json: ", text)
 
 
 toml_values = st.recursive(
@@ -287,7 +287,7 @@ def test_fuzzed_scenario_is_refused_or_is_a_scenario(data, tmp_path_factory):
     try:
         found = load_scenario(str(file))
     except UserError as error:
-        plain_lines(error, f"{file}: ")
+        plain_lines(error, f"{file}: ", text)
     else:
         assert isinstance(found, Scenario)
         file.write_text(scenario_toml(found))
@@ -296,11 +296,12 @@ def test_fuzzed_scenario_is_refused_or_is_a_scenario(data, tmp_path_factory):
 
 @FUZZ
 @given(st.text(max_size=60))
+@example("<class ")
 def test_fuzzed_change_is_refused_or_taken(change):
     try:
         assert isinstance(load_scenario("c-axis-ramp", [change]), Scenario)
     except UserError as error:
-        plain_lines(error)
+        plain_lines(error, written=change)
 
 
 def test_a_mistyped_plant_is_told_beside_its_parameters():

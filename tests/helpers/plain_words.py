@@ -23,13 +23,16 @@ def library_words(line: str) -> str:
     return said[0] if said else ""
 
 
-def plain_lines(error: Exception, start: str = "") -> list[str]:
-    """The lines of a UserError, each bounded, printable and in words of this project."""
+def plain_lines(error: Exception, start: str = "", written: str = "") -> list[str]:
+    """The lines of a UserError, each bounded, printable and in words of this project.
+
+    They may quote what the user has ``written``, whatever words it has.
+    """
     lines = str(error).split("\n")
     for line in lines:
         assert line.startswith(start)
         assert line.isprintable()
         assert len(line) <= 520
-        assert not library_words(line), line
+        assert library_words(line) in written, line
     assert len(lines) <= MOST + 1
     return lines
