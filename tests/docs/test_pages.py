@@ -49,7 +49,7 @@ def test_commands_have_the_options_that_they_are_given(page):
         if words[0].startswith("-"):
             continue
         command = main.commands[words[0]]
-        with click.Context(main, info_name="hfc") as parent:
+        with click.Context(main, info_name="hfc", **main.context_settings) as parent:
             context = command.make_context(words[0], words[1:], parent, resilient_parsing=True)
         left = [word for word in context.args if word.startswith("-")]
         assert not left, line
