@@ -54,12 +54,21 @@ def mistaken(data, own):
             yield put(data, place, wrong)
 
 
+def of_kinds(data, place):
+    """A place and the kinds of the tables that hold it: a key of another kind is another."""
+    kinds = []
+    for key in place:
+        kinds.append(data.get("kind") if isinstance(data, dict) else None)
+        data = data[key]
+    return place, *kinds
+
+
 def with_own_places(files):
-    """(name, file, places that none of those before has): each is tried in one file only."""
+    """(file, places that none of those before has): each is tried in one file only."""
     known = set()
     for name, data in files:
-        own = [place for place in places(data) if place not in known]
-        known.update(own)
+        own = [place for place in places(data) if of_kinds(data, place) not in known]
+        known.update(of_kinds(data, place) for place in own)
         if own:
             yield pytest.param(data, own, id=name)
 
