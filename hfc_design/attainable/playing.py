@@ -28,7 +28,7 @@ class Player(NamedTuple):
     machine: Machine
     substeps: int
     limit: float | None  # [V]
-    resolution: float  # of the converter [V]
+    resolution: float | None  # of the converter [V]
     fixed: tuple[Parameters, ...]  # of the machine's only drive
     samples: Samples
 
@@ -49,7 +49,7 @@ def player(scenario: Scenario) -> Player:
         plant.machine,
         scenario.simulation.substeps,
         largest_command(limits),
-        limits.resolution,
+        limits.resolution or None,
         jax.tree.map(float, plant.machine.coefficients(plant.values())),
         scenario.samples(),
     )
@@ -69,10 +69,10 @@ def played(
     steps, start = len(voltage), np.array(one.samples.start[0], dtype=float)
     loads = np.asarray(one.samples.axes[0].loads).T[:steps]
     near, gain = held or (np.zeros((steps, len(start))),) * 2
-    how = (one.machine, one.substeps, one.limit, one.resolution)
+    how, converter = (one.machine, one.substeps), (one.limit, one.resolution)
     clock = float(one.samples.sample_time)
     with jax.enable_x64(True):
-        found = _played(how, one.fixed, clock, start, loads, voltage, near, gain)
+        found = _played(how, converter, one.fixed, clock, start, loads, voltage, near, gain)
     voltages, states = (np.asarray(x) for x in found)
     target = np.asarray(one.samples.axes[0].target)[:steps]
     return Played(voltages, states, target - states[:, ANGLE])
@@ -105,7 +105,8 @@ def _moved(
 
 @partial(jax.jit, static_argnums=0)
 def _played(
-    how: tuple[Machine, int, float | None, float],
+    how: tuple[Machine, int],
+    converter: tuple[Array | None, Array | None],
     fixed: tuple[Parameters, ...],
     time: Array,
     start: Array,
@@ -114,12 +115,10 @@ def _played(
     near: Array,
     gain: Array,
 ) -> tuple[Array, Array]:
-    machine, substeps, limit, resolution = how
-
     def body(x: Array, row: tuple[Array, ...]) -> tuple[Array, tuple[Array, Array]]:
         load, asked, place, back = row
-        acting = converted(asked - back @ (x - place), limit, resolution)
-        return _moved((machine, substeps), fixed, time, x, load, acting), (acting, x)
+        acting = converted(asked - back @ (x - place), *converter)
+        return _moved(how, fixed, time, x, load, acting), (acting, x)
 
     return lax.scan(body, start, (loads, voltage, near, gain))[1]
 

@@ -46,6 +46,14 @@ Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 FEWEST_DEVICES = 2
 
 
+class Constant(float):
+    """A number of a controller that belongs to its code: another one is another program.
+
+    Any other float in what a loop is made of is an input of its compiled program. Make it one where
+    it is worth it in a hot loop, or where Python has to know it, for a branch or ``math``.
+    """
+
+
 class Xp(NamedTuple):
     """What a law needs beside arithmetic."""
 

@@ -4,6 +4,7 @@ from functools import cache
 from typing import Literal, Self
 
 import jax.numpy as jnp
+from jax.tree_util import Partial
 from pydantic import PrivateAttr
 
 from hfc_design.core.numbers import Scalar
@@ -11,7 +12,14 @@ from hfc_design.core.records import NotNegative
 from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import PathFrame
 from hfc_design.objectives.measures import Units
-from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.objective import (
+    NOTHING_LEFT,
+    Left,
+    Moment,
+    Objective,
+    ObjectiveSettings,
+    Sums,
+)
 
 
 class ContourSettings(ObjectiveSettings):
@@ -37,25 +45,11 @@ def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objecti
     at a right angle to it, a degree for a unit. The lag is how far the machine is behind along the
     path: one that never leaves the path because it never moves is no good.
     """
-
-    def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
-        assert path is not None  # see ``_fault``
-        squares, largest, lags, count = sums
-        error, turned, behind = off_path(path, [moment.deviation for moment in moments])
-        error = error if turned is None else jnp.hypot(error, turned)
-        largest = jnp.maximum(largest, jnp.abs(error))
-        return squares + error * error, largest, lags + behind * behind, count + 1.0
-
-    def best(sums: Sums, left: Left) -> Scalar:
-        squares, largest, lags, count = sums
-        count = count + left.samples
-        return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
-
     return Objective(
-        initial=lambda zero: (zero, zero, zero, zero),
-        update=update,
-        score=lambda sums: best(sums, Left(0.0, 0.0)),
-        best=best,
+        initial=_nothing,
+        update=_update,
+        score=Partial(_best, worst, lag),
+        best=Partial(_best, worst, lag),
         name="contour",
         title="fitness",
         unit=f"1/{unit}",
@@ -66,6 +60,25 @@ def contour(worst: float = 0.3, lag: float = 0.01, unit: str = "BLU") -> Objecti
         make=lambda own: contour(own.worst, own.lag, own._unit),
         fault=_fault,
     )
+
+
+def _nothing(zero: Scalar) -> Sums:
+    return zero, zero, zero, zero
+
+
+def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
+    assert path is not None  # see ``_fault``
+    squares, largest, lags, count = sums
+    error, turned, behind = off_path(path, [moment.deviation for moment in moments])
+    error = error if turned is None else jnp.hypot(error, turned)
+    largest = jnp.maximum(largest, jnp.abs(error))
+    return squares + error * error, largest, lags + behind * behind, count + 1.0
+
+
+def _best(worst: Scalar, lag: Scalar, sums: Sums, left: Left = NOTHING_LEFT) -> Scalar:
+    squares, largest, lags, count = sums
+    count = count + left.samples
+    return 1.0 / (jnp.sqrt(squares / count) + worst * largest + lag * jnp.sqrt(lags / count))
 
 
 def _fault(axes: int, path: bool) -> str | None:

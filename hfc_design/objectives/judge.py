@@ -60,6 +60,13 @@ class Judge(NamedTuple):
         return {"fitness": fitness} | ({"merit": self.title} if self.title != fitness else {})
 
     @property
+    def wordless(self) -> "Judge":
+        """The same without what people read, in which numbers stand."""
+        objectives = tuple(one.wordless for one in self.objectives)
+        measured = tuple(one.wordless for one in self.measured)
+        return Judge(objectives, self.merit, "", measured)
+
+    @property
     def _parts(self) -> list[Objective | Measure]:
         return [*self.objectives, *self.measured]
 
@@ -102,16 +109,20 @@ class Judge(NamedTuple):
 def judge(fitness: Objective, stick_penalty: float) -> Judge:
     """Ranks by ``fitness / (1 + stick_penalty * stick share)``, times it below zero."""
     if not stick_penalty:
-        return Judge((fitness,), lambda values: values[0], fitness.label())
+        return Judge((fitness,), _only, fitness.label())
     worse = " /" if fitness.positive else ", worse by the factor"
     title = fitness.label(f"{worse} (1 + {stick_penalty:g} stick share)")
+    return Judge((fitness, stick_share(stick_penalty)), _worse_by_cost, title)
 
-    def worse_by_cost(values: list[Scalar]) -> Scalar:
-        fitness, cost = values
-        factor = 1.0 - cost
-        return jnp.where(fitness < 0.0, fitness * factor, fitness / factor)
 
-    return Judge((fitness, stick_share(stick_penalty)), worse_by_cost, title)
+def _only(values: list[Scalar]) -> Scalar:
+    return values[0]
+
+
+def _worse_by_cost(values: list[Scalar]) -> Scalar:
+    fitness, cost = values
+    factor = 1.0 - cost
+    return jnp.where(fitness < 0.0, fitness * factor, fitness / factor)
 
 
 def objective_of(settings: ObjectiveSettings) -> Objective:

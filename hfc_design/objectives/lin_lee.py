@@ -4,11 +4,20 @@ from functools import cache
 from typing import Literal
 
 import jax.numpy as jnp
+from jax.tree_util import Partial
 from pydantic import model_validator
 
 from hfc_design.core.numbers import Scalar
 from hfc_design.core.records import NotNegative
-from hfc_design.objectives.objective import Objective, ObjectiveSettings, Sums
+from hfc_design.motion.samples import PathFrame
+from hfc_design.objectives.objective import (
+    NOTHING_LEFT,
+    Left,
+    Moment,
+    Objective,
+    ObjectiveSettings,
+    Sums,
+)
 
 
 class LinLeeSettings(ObjectiveSettings):
@@ -28,18 +37,12 @@ class LinLeeSettings(ObjectiveSettings):
 @cache
 def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Objective:
     """LL eq. 5: ``a 1000 / sum |e| + b 1000 / sum |de/dt|`` over control samples and axes."""
-
-    def score(sums: Sums) -> Scalar:
-        return 1000.0 * (error_weight / sums[0] + error_rate_weight / sums[1])
-
+    score = Partial(_score, error_weight, error_rate_weight)
     return Objective(
-        initial=lambda zero: (zero, zero),
-        update=lambda sums, moments, path: (
-            sums[0] + sum(jnp.abs(moment.error) for moment in moments),
-            sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
-        ),
+        initial=_nothing,
+        update=_update,
         score=score,
-        best=lambda sums, left: score(sums),  # both sums only grow
+        best=score,
         name="lin-lee",
         title="fitness, LL eq. 5",
         meaning="eq. 5 of Lin & Lee (1999)",
@@ -47,6 +50,21 @@ def lin_lee(error_weight: float = 3.0, error_rate_weight: float = 0.1) -> Object
         settings=LinLeeSettings,
         make=lambda own: lin_lee(own.error, own.error_rate),
     )
+
+
+def _nothing(zero: Scalar) -> Sums:
+    return zero, zero
+
+
+def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
+    return (
+        sums[0] + sum(jnp.abs(moment.error) for moment in moments),
+        sums[1] + sum(jnp.abs(moment.error_rate) for moment in moments),
+    )
+
+
+def _score(error: Scalar, error_rate: Scalar, sums: Sums, left: Left = NOTHING_LEFT) -> Scalar:
+    return 1000.0 * (error / sums[0] + error_rate / sums[1])  # both sums only grow
 
 
 OBJECTIVE = lin_lee()

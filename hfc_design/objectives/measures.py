@@ -9,6 +9,7 @@ from functools import cache, reduce
 from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
+from jax.tree_util import Partial
 
 from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.quantities import number
@@ -46,6 +47,11 @@ class Measure(NamedTuple):
     value: Callable[[Sums], Scalar]
     path: bool = False  # only of a machine on a path
     doubled: bool = False  # of a copy of the machine too, that began a little off
+
+    @property
+    def wordless(self) -> "Measure":
+        """What is computed of it, without what people read."""
+        return self._replace(name="", unit="", meaning="")
 
 
 def _always(moment: Moment) -> Scalar:
@@ -118,12 +124,17 @@ def _contour(one: Measure, where: Callable[[PathFrame], Scalar] | None = None) -
 def band_time(band: float) -> Measure:
     """When the error last left a ``band`` [unit of the error] about the reference."""
 
-    def update(sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
-        off = reduce(jnp.maximum, [jnp.abs(x.error) for x in moments])
-        return jnp.where(off > band, moments[0].time + moments[0].sample_time, sums)
-
     meaning = f"from then on the error stays within {band:g}"
-    return Measure(BAND_TIME, "s", meaning, lambda zero: zero, update, lambda sums: sums)
+    return Measure(BAND_TIME, "s", meaning, _same, Partial(_left, band), _same)
+
+
+def _same(zero: Scalar) -> Scalar:
+    return zero
+
+
+def _left(band: Scalar, sums: Sums, moments: Moments, path: PathFrame | None) -> Sums:
+    off = reduce(jnp.maximum, [jnp.abs(x.error) for x in moments])
+    return jnp.where(off > band, moments[0].time + moments[0].sample_time, sums)
 
 
 def _unsettled() -> Measure:

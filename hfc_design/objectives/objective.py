@@ -45,6 +45,9 @@ class Left(NamedTuple):
     settled: Scalar  # those of them that count as settled
 
 
+NOTHING_LEFT = Left(0.0, 0.0)
+
+
 class ObjectiveSettings(Record):
     """The ``[fitness]`` of a scenario; an objective that has weights adds them."""
 
@@ -64,6 +67,9 @@ class ObjectiveSettings(Record):
 
 class Objective(NamedTuple):
     """A number as pure functions of scalars, the larger the better; it may be below zero.
+
+    Functions that hold numbers are ``jax.tree_util.Partial`` of these: all values of the numbers
+    share a compiled program then, and each has its own where a function encloses them.
 
     ``initial(zero)`` gives empty sums, ``update(sums, moments, path)`` adds one sample of every
     axis, ``score(sums)`` is the number. A loop whose number is not finite has failed. ``path`` is
@@ -87,6 +93,11 @@ class Objective(NamedTuple):
 
     def __repr__(self) -> str:
         return f"Objective({self.name!r})"
+
+    @property
+    def wordless(self) -> "Objective":
+        """What is computed of it, without what people read."""
+        return Objective(self.initial, self.update, self.score, best=self.best)
 
     def label(self, tail: str = "") -> str:
         """What people read: the title, ``tail`` behind it, the unit."""

@@ -8,11 +8,19 @@ from functools import cache
 from typing import Literal
 
 import jax.numpy as jnp
+from jax.tree_util import Partial
 
 from hfc_design.core.numbers import Scalar, Truth
 from hfc_design.core.records import Positive
 from hfc_design.motion.samples import PathFrame
-from hfc_design.objectives.objective import Left, Moment, Objective, ObjectiveSettings, Sums
+from hfc_design.objectives.objective import (
+    NOTHING_LEFT,
+    Left,
+    Moment,
+    Objective,
+    ObjectiveSettings,
+    Sums,
+)
 
 #: Below this share of the commanded speed the spindle counts as stuck.
 STUCK = 0.1
@@ -33,24 +41,11 @@ def is_stuck(speed: Scalar, commanded: Scalar) -> Truth:
 @cache
 def stick_share(weight: float = 1.0) -> Objective:
     """``-weight`` times the share of the settled time at which an axis sticks; 0 is the best."""
-
-    def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
-        stuck, settled = sums
-        for moment in moments:
-            now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
-            stuck = stuck + jnp.where(now, moment.settled, 0.0)
-            settled = settled + moment.settled
-        return stuck, settled
-
-    def best(sums: Sums, left: Left) -> Scalar:
-        stuck, settled = sums
-        return -(weight * stuck / jnp.maximum(settled + left.settled, 1.0))
-
     return Objective(
-        initial=lambda zero: (zero, zero),
-        update=update,
-        score=lambda sums: best(sums, Left(0.0, 0.0)),
-        best=best,
+        initial=_nothing,
+        update=_update,
+        score=Partial(_best, weight),
+        best=Partial(_best, weight),
         name="stick-share",
         title=f"-{weight:g} stick share",
         unit="1",
@@ -58,6 +53,24 @@ def stick_share(weight: float = 1.0) -> Objective:
         settings=StickShareSettings,
         make=lambda own: stick_share(own.weight),
     )
+
+
+def _nothing(zero: Scalar) -> Sums:
+    return zero, zero
+
+
+def _update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
+    stuck, settled = sums
+    for moment in moments:
+        now = is_stuck(moment.reference_rate - moment.error_rate, moment.reference_rate)
+        stuck = stuck + jnp.where(now, moment.settled, 0.0)
+        settled = settled + moment.settled
+    return stuck, settled
+
+
+def _best(weight: Scalar, sums: Sums, left: Left = NOTHING_LEFT) -> Scalar:
+    stuck, settled = sums
+    return -(weight * stuck / jnp.maximum(settled + left.settled, 1.0))
 
 
 OBJECTIVE = stick_share()

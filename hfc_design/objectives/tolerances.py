@@ -4,6 +4,7 @@ from functools import cache, reduce
 from typing import Annotated, Any, Literal
 
 import jax.numpy as jnp
+from jax.tree_util import Partial
 from pydantic import Field, field_validator
 
 from hfc_design.core.numbers import Scalar
@@ -69,25 +70,16 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
     """
     measures = [one for one, _, _ in weighed]
     whole = sum(weight for _, _, weight in weighed)
-
-    def update(sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None) -> Sums:
-        pairs = zip(measures, sums, strict=True)
-        return tuple(one.update(own, moments, path) for one, own in pairs)
-
-    def score(sums: Sums) -> Scalar:
-        each = zip(weighed, sums, strict=True)
-        costs = [weight / whole / size * one.value(own) for (one, size, weight), own in each]
-        return 1.0 / reduce(jnp.add, costs)
-
+    values = tuple((weight / whole / size, one.value) for one, size, weight in weighed)
     alike = len({weight for *_, weight in weighed}) == 1
     names = ", ".join(
         f"{one.name} / {size:g} [{one.unit}]" + ("" if alike else f" (weight {weight:g})")
         for one, size, weight in weighed
     )
     return Objective(
-        initial=lambda zero: tuple(one.initial(zero) for one in measures),
-        update=update,
-        score=score,
+        initial=Partial(_empty, tuple(one.initial for one in measures)),
+        update=Partial(_update, tuple(one.update for one in measures)),
+        score=Partial(_score, values),
         name="tolerances",
         title="tolerance / deviation",
         unit="1",
@@ -97,6 +89,22 @@ def tolerances(weighed: tuple[tuple[Measure, float, float], ...]) -> Objective:
         make=_made,
         fault=lambda axes, path: path_fault(measures, path),
     )
+
+
+def _empty(each: tuple[Any, ...], zero: Scalar) -> Sums:
+    return tuple(initial(zero) for initial in each)
+
+
+def _update(
+    each: tuple[Any, ...], sums: Sums, moments: tuple[Moment, ...], path: PathFrame | None
+) -> Sums:
+    pairs = zip(each, sums, strict=True)
+    return tuple(update(own, moments, path) for update, own in pairs)
+
+
+def _score(each: tuple[tuple[Scalar, Any], ...], sums: Sums) -> Scalar:
+    pairs = zip(each, sums, strict=True)
+    return 1.0 / reduce(jnp.add, [factor * value(own) for (factor, value), own in pairs])
 
 
 def tolerated(own: TolerancesSettings) -> tuple[tuple[Measure, float, float], ...]:

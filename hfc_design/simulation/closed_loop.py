@@ -20,6 +20,7 @@ from hfc_design.motion.contour import off_path
 from hfc_design.motion.samples import AxisSamples, Samples
 from hfc_design.objectives.judge import Judge
 from hfc_design.objectives.objective import Moment, Sums
+from hfc_design.simulation.packing import Code, separate
 from hfc_design.simulation.sensors import (
     Angles,
     Rates,
@@ -39,7 +40,10 @@ LANES = Xp(jnp.where, smaller, larger, bell, jnp.tanh, ratio, once, pick)
 
 
 class Loop(NamedTuple):
-    """The closed loop as code; everything else is data. One ``Loop`` compiles once a shape."""
+    """The closed loop. Its floats are inputs of a compiled program, all else is its key.
+
+    So one program serves all numbers of a form: what is None or not, named, or counted.
+    """
 
     machine: Machine
     controller: Controller
@@ -47,7 +51,7 @@ class Loop(NamedTuple):
     substeps: int
     limits: tuple[float | None, ...]  # of the drives' commands
     sensors: tuple[Sensors | None, ...]  # of each axis, None where ideal
-    resolutions: tuple[float, ...]  # of the drives' converters, 0 where ideal
+    resolutions: tuple[float | None, ...]  # of the drives' converters, None where ideal
     delayed: tuple[bool, ...]  # whether a command acts a sample later
 
     @property
@@ -56,13 +60,18 @@ class Loop(NamedTuple):
         return any(one.doubled for one in self.judge.measured)
 
     @property
+    def apart(self) -> tuple[Code, tuple[float, ...]]:
+        """Its code and its numbers, without the words that people read."""
+        return separate(self._replace(judge=self.judge.wordless))
+
+    @property
     def smooth(self) -> "Loop":
         """The same to be differentiated: of the steps of encoders and converters that would be 0.
 
         Nothing is measured beside the objectives.
         """
         sensors = tuple(own and without_steps(own) for own in self.sensors)
-        ideal = (0.0,) * len(self.resolutions)
+        ideal = (None,) * len(self.resolutions)
         judge = self.judge._replace(measured=())
         return self._replace(judge=judge, sensors=sensors, resolutions=ideal)
 
@@ -80,7 +89,7 @@ def closed_loop(scenario: Scenario, controller: Controller) -> Loop:
         simulation.substeps,
         tuple(map(largest_command, limits)),
         tuple(sensors),
-        tuple(own.resolution for own in limits),
+        tuple(own.resolution or None for own in limits),
         tuple(own.delay_samples > 0 for own in limits),
     )
 

@@ -1,6 +1,7 @@
 """The compiled programs: a population spread over all devices, on each of them in chunks.
 
-One for scores, one for motions, one for derivatives. All of them end in ``stepping``.
+One for scores, one for motions, one for derivatives, each of the ``Code`` of a loop. All of them
+end in ``stepping``.
 """
 
 from functools import partial
@@ -17,8 +18,7 @@ from hfc_design.core import devices
 from hfc_design.core.numbers import Integers, Memory
 from hfc_design.objectives.judge import Judged
 from hfc_design.simulation import rejecting
-from hfc_design.simulation.closed_loop import Loop
-from hfc_design.simulation.packing import Packed
+from hfc_design.simulation.packing import Code, Packed, joined
 from hfc_design.simulation.stepping import (
     Forms,
     Inputs,
@@ -59,7 +59,7 @@ WHOLE, CHUNKS = PartitionSpec(), PartitionSpec("population")
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
-def scores(loop: Loop, own_machine: bool, forms: Forms, whole: Packed, lanes: Packed) -> Array:
+def scores(code: Code, own_machine: bool, forms: Forms, whole: Packed, lanes: Packed) -> Array:
     """(2 + objectives, motions, lanes): merits, 1 where one failed, values, in one array.
 
     Few arrays go in and one comes back, as each of them takes its time. ``Inputs.packed`` made
@@ -68,7 +68,8 @@ def scores(loop: Loop, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
         def one_chunk(own: Packed) -> Array:
-            return each_motion(loop, own_machine, from_packed(forms, whole, own))
+            inputs = from_packed(forms, whole, own)
+            return each_motion(joined(code, inputs.numbers), own_machine, inputs)
 
         judged = lax.map(one_chunk, lanes)  # (chunks, motions, ..., lanes)
         return jnp.moveaxis(judged, (2, 1, 0), (0, 1, 2)).reshape(*judged.shape[2:0:-1], -1)
@@ -77,7 +78,7 @@ def scores(loop: Loop, own_machine: bool, forms: Forms, whole: Packed, lanes: Pa
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
-def scores_needed(loop: Loop, forms: Forms, whole: Packed, lanes: Packed) -> Array:
+def scores_needed(code: Code, forms: Forms, whole: Packed, lanes: Packed) -> Array:
     """(3 + objectives, lanes): as ``rejecting.each`` gives them, each of what it needs."""
 
     def on_device(whole: Packed, lanes: Packed) -> Array:
@@ -85,7 +86,7 @@ def scores_needed(loop: Loop, forms: Forms, whole: Packed, lanes: Packed) -> Arr
             return jnp.moveaxis(leaf, 0, 1).reshape(leaf.shape[1], len(leaf) * leaf.shape[2])
 
         every = from_packed(forms, whole, jax.tree.map(beside, lanes))
-        return rejecting.each(loop, every, trailing(lanes))
+        return rejecting.each(joined(code, every.numbers), every, trailing(lanes))
 
     return _spread(on_device, PartitionSpec(None, "population"))(whole, lanes)
 
@@ -98,13 +99,13 @@ def _spread(on_device: Any, out: PartitionSpec) -> Any:
 
 @partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=devices.compiler_options())
 def trajectories(
-    loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
+    code: Code, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
     """What the judge says of each motion, how every axis moves, what the controllers remember.
 
     See ``recorded_motions``.
     """
-    return recorded_motions(loop, own_machine, recorded, inputs)
+    return recorded_motions(joined(code, inputs.numbers), own_machine, recorded, inputs)
 
 
 def filled_up(chosen: Integers) -> Integers:
@@ -115,7 +116,7 @@ def filled_up(chosen: Integers) -> Integers:
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=devices.compiler_options())
 def jacobians(
-    loop: Loop, quantities: tuple[str, ...], inputs: Inputs, chosen: Array
+    code: Code, quantities: tuple[str, ...], inputs: Inputs, chosen: Array
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Some ``quantities`` of ``Recorded`` (steps, lanes) of copies of an individual, and slopes.
 
@@ -139,7 +140,8 @@ def jacobians(
             for k, leaf in zip(moving, changed, strict=True):
                 full[k] = leaf
             gains = jax.tree.unflatten(structure, full)
-            (motion,) = one_motion(loop, False, inputs._replace(gains=gains), lanes.size)[1]
+            loop, changed_inputs = joined(code, inputs.numbers), inputs._replace(gains=gains)
+            (motion,) = one_motion(loop, False, changed_inputs, lanes.size)[1]
             return tuple(getattr(motion, name) for name in quantities)
 
         return jax.jvp(recorded, [copies[k] for k in moving], directions)

@@ -1,5 +1,9 @@
-"""Many small arrays as few large ones: each that goes into a compiled program takes its time."""
+"""What goes into a compiled program: code apart from numbers, many small arrays as few large ones.
 
+Each array that goes in takes its time.
+"""
+
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import jax
@@ -7,12 +11,38 @@ import numpy as np
 from jax.typing import DTypeLike
 from jaxtyping import Array, PyTree
 
+from hfc_design.core.numbers import Constant
+
 
 class Form(NamedTuple):
     """What was packed; hashable."""
 
     structure: Any  # of the tree
     leaves: tuple[tuple[bool, tuple[int, ...]], ...]  # whether of integers; shape without lanes
+
+
+class Code(NamedTuple):
+    """A tree without its numbers; hashable, and the key of a compiled program."""
+
+    structure: Any  # of the tree
+    leaves: tuple[Any, ...]  # None where a number was
+
+
+def separate(tree: PyTree) -> tuple[Code, tuple[float, ...]]:
+    """The code of a tree, and its numbers: every float that is no ``Constant``."""
+    leaves, structure = jax.tree.flatten(tree)
+    data = [isinstance(leaf, float) and not isinstance(leaf, Constant) for leaf in leaves]
+    pairs = [*zip(leaves, data, strict=True)]
+    code = Code(structure, tuple(None if number else leaf for leaf, number in pairs))
+    return code, tuple(leaf for leaf, number in pairs if number)
+
+
+def joined(code: Code, numbers: Iterable[Any]) -> PyTree:
+    """The tree of ``separate``, with other ``numbers`` in their places."""
+    rest = iter(numbers)
+    return jax.tree.unflatten(
+        code.structure, [next(rest) if leaf is None else leaf for leaf in code.leaves]
+    )
 
 
 class Packed(NamedTuple):

@@ -65,6 +65,7 @@ def scores(
     count, each = trailing(gains), machines.size
     lanes = count * each
     width = compiled.filled(at_once or lanes)
+    code, data = loop.apart
     samples, bounds = _joined(motions)
     parts = []
     with _own_code(loop), jax.enable_x64(True):
@@ -72,9 +73,9 @@ def scores(
             lane = np.minimum(np.arange(start, start + width), lanes - 1)  # the last one fills up
             some = _lanes_of(gains, lane // each) if width > count else gains
             true = machines.take(lane % each if each > 1 else 0).true
-            inputs = Inputs(machines.told, true, samples, some, bounds)
+            inputs = Inputs(data, machines.told, true, samples, some, bounds)
             numbers = inputs.packed(each > 1, dtype, compiled.together(width))
-            parts.append(np.asarray(compiled.scores(loop, each > 1, *numbers), np.float64))
+            parts.append(np.asarray(compiled.scores(code, each > 1, *numbers), np.float64))
     found = np.concatenate(parts, axis=-1)[..., :lanes]
     found = found.reshape(len(found), len(motions), count, each)
     merit, failed, *values = np.moveaxis(found, 1, -1)
@@ -102,15 +103,17 @@ def scores_needed(
     width = compiled.filled(at_once or count)
     # Dealt to the devices in turn: neighbours are alike, and often lost together.
     dealt = np.arange(width).reshape(-1, jax.device_count()).T.ravel()
+    code, data = loop.apart
     parts = []
     with _own_code(loop), jax.enable_x64(True):
         for start in range(0, count, width):
             own = start + dealt
             lane = np.minimum(own, count - 1)  # whoever fills up is lost at once
             least = np.where(own < count, needed[lane], np.inf)
-            inputs = Inputs(*machines.take(0), samples, _lanes_of(gains, lane), needed=least)
+            some = _lanes_of(gains, lane)
+            inputs = Inputs(data, *machines.take(0), samples, some, needed=least)
             numbers = inputs.packed(False, dtype, compiled.finely(width))
-            found = np.asarray(compiled.scores_needed(loop, *numbers), np.float64)
+            found = np.asarray(compiled.scores_needed(code, *numbers), np.float64)
             parts.append(found[:, np.argsort(dealt)])
     found = np.concatenate(parts, axis=1)[:, :count, None, None]
     merit, failed, simulated, *values = found
@@ -157,12 +160,12 @@ def motions_and_memories(
     serves motions of all lengths, as long as they have as many samples together.
     """
     recorded = trailing(gains) if recorded is None else recorded
-    own = machines.size > 1
+    own, (code, data) = machines.size > 1, loop.apart
     samples, bounds = _joined(motions)
-    inputs = Inputs(*(machines if own else machines.take(0)), samples, gains, bounds)
+    inputs = Inputs(data, *(machines if own else machines.take(0)), samples, gains, bounds)
     with _own_code(loop), jax.enable_x64(True):
         found, moved, memory = jax.tree.map(
-            np.asarray, compiled.trajectories(loop, own, recorded, inputs.cast(np.float64))
+            np.asarray, compiled.trajectories(code, own, recorded, inputs.cast(np.float64))
         )
     ends = np.cumsum([0, *(len(motion.time) for motion in motions)])
     parts = [slice(*own) for own in pairwise(ends)]
@@ -225,9 +228,10 @@ def jacobians(
     if chosen is None:
         sizes = [leaf.size for leaf in jax.tree.leaves(gains) if leaf.dtype.kind == "f"]
         chosen = np.arange(sum(sizes))
+    code, data = loop.apart
     with _own_code(loop), jax.enable_x64(True):
-        inputs = Inputs(*machines.take(0), samples, gains).cast(dtype)
-        values, slopes = compiled.jacobians(loop, quantities, inputs, compiled.filled_up(chosen))
+        inputs = Inputs(data, *machines.take(0), samples, gains).cast(dtype)
+        values, slopes = compiled.jacobians(code, quantities, inputs, compiled.filled_up(chosen))
     count = len(chosen)
     return {
         name: (np.asarray(value[:, 0], np.float64), np.asarray(slope[:, :count], np.float64))

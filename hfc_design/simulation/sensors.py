@@ -23,28 +23,28 @@ Rates = dict[str, Scalar]
 class Sensors(NamedTuple):
     """What stands between the state of an axis and the controller."""
 
-    encoder_resolution: float  # in the units of the drive; 0 means ideal
+    encoder_resolution: float | None  # in the units of the drive; None: ideal
     velocity: str  # where it comes from, see ``SensorSettings``
     observer: tuple[float, float]  # gains of the observer of velocity
-    readings: tuple[tuple[str, float], ...]  # other signals that are measured, their resolutions
+    readings: tuple[tuple[str, float | None], ...]  # other signals that are measured, resolutions
     samples: int = 1  # over which the difference of two readings is taken
 
 
 def sensors_of(wanted: SensorSettings, sample_time: float) -> Sensors | None:
     """The sensors of an axis; None where they are ideal."""
-    read = tuple((name, own.resolution) for name, own in wanted.readings.items())
+    read = tuple((name, own.resolution or None) for name, own in wanted.readings.items())
     exact = wanted.encoder_resolution == wanted.noise == 0.0
     if exact and wanted.velocity == "tachometer" and not read:
         return None
     gains = observer_gains(wanted.observer_hz or 0.0, sample_time)
-    own = wanted.encoder_resolution, wanted.velocity, gains, read
+    own = wanted.encoder_resolution or None, wanted.velocity, gains, read
     return Sensors(*own, wanted.difference_samples)
 
 
 def without_steps(sensors: Sensors) -> Sensors:
     """The same with infinitely fine resolutions."""
-    readings = tuple((name, 0.0) for name, _ in sensors.readings)
-    return sensors._replace(encoder_resolution=0.0, readings=readings)
+    readings = tuple((name, None) for name, _ in sensors.readings)
+    return sensors._replace(encoder_resolution=None, readings=readings)
 
 
 def observer_gains(bandwidth: float, sample_time: float) -> tuple[float, float]:
@@ -66,9 +66,9 @@ def largest_command(limits: Limits) -> float | None:
     return limits.resolution * floor(steps) if steps < 2.0**53 else limits.command
 
 
-def converted(command: Scalar, limit: float | None, step: float) -> Scalar:
+def converted(command: Scalar, limit: Scalar | None, step: Scalar | None) -> Scalar:
     """What a converter makes of a command: bound, in whole steps, of which the limit is one."""
-    if not step:
+    if step is None:
         return command if limit is None else jnp.clip(command, -limit, limit)
     command = in_steps(command, step)
     if limit is None:
@@ -78,9 +78,9 @@ def converted(command: Scalar, limit: float | None, step: float) -> Scalar:
     return jnp.where(inside, command, jnp.sign(command) * limit)
 
 
-def in_steps(value: Scalar, step: float) -> Scalar:
+def in_steps(value: Scalar, step: Scalar | None) -> Scalar:
     """The nearest multiple of a step; the value itself without one."""
-    return step * jnp.floor(value / step + 0.5) if step else value
+    return value if step is None else step * jnp.floor(value / step + 0.5)
 
 
 def read(

@@ -16,7 +16,7 @@ from jax import lax
 from jax.typing import ArrayLike, DTypeLike
 from jaxtyping import Array, PyTree
 
-from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters, State
+from hfc_design.core.numbers import Floats, Gains, Integers, Memory, Parameters, Scalar, State
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.judge import Individuals, Judged
 from hfc_design.simulation.closed_loop import (
@@ -42,6 +42,7 @@ Motions: TypeAlias = tuple[Recorded, ...]  # of every axis, leaves (steps, indiv
 class Inputs(NamedTuple):
     """What goes into a compiled loop."""
 
+    numbers: tuple[Scalar, ...]  # of the loop, see ``Loop.apart``
     told: tuple[Parameters, ...]
     true: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
     samples: Samples  # of all motions one after the other, each with a start of its own
@@ -64,16 +65,19 @@ class Inputs(NamedTuple):
     ) -> tuple[Forms, Packed, Packed]:
         """What all lanes share and what each has, in few arrays: see ``from_packed``."""
         shared, own = (None, self.true) if own_machine else (self.true, None)
-        whole, all_numbers = packed((self.told, shared, self.samples, self.bounds), dtype)
+        whole, all_numbers = packed(
+            (self.numbers, self.told, shared, self.samples, self.bounds), dtype
+        )
         lanes, lane_numbers = packed((own, self.gains, self.needed), dtype, chunk)
         return (whole, lanes), all_numbers, lane_numbers
 
 
 def from_packed(forms: Forms, whole: Packed, lanes: Packed) -> Inputs:
     """The inputs of the lanes of which these are the numbers (numbers, lanes)."""
-    told, shared, samples, bounds = unpacked(forms[0], whole)
+    numbers, told, shared, samples, bounds = unpacked(forms[0], whole)
     own, gains, needed = unpacked(forms[1], lanes)
-    return Inputs(told, shared if own is None else own, samples, gains, bounds, needed)
+    true = shared if own is None else own
+    return Inputs(numbers, told, true, samples, gains, bounds, needed)
 
 
 def trailing(tree: PyTree) -> int:
@@ -178,7 +182,7 @@ def stepping(
     Copies of the machines, where the loop has them, are individuals like the others behind them:
     the program is no larger for them.
     """
-    told, true, samples, gains, *_ = inputs
+    _, told, true, samples, gains, *_ = inputs
     count = trailing(gains)
     zeros = jnp.zeros(count, samples.settled.dtype)
     fixed = loop.machine.coefficients(true)

@@ -9,9 +9,11 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
+from hfc_design.core.numbers import Scalar
 from hfc_design.motion.samples import Samples
 from hfc_design.objectives.objective import Moment, Sums
 from hfc_design.simulation.closed_loop import Loop
+from hfc_design.simulation.packing import Code, joined, separate
 
 Steps = Float[Array | np.ndarray, " steps"]
 
@@ -36,15 +38,20 @@ def motion_slopes(loop: Loop, samples: Samples, traces: Traces) -> tuple[float, 
     """
     with jax.enable_x64(True):
         samples, traces = jax.tree.map(partial(np.asarray, dtype=np.float64), (samples, traces))
-        merit, slopes = _slopes(loop, samples, traces)
+        code, numbers = separate(loop.judge.wordless)
+        merit, slopes = _slopes(code, numbers, samples, traces)
     return float(merit), jax.tree.map(np.asarray, slopes)
 
 
 @partial(jax.jit, static_argnums=0)
-def _slopes(loop: Loop, samples: Samples, traces: Traces) -> tuple[Array, Traces]:
+def _slopes(
+    code: Code, numbers: tuple[Scalar, ...], samples: Samples, traces: Traces
+) -> tuple[Array, Traces]:
+    judge = joined(code, numbers)
+
     def merit(traces: Traces) -> Array:
         moments = _moments(samples, traces)
-        zero, judge = jnp.zeros((), traces.error.dtype), loop.judge
+        zero = jnp.zeros((), traces.error.dtype)
 
         def add(sums: tuple[Sums, ...], moment: Moment) -> tuple[tuple[Sums, ...], None]:
             pairs = zip(judge.objectives, sums, strict=True)

@@ -11,7 +11,7 @@ from pydantic import Field, create_model, model_validator
 
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.kind import ControllerRecord, ControllerSettings, Kind, Target, later
-from hfc_design.core.numbers import Gains, Memory, Own, Scalar, Xp
+from hfc_design.core.numbers import Constant, Gains, Memory, Own, Scalar, Xp
 from hfc_design.core.records import Finite, Label, Record, UserError, checked, ordered
 from hfc_design.core.wording import one_of
 
@@ -146,9 +146,11 @@ def kind_of(law: Law) -> Kind:
         raise UserError(f"{told}: ranges has to be a NamedTuple of (low, high)")
     checked(settings_of(law.ranges), {"kind": "", "ranges": law.ranges._asdict()}, told, Path())
 
+    code = law._replace(ranges=())
     own: Any = {
         "key": "gains",
-        "structure": lambda record: law,
+        # An own law may do with the sample time what it likes.
+        "structure": lambda record: (code, Constant(record.sample_time_s)),
         "summary": "an own law",
         "reads": None,
     }
@@ -158,8 +160,9 @@ def kind_of(law: Law) -> Kind:
 def _sample(
     xp: Xp, law: AxisLaw, gains: Gains, memory: Memory, signals: Signals
 ) -> tuple[Scalar, Memory, None]:
-    return *law.structure.step(law.sample_time, gains, memory, signals), None
+    own, sample_time = law.structure
+    return *own.step(sample_time, gains, memory, signals), None
 
 
 def _start(law: AxisLaw, zero: Scalar) -> Memory:
-    return law.structure.initial_memory(zero)
+    return law.structure[0].initial_memory(zero)

@@ -14,7 +14,17 @@ from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
 from hfc_design.controllers.linear import law as linear
 from hfc_design.controllers.linear.law import LinearGains, LinearMemory, Parts, Structure
-from hfc_design.core.numbers import Degrees, Floats, RuleTable, Scalar, Xp, clipped, dot, total
+from hfc_design.core.numbers import (
+    Constant,
+    Degrees,
+    Floats,
+    RuleTable,
+    Scalar,
+    Xp,
+    clipped,
+    dot,
+    total,
+)
 
 #: What gives the degrees of a scalar in the terms.
 Graded: TypeAlias = Callable[[Scalar], list[Scalar]]
@@ -40,20 +50,25 @@ class Term(NamedTuple):
     """
 
     label: str
-    centre: float
-    half_width: float
-    rate: float
+    centre: Constant
+    half_width: Constant
+    rate: Constant
+
+
+def term(label: str, centre: float, half_width: float, rate: float) -> Term:
+    """A term whose numbers are code: seven exponentials of each input are most of a step."""
+    return Term(label, Constant(centre), Constant(half_width), Constant(rate))
 
 
 #: The seven terms of every input in Lin & Lee 1999 (eq. 3a-3g).
 LIN_LEE_TERMS: tuple[Term, ...] = (
-    Term("f1", -1.0, 0.1, 4.0),
-    Term("f2", -0.6, 0.05, 8.0),
-    Term("f3", -0.2, 0.0, 32.0),
-    Term("f4", 0.0, 0.0, 32.0),
-    Term("f5", 0.2, 0.0, 32.0),
-    Term("f6", 0.6, 0.05, 8.0),
-    Term("f7", 1.0, 0.1, 4.0),
+    term("f1", -1.0, 0.1, 4.0),
+    term("f2", -0.6, 0.05, 8.0),
+    term("f3", -0.2, 0.0, 32.0),
+    term("f4", 0.0, 0.0, 32.0),
+    term("f5", 0.2, 0.0, 32.0),
+    term("f6", 0.6, 0.05, 8.0),
+    term("f7", 1.0, 0.1, 4.0),
 )
 
 

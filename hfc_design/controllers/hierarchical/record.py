@@ -16,7 +16,7 @@ from hfc_design.controllers.hierarchical.law import (
     HierarchicalGains,
     HierarchicalMemory,
     Layout,
-    Term,
+    term,
 )
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.controllers.hierarchical.tree import MAX_INPUTS, notation, reachable
@@ -147,7 +147,7 @@ class HierarchicalDesign(ControllerRecord):
         waiting = [item.name for item in self.inputs]
         if len(set(waiting)) < len(waiting):
             raise ValueError(f"inputs: a name stands there twice: {', '.join(waiting)}")
-        if len({term.label for term in self.terms}) < TERMS:
+        if len({own.label for own in self.terms}) < TERMS:
             raise ValueError("terms: a label stands there twice")
         for unit in self.units:
             for source in (unit.column_input, unit.row_input):
@@ -257,7 +257,7 @@ class HierarchicalSettings(ControllerSettings):
     inputs: Inputs = tuple(InputRecord(name=k, scale=x) for k, x in LIN_LEE_INPUTS.items())
     output_scale: Positive = 10.0  # command of a root's output of 1 [command]
     #: seven linguistic terms of every input, in order
-    terms: Terms = tuple(TermRecord(**term._asdict()) for term in LIN_LEE_TERMS)
+    terms: Terms = tuple(TermRecord(**own._asdict()) for own in LIN_LEE_TERMS)
     adaptation: Adaptation | None = None  # of the root's table in the loop; left out: it stays
     #: a linear law beside the hierarchy; left out: a PD alone
     linear: LinearPart | None = Field(None, exclude_if=not_)
@@ -296,7 +296,7 @@ class HierarchicalSettings(ControllerSettings):
 def layout_of(described: HierarchicalDesign | HierarchicalSettings) -> Layout:
     """What is no number of a design, and what a search for one leaves alone."""
     names = tuple(item.name for item in described.inputs)
-    terms = tuple(Term(**term.model_dump()) for term in described.terms)
+    terms = tuple(term(**own.model_dump()) for own in described.terms)
     scale, adaptation = described.output_scale, described.adaptation
     if isinstance(described, HierarchicalSettings):
         return Layout(names, scale, terms, adaptation)

@@ -3,7 +3,6 @@
 Never imports JAX.
 """
 
-import math
 from pathlib import Path
 
 from hfc_design.controllers.kind import Member
@@ -41,10 +40,9 @@ def past(record: LinearDesign) -> list[Member]:
 def resonators(record: LinearDesign) -> list[Json]:
     """Of each resonator its frequency, its rotation in a sample and its gains."""
     found = []
-    for one in record.resonators:
-        angle = one.frequency_rad_s * record.sample_time_s
-        rotation = {"cosine": math.cos(angle), "sine": math.sin(angle)}
-        found.append(one.model_dump() | rotation)
+    pairs = zip(record.resonators, record.structure.rotations, strict=True)
+    for one, (cosine, sine) in pairs:
+        found.append(one.model_dump() | {"cosine": cosine, "sine": sine})
     return found
 
 

@@ -3,7 +3,6 @@
 Never imports JAX.
 """
 
-from math import cos, sin
 from typing import Any, NamedTuple, TypeAlias
 
 from hfc_design.controllers.controller import AxisLaw, Signals, held
@@ -15,10 +14,11 @@ AHEAD = ("reference_rate", "reference_acceleration")
 
 
 class Structure(NamedTuple):
-    """What of a law is code and no number: ``AxisLaw.structure``."""
+    """What no search varies: ``AxisLaw.structure``."""
 
     signals: tuple[str, ...] = ()  # that have a gain
-    frequencies: tuple[float, ...] = ()  # of its resonators [rad/s]
+    #: By what each resonator turns in a sample: cosine and sine.
+    rotations: tuple[tuple[float, float], ...] = ()
 
 
 class LinearGains(NamedTuple):
@@ -35,7 +35,7 @@ class LinearGains(NamedTuple):
     coulomb: Scalar = 0.0
     width: Scalar = 1.0  # speed of the reference at which the Coulomb part is whole
     load: Scalar = 0.0  # command for the load that is expected
-    #: In phase and in quadrature, of each frequency of ``Structure``: (frequencies, 2, n) of a
+    #: In phase and in quadrature, of each resonator of ``Structure``: (resonators, 2, n) of a
     #: population.
     resonators: Any = ()
 
@@ -75,7 +75,7 @@ class Parts(NamedTuple):
 
 def initial_memory(law: AxisLaw, zero: Scalar) -> LinearMemory:
     """Memory before the first sample: the axis stood on its reference."""
-    return LinearMemory(zero, zero, ((zero, zero),) * len(law.structure.frequencies))
+    return LinearMemory(zero, zero, ((zero, zero),) * len(law.structure.rotations))
 
 
 def sample(
@@ -139,10 +139,10 @@ def remembered(
     """
     integral = total((memory.integral, *(step.integral for step in steps)))
     integral = held(xp, law.limit, command, memory.integral, integral)
-    each = zip(law.structure.frequencies, memory.resonators, strict=True)
+    each = zip(law.structure.rotations, memory.resonators, strict=True)
     resonators = tuple(
-        _turned(xp, law, command, frequency, before, [step.resonators[k] for step in steps])
-        for k, (frequency, before) in enumerate(each)
+        _turned(xp, law, command, rotation, before, [step.resonators[k] for step in steps])
+        for k, (rotation, before) in enumerate(each)
     )
     return LinearMemory(integral, rate, resonators)
 
@@ -151,7 +151,7 @@ def _turned(
     xp: Xp,
     law: AxisLaw,
     command: Scalar,
-    frequency: float,
+    rotation: tuple[Scalar, Scalar],
     before: Turning,
     steps: list[Turning],
 ) -> Turning:
@@ -166,5 +166,5 @@ def _turned(
     if law.limit is not None:
         winds = (abs(command) > law.limit) & (along * command > 0.0)
         along, across = (xp.where(winds, 0.0 * step, step) for step in (along, across))
-    cosine, sine = cos(frequency * law.sample_time), sin(frequency * law.sample_time)
+    cosine, sine = rotation
     return cosine * share + sine * behind + along, cosine * behind - sine * share - across

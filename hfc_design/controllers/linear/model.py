@@ -107,17 +107,20 @@ def _loop(
     a[:size, :size], a[size], a[size + 1] = model.a, rate, integral
     states = size + 2 if gains.ki else size + 1
     loop = OpenLoop(a[:states, :states], b[:states], room * command[:states])
-    for frequency, pair in zip(law.frequencies, gains.resonators, strict=True):
+    for rotation, pair in zip(law.rotations, gains.resonators, strict=True):
         driven = np.outer([pair[0], -pair[1]], sample_time * rows["error"])
-        loop = _resonating(loop, frequency * sample_time, driven, room)
+        loop = _resonating(loop, rotation, driven, room)
     return loop
 
 
-def _resonating(loop: OpenLoop, angle: float, driven: Floats, room: float) -> OpenLoop:
+def _resonating(
+    loop: OpenLoop, rotation: tuple[float, float], driven: Floats, room: float
+) -> OpenLoop:
     """With a resonator (``law._turned``) that the first states drive."""
     size = len(loop.b)
     a, b, c = np.zeros((size + 2, size + 2)), np.append(loop.b, [0.0, 0.0]), loop.c
     a[:size, :size], a[size:, : driven.shape[1]] = loop.a, driven
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine, sine = rotation
     a[size:, size:] = [[cosine, sine], [-sine, cosine]]
+    angle = float(np.arctan2(sine, cosine))
     return OpenLoop(a, b, np.append(c, [room, 0.0]), resonances=(*loop.resonances, angle))

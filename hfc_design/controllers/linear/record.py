@@ -172,7 +172,8 @@ class LinearDesign(ControllerRecord):
     @property
     def structure(self) -> Structure:
         """What of the law is no number."""
-        return Structure(tuple(self.signals), tuple(x.frequency_rad_s for x in self.resonators))
+        angles = [x.frequency_rad_s * self.sample_time_s for x in self.resonators]
+        return Structure(tuple(self.signals), tuple((math.cos(x), math.sin(x)) for x in angles))
 
 
 class PidDesign(LinearDesign):
