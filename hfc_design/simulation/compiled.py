@@ -33,6 +33,8 @@ from hfc_design.simulation.stepping import (
 #: Individuals that step together on one CPU core: their state and tables stay in its cache.
 CHUNK = 64
 LANES = 16
+#: Motions are filled up to a multiple of so many samples, at least; nobody simulates those.
+FEWEST_STEPS = 256
 
 
 def filled(lanes: int) -> int:
@@ -46,6 +48,12 @@ def together(count: int) -> int:
         return -(-count // jax.device_count())
     share = -(-count // (jax.device_count() * LANES)) * LANES
     return min(CHUNK, share)
+
+
+def filled_up_steps(steps: int) -> int:
+    """So many samples, or up to a quarter more: motions of similar length share a program."""
+    part = max(FEWEST_STEPS, 2 ** (steps.bit_length() - 3))
+    return steps + -steps % part
 
 
 def finely(count: int) -> int:

@@ -13,12 +13,19 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, PyTree
 
+from hfc_design.core.numbers import Integers
 from hfc_design.objectives.objective import Left
 from hfc_design.simulation.closed_loop import Loop
 from hfc_design.simulation.stepping import Inputs, judged, stepping, trailing
 
 #: Ends of the segments, in shares of the motion: most are lost early.
 SHARES = (0.01, 0.02, 0.035, 0.055, 0.08, 0.11, 0.15, 0.2, 0.27, 0.36, 0.48, 0.64, 0.82, 1.0)
+
+
+def bounds(steps: int) -> Integers:
+    """(segments + 1,) columns where the segments of a motion of so many samples meet."""
+    ends = np.maximum(np.round(np.array(SHARES) * steps).astype(int), 1)
+    return np.append(0, ends)
 
 
 def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
@@ -30,13 +37,13 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
     samples, count = inputs.samples, trailing(inputs.gains)
     needed = jnp.asarray(inputs.needed)
     _, rows, started = stepping(loop, False, inputs)
-    steps = samples.settled.shape[-1]
-    ends = np.unique(np.maximum(np.round(np.array(SHARES) * steps).astype(int), 1))
+    ends = jnp.asarray(inputs.bounds)
+    steps = ends[-1]
     counted = jnp.concatenate([jnp.zeros(1, samples.settled.dtype), jnp.cumsum(samples.settled)])
 
     def segment(k: Array, state: Any) -> Any:
         carry, order, alive, lost, best, simulated = state
-        begin, end = jnp.array([0, *ends[:-1]])[k], jnp.array(ends)[k]
+        begin, end = ends[k], ends[k + 1]
 
         def step(number: Array, own: tuple[PyTree, Array]) -> tuple[PyTree, Array]:
             carry, simulated = own
@@ -53,7 +60,7 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
 
         chunks = (alive + chunk - 1) // chunk
         carry, simulated = lax.fori_loop(0, chunks, step, (carry, simulated))
-        left = Left(steps - end, counted[-1] - counted[end])
+        left = Left(steps - end, counted[steps] - counted[end])
         reach = loop.judge.best(carry[1].sums, left)
         # What is no number any more is lost as well, and has failed.
         now = ~lost & (end < steps) & ~(reach >= needed)
@@ -62,15 +69,16 @@ def each(loop: Loop, inputs: Inputs, chunk: int) -> Array:
         order = jnp.argsort(lost, stable=True).astype(order.dtype)
         return carry, order, jnp.sum(~lost, dtype=alive.dtype), lost, best, simulated
 
+    here, beside = jax.tree.map(lambda leaf: leaf[0], (samples.start, samples.beside))
     start = (
-        started(samples.start, samples.beside),
+        started(here, beside),
         jnp.arange(count, dtype=jnp.int32),
         jnp.int32(count),
         jnp.zeros(count, bool),
         jnp.full(count, jnp.inf, samples.settled.dtype),
         jnp.zeros(count, jnp.int32),
     )
-    carry, _, _, lost, best, simulated = lax.fori_loop(0, len(ends), segment, start)
+    carry, _, _, lost, best, simulated = lax.fori_loop(0, len(SHARES), segment, start)
     found = judged(loop, carry)
     merit = jnp.where(lost, best, found.merit)
     failed = jnp.where(lost, ~jnp.isfinite(best), found.failed)

@@ -47,8 +47,11 @@ class Inputs(NamedTuple):
     true: tuple[Parameters, ...]  # numbers, or leaves (individuals,)
     samples: Samples  # of all motions one after the other, each with a start of its own
     gains: Gains  # leaves (..., individuals)
-    bounds: Integers | None = None  # (motions, 2) columns of each motion; None: there is but one
+    bounds: Integers | None = (
+        None  # (motions, 2) columns of each motion; None: all, of the only one
+    )
     #: (individuals,) merit that each needs: of the only motion, where one machine is everybody's.
+    #: Then ``bounds`` are those of its segments, (segments + 1,).
     needed: Individuals | None = None
 
     def cast(self, dtype: DTypeLike) -> "Inputs":
@@ -100,7 +103,7 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
         bounds, *starts = motion
 
         def at(k: Array, carry: Carry) -> Carry:
-            return body(carry, jax.tree.map(lambda leaf: leaf[k], rows))[0]
+            return body(carry, row_of(rows, k))[0]
 
         carry = lax.fori_loop(bounds[0], bounds[1], at, started(*starts))
         return told(judged(loop, carry))
@@ -112,34 +115,27 @@ def each_motion(loop: Loop, own_machine: bool, inputs: Inputs) -> Array:
 
 def one_motion(
     loop: Loop, own_machine: bool, inputs: Inputs, recorded: int = 0
-) -> tuple[Judged, Any, Memory]:
-    """Scan over the samples; what the judge says, and of the first individuals the motions.
-
-    Last what their controllers remember in the end.
-    """
+) -> tuple[Judged, Any]:
+    """Scan over the samples; what the judge says, and of the first individuals the motions."""
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
     samples = inputs.samples
     carry, outputs = lax.scan(body, started(samples.start, samples.beside), rows)
-    return judged(loop, carry), outputs, _remembered(carry, recorded)
+    return judged(loop, carry), outputs
 
 
 def recorded_motions(
     loop: Loop, own_machine: bool, recorded: int, inputs: Inputs
 ) -> tuple[Judged, Motions, Memory]:
-    """As ``one_motion`` of every motion in turn, in one program for all of their lengths.
+    """What the judge says of every motion, and of the first individuals how they move.
 
     Leaves of what the judge says have the motions in front, as those of what the controllers
     remember in the end, (motions, ``recorded``); those of the motions are (steps of all motions,
     ``recorded``).
     """
-    if inputs.bounds is None:
-        found, outputs, memory = one_motion(loop, own_machine, inputs, recorded)
-        found, memory = jax.tree.map(lambda leaf: leaf[None], (found, memory))
-        return found, outputs, memory
     body, rows, started = stepping(loop, own_machine, inputs, recorded)
 
     def row(k: ArrayLike) -> Any:
-        return jax.tree.map(lambda leaf: leaf[k], rows)
+        return row_of(rows, k)
 
     def one(kept: Motions, motion: Any) -> tuple[Motions, tuple[Judged, Memory]]:
         bounds, *starts = motion
@@ -218,6 +214,12 @@ def stepping(
     axes = (x._replace(loads=tuple(x.loads), noise=tuple(x.noise)) for x in samples.axes)
     rows = samples._replace(axes=tuple(axes), sample_time=None, start=(), beside=())
     return body, rows, started
+
+
+def row_of(rows: PyTree, k: ArrayLike) -> PyTree:
+    """What of the rows of all samples is that of the one."""
+    pick = partial(lax.dynamic_index_in_dim, index=k, keepdims=False, allow_negative_indices=False)
+    return jax.tree.map(pick, rows)
 
 
 def _both(one: PyTree, other: PyTree) -> PyTree:
