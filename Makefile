@@ -24,7 +24,7 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test test-all test-lowest test-python lint interop docs notebooks attack bench dist audit lock uplot reference clean
+.PHONY: design test test-all test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
@@ -70,6 +70,11 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/ensembles.py
 	$(BIN)/python benchmarks/gradients.py
 	$(BIN)/python benchmarks/runtime.py
+
+# A card, if there is one, beside the processor; see benchmarks/README.md.
+bench-accelerator: $(VENV)/installed
+	mkdir -p build
+	$(BIN)/python benchmarks/accelerator.py --out build/accelerator.json
 
 # What make test runs, a case of each test, with the oldest packages that pyproject.toml admits on the
 # oldest Python. Old packages on new ones that they use warn; that is not for this project to mend.

@@ -7,6 +7,7 @@ peak memory, a line each; every answer is a line of JSON.
 import importlib
 import json
 import os
+import platform
 import subprocess
 import sys
 import time
@@ -114,6 +115,13 @@ def seconds(run: Callable[[], np.ndarray], runs: int) -> float:
     for _ in range(runs):
         run()
     return (time.perf_counter() - begin) / runs
+
+
+def processor() -> str:
+    """Name of the processor."""
+    lines = Path("/proc/cpuinfo").read_text(encoding="ascii").splitlines()
+    models = [line.split(": ")[1] for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.machine()
 
 
 def peak_memory() -> int:

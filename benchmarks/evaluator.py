@@ -51,20 +51,14 @@ def names() -> list[str]:
 
 
 def check(folder: Path) -> dict[str, float]:
-    """Largest relative deviation of each contender from the evaluator in float64.
-
-    Over 1 s, on the better half of twice as many individuals: one that runs away multiplies
-    its rounding errors from sample to sample, in every contender differently.
-    """
-    everyone = evaluator_peer.make(2 * CHECKED, CHECK_SAMPLES)
-    exact = evaluator_peer.prepare(everyone, np.float64)()
-    stable = np.argsort(exact)[-CHECKED:]
+    """Largest relative deviation of each contender from the evaluator in float64, over 1 s."""
+    work, exact = evaluator_peer.stable(CHECKED, CHECK_SAMPLES)
     file = folder / "check.npz"
-    save(evaluator_peer.pick(everyone, stable), file)
+    save(work, file)
     deviations = {}
     for name in names():
         with started(name, file) as contender:
-            relative = np.abs(contender.scores / exact[stable] - 1.0)
+            relative = np.abs(contender.scores / exact - 1.0)
         deviations[name] = float(relative.max())
         if not deviations[name] <= TOLERANCE:  # a nan is none either
             raise click.ClickException(

@@ -20,6 +20,7 @@ from hfc_design.simulation.machines import drawn
 from plants.c_axis import CAxisParameters, coefficients
 
 TOLERANCE = 0.2  # of every parameter of a machine
+DISTINCT = 4096  # individuals of a large population
 SPREAD = 0.1  # of the consequents inside every published rule table
 
 
@@ -67,6 +68,24 @@ def make(individuals: int, samples: int, seed: int = 0) -> Work:
         *map(_float32, (axis.reference, axis.reference_rate, axis.loads)),
         *map(_float32, (terms, _machine(machine), constants)),
     )
+
+
+def stable(individuals: int, samples: int) -> tuple[Work, np.ndarray]:
+    """Individuals and their scores in float64: the better half of twice as many.
+
+    One that runs away multiplies its rounding errors from sample to sample, in every contender
+    differently.
+    """
+    everyone = make(2 * individuals, samples)
+    exact = prepare(everyone, np.float64)()
+    best = np.argsort(exact)[-individuals:]
+    return pick(everyone, best), exact[best]
+
+
+def many(individuals: int, samples: int) -> Work:
+    """As ``make``, of which the first few thousand are random and the others repeat them."""
+    work = make(min(individuals, DISTINCT), samples)
+    return pick(work, np.arange(individuals) % work.kp.size)
 
 
 def pick(work: Work, individuals: np.ndarray) -> Work:

@@ -24,16 +24,13 @@ from rich.console import Console
 from rich.table import Table
 
 SAMPLES = 1000
-#: Individuals that are random; a larger population repeats them.
-DISTINCT = 4096
 
 
 def measured(population: int, repeats: int) -> dict[str, Any]:
     """Seconds of a generation, memory and devices, in this process."""
     import jax
 
-    work = evaluator_peer.make(min(population, DISTINCT), SAMPLES)
-    work = evaluator_peer.pick(work, np.arange(population) % min(population, DISTINCT))
+    work = evaluator_peer.many(population, SAMPLES)
     begun = time.perf_counter()
     run = evaluator_peer.prepare(work)
     first = time.perf_counter() - begun

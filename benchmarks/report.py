@@ -1,14 +1,13 @@
 """What the benchmarks measure with and print."""
 
 import os
-import platform
 import subprocess
 import time
 from collections.abc import Callable
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
+import contender
 from rich.table import Table
 
 
@@ -21,11 +20,9 @@ def seconds(run: Callable[[], object]) -> float:
 
 def machine() -> dict[str, str]:
     """Processor, cores and versions, as text."""
-    lines = Path("/proc/cpuinfo").read_text(encoding="ascii").splitlines()
-    models = [line.split(": ")[1] for line in lines if line.startswith("model name")]
     gcc = subprocess.run(["gcc", "-dumpfullversion"], capture_output=True, text=True, check=True)
     return {
-        "processor": models[0] if models else platform.machine(),
+        "processor": contender.processor(),
         "cores": str(len(os.sched_getaffinity(0))),
         **{name: version(name) for name in ("jax", "numpy", "diffrax")},
         "gcc": gcc.stdout.strip(),
