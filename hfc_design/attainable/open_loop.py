@@ -33,7 +33,7 @@ def best_voltage(one: Player, first: Floats, largest: Floats) -> Played:
 
     ``largest`` (steps,) is what the voltage may be in each sample of the whole motion.
     """
-    smooth = one._replace(resolution=0.0)
+    smooth = one._replace(resolution=None)
     motion = _head(smooth, first, largest)
     kept = len(largest)
     if len(motion.voltage) < kept:
