@@ -9,6 +9,7 @@ import time
 import numpy as np
 import oracle
 import pytest
+import wording
 from lifted import controller_of
 from sledge import CONTROLLER, MODULE, SCENARIO
 
@@ -46,6 +47,18 @@ def pytest_collection_modifyitems(config, items):
 def pytest_runtest_setup():
     if time.time() > float(os.environ.get("HFC_TESTS_UNTIL", "inf")):
         pytest.skip("no time is left, see .ci/run")
+
+
+@pytest.hookimpl(optionalhook=True)  # of xdist, whose workers have seen what was said
+def pytest_testnodedown(node):
+    wording.SAID.update(getattr(node, "workeroutput", {}).get("said", {}))
+
+
+def pytest_sessionfinish(session):
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["said"] = dict(wording.SAID)
+    elif wording.WRITE in os.environ:
+        wording.write(wording.SAID)
 
 
 @pytest.fixture
