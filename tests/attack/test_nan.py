@@ -8,13 +8,13 @@ give the same commands is compared with the runtime.
 import sys
 from itertools import product
 from math import inf, nan
-from pathlib import Path
 
 import made_up
 import numpy as np
 import pytest
 from attack import SEED, Attack, rounds
 from c_program import built, commands
+from places import OWN_PARTS
 from structured_text import FunctionBlock
 from wiring import not_adapting
 
@@ -23,7 +23,7 @@ from hfc_design.files.design import Design
 from hfc_design.formats import code
 from hfc_design.runtime import Controller, use
 
-OWN = Path(__file__).parents[1] / "own_parts"
+OWN = OWN_PARTS
 ODD = (nan, inf, -inf)
 HUGE = (1e308, -1e308, 1.7e308, -1.7e308, 1e155, -1e155, 1e30, 5e-324, -0.0)
 SAMPLES = 80  # of a run

@@ -6,18 +6,18 @@ import re
 import shutil
 import signal
 import subprocess
-from pathlib import Path
 
 import pytest
 from batches import files, left_behind
 from dask_cluster import GRID, Cluster, ended, first_finished, psutil
 from distributed import Client
 from distributed.security import Security
+from places import ROOT
 
 from hfc_design.batch.cluster import connected
 
 pytestmark = pytest.mark.slow
-DOCS = Path(__file__).parents[2] / "docs" / "cluster.md"
+DOCS = ROOT / "docs" / "cluster.md"
 #: What each ``dask`` process is told, and ``hfc batch``.
 DASK_TLS = ["--tls-ca-file=cert.pem", "--tls-cert=cert.pem", "--tls-key=key.pem"]
 TLS = ["--tls-ca=cert.pem", "--tls-cert=cert.pem", "--tls-key=key.pem"]

@@ -4,11 +4,11 @@ import csv
 import json
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 from batches import batch, files, written
 from click.testing import CliRunner
+from places import ROOT
 
 from hfc_design.batch.plan import read_batch
 from hfc_design.cli import main
@@ -231,7 +231,7 @@ def test_published_figures_that_cannot_be(entry, told, tmp_path):
 
 
 def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
-    root = Path(__file__).parents[2]
+    root = ROOT
     texts = []
     for page in ("docs/researcher.md", "docs/batch.md"):
         text = (root / page).read_text(encoding="utf-8")

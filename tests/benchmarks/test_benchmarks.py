@@ -3,12 +3,11 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 from statistics import median
 
 import pytest
+from places import ROOT
 
-ROOT = Path(__file__).parents[2]
 BENCHMARKS = ROOT / "benchmarks"
 EVALUATOR = """
 import ensembles, evaluator, populations, numpy as np

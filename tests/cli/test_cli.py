@@ -8,11 +8,11 @@ import signal
 import subprocess
 import sys
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from places import ROOT
 
 from hfc_design.cli import main, shown
 from hfc_design.cli.insight import LISTED
@@ -54,7 +54,7 @@ def test_what_draws_nothing_does_not_import_what_draws(arguments):
 
 
 def test_help_lists_the_commands_as_their_page_introduces_them():
-    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
+    page = (ROOT / "docs" / "commands.md").read_text()
     introduced = dict.fromkeys(re.findall(r"^hfc (\w+)", page, re.MULTILINE))
     listed = hfc("--help").stdout.split("Commands:")[1]
     assert re.findall(r"^  (\w+) ", listed, re.MULTILINE) == list(introduced)

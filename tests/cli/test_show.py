@@ -4,17 +4,17 @@ import json
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 from run_folders import hfc
 
 from hfc_design.cli.showing import KINDS
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.reference.entries import in_units, things
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 
 
 @pytest.mark.parametrize("kind", KINDS)

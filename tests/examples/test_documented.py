@@ -1,14 +1,15 @@
 """What the documentation says of files and measures is so."""
 
 import re
-from pathlib import Path
+
+from places import ROOT
 
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.measures import MEASURES
 from hfc_design.objectives.traded import NAMES
 from plants import C_AXIS
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 
 
 def test_the_file_of_ones_own_works_as_it_stands(tmp_path):

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from places import ROOT
 
 from hfc_design.cli import main
 
-ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 #: What each of them prints at least.
 PRINTS = {

@@ -1,13 +1,12 @@
 """The kept designs of contours, on paths and machines that no search has seen."""
 
-from pathlib import Path
-
 import pytest
+from places import ROOT
 
 import hfc_design.api as hfc
 from experiments.designed_contours.table_page import METRICS, sides, tables
 
-FOLDER = Path(__file__).parents[2] / "experiments" / "designed_contours"
+FOLDER = ROOT / "experiments" / "designed_contours"
 SMALL = "milling-table-small-circle"
 
 

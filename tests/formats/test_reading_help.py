@@ -1,10 +1,9 @@
 """What a reader says of files that it does not take: how they can be taken, and what they lack."""
 
-from pathlib import Path
-
 import pytest
 from click.testing import CliRunner
 from imported_files import MAMDANI_FIS
+from places import ROOT
 
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
@@ -12,7 +11,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 
-LESSON = (Path(__file__).parents[2] / "docs" / "lesson.fll").read_text()
+LESSON = (ROOT / "docs" / "lesson.fll").read_text()
 SIGNALS = {"Position error": "error", "d/dt error": "error_change"}
 FORGOTTEN = "  rule: if error is N and error_change is P then command is none\n"
 HINT = "with terms=7 it is sampled into triangles"

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from board_samples import COUNT
 from c_program import WARNINGS
+from places import TESTS
 
 from hfc_design.formats import code, machine_code
 from hfc_design.formats.writing import write
 
-HERE = Path(__file__).parents[1] / "interop" / "boards"
+HERE = TESTS / "interop" / "boards"
 
 
 class Board(NamedTuple):

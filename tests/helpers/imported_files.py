@@ -2,9 +2,10 @@
 
 import random
 from itertools import pairwise
-from pathlib import Path
 
-SAMPLES = Path(__file__).parents[1] / "data" / "imported"
+from places import DATA
+
+SAMPLES = DATA / "imported"
 MAMDANI_FLL = SAMPLES / "mamdani.fll"  # shapes, hedges, or, weights; by hand
 MAMDANI_FIS = SAMPLES / "mamdani.fis"  # names that are no identifiers; by hand
 MAMDANI_SUM = SAMPLES / "mamdani-sum.fis"  # other shapes and norms, not, or, weights; by hand

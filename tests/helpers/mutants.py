@@ -1,14 +1,14 @@
 """Files of users, and what becomes of them: bits, bytes and words flipped, lost, repeated, huge."""
 
 import re
-from pathlib import Path
 
 from imported_files import GAUSSIAN, OCTAVE, PYFUZZYLITE, TEXTS
+from places import ROOT
 
 from hfc_design.files.design import BUILTIN as DESIGNS
 from hfc_design.files.named_scenario import BUILTIN as SCENARIOS
 
-BATCHES = Path(__file__).parents[2] / "experiments"
+BATCHES = ROOT / "experiments"
 WORD = re.compile(rb"\w[\w.+-]*|\s+|.", re.DOTALL)
 NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][+-]?\d+)?")
 #: Numbers at which arithmetic, floats and integers end.

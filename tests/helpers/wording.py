@@ -8,14 +8,13 @@ import linecache
 import os
 import re
 from collections import defaultdict
-from pathlib import Path
 
 from click.testing import CliRunner
+from places import TESTS
 
 from hfc_design.cli import main
 from hfc_design.core.records import UserError
 
-TESTS = Path(__file__).parents[1]
 FILE = TESTS / "wording.txt"
 #: Set where the file is to be written, not compared with.
 WRITE = "HFC_WORDING"

@@ -2,13 +2,13 @@
 
 import re
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from board_samples import DESIGNS, ON_UNO, case
 from board_sizes import FLOAT, POINTS, SIZES, TABLES, row
 from boards import CORTEX, HERE, UNO, compiled, firmware, stepped, symbols
+from places import ROOT
 
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.formats import saving
@@ -23,7 +23,7 @@ MEMORY = {"memcpy", "memset"}
 #: Arithmetic that a Cortex-M4 has no instructions for, and functions in double precision.
 DOUBLE = re.compile(r"__aeabi_.*|exp|tanh|sqrt|pow|log")
 HEAP = re.compile(r"_*((m|c|re)alloc|free|s?brk)(_r)?")
-PAGE = (Path(__file__).parents[2] / "docs" / "c.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")
 RAM_OF_UNO = 2048
 
 expectations = cache(lambda name: case(DESIGNS[name]))

@@ -3,12 +3,12 @@
 import re
 import subprocess
 from functools import cache
-from pathlib import Path
 
 import made_up
 import numpy as np
 import pytest
 from c_program import MAIN, WARNINGS, built, commands
+from places import ROOT
 from sliding import EVERY
 from wandering import wandering
 
@@ -227,7 +227,7 @@ def test_the_header_is_one_of_cpp_too(program, tmp_path):
 
 
 def test_the_documented_control_compiles(compiler, tmp_path):
-    text = Path(__file__).parents[2] / "docs" / "c.md"
+    text = ROOT / "docs" / "c.md"
     (sample,) = re.findall(r"```c\n(.*?)```", text.read_text(encoding="utf-8"), re.S)
     write(tmp_path / "c", sources(DESIGNS["jee-koren-2004-aflc"]))
     (tmp_path / "c" / "control.c").write_text(sample, encoding="ascii")

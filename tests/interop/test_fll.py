@@ -7,17 +7,17 @@ itself 2e-7 with the published tables and 9e-6 with random ones, 3e-7 in the com
 
 import json
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 from fuzzylite_tool import in_tool
+from places import TESTS
 from wiring import DESIGNS, controller_error, design, silent, unit_error
 
 from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
-HERE = Path(__file__).parent
+HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 
 

@@ -2,12 +2,12 @@
 
 import os
 import subprocess
-from pathlib import Path
 
 import made_up
 import numpy as np
 import pytest
 import whole_machines
+from places import TESTS
 from sliding import EVERY
 from wandering import wandering
 
@@ -19,7 +19,7 @@ from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 
 pytestmark = pytest.mark.interop
-HERE = Path(__file__).parent
+HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fmpy" / "bin" / "python"
 COUNT = 10_000
 LEARNT = ("both learn", "compensated", "nested", "slow and learns")

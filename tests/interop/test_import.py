@@ -7,19 +7,19 @@ that an import prints is that of the design from the program itself.
 
 import json
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 from fuzzylite_tool import in_tool
 from imported_files import MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM, SHARED, SHARED_SIGNALS
+from places import TESTS
 
 from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, any_fis, any_fll, imported
 from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
-HERE = Path(__file__).parent
+HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 FLL_SIGNALS = {"level": "error", "rate": "error_change"}
 FIS_SIGNALS = {"Position error": "error", "d/dt error": "error_change"}

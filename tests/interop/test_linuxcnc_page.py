@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from places import ROOT
 
 from hfc_design.cli import main
 from hfc_design.files.design import named_design
@@ -14,7 +15,7 @@ from hfc_design.formats import FORMATS
 
 pytestmark = pytest.mark.interop
 
-PAGE = Path(__file__).parents[2] / "docs" / "linuxcnc.md"
+PAGE = ROOT / "docs" / "linuxcnc.md"
 
 
 def transcript(hal, block, folder):

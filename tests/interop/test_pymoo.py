@@ -7,10 +7,10 @@ much that changes 1.145, pymoo 1.143.
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 from toy_fronts import PointGenome, scored, zdt
 
 from hfc_design.controllers.gains.genome import GainVectors
@@ -23,7 +23,7 @@ from hfc_design.search.strategy import Task
 
 pytestmark = [pytest.mark.interop, pytest.mark.filterwarnings("default")]
 # An environment of its own; what it shares with this project is of the same versions.
-KEPT = (Path(__file__).parents[2] / ".venv-pymoo" / "lib").glob("python3*/site-packages")
+KEPT = (ROOT / ".venv-pymoo" / "lib").glob("python3*/site-packages")
 sys.path += map(str, KEPT)
 pytest.importorskip("pymoo", reason="pymoo is not installed; make interop installs it")
 moocore = pytest.importorskip("moocore")

@@ -11,10 +11,10 @@ import csv
 import json
 import re
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import TESTS
 from plcopen_project import function_block, pous
 from st_cases import CASES, WRITTEN, samples
 from wiring import design
@@ -25,7 +25,7 @@ from hfc_design.formats.plcopen import project
 from hfc_design.runtime import Controller
 
 pytestmark = pytest.mark.interop
-HERE = Path(__file__).parent
+HERE = TESTS / "interop"
 FOLDER = HERE.parents[1] / ".venv-st"
 PYTHON, SOURCES = FOLDER / "bin" / "python", FOLDER / "sources"
 SCHEMA = "src/plcopen/tc6_xml_v201.xsd"

@@ -8,12 +8,12 @@ import json
 import shutil
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from c_program import built, commands
 from click.testing import CliRunner
+from places import OWN_PARTS
 from scipy.integrate import solve_ivp
 from structured_text import FunctionBlock
 
@@ -24,7 +24,7 @@ from hfc_design.controllers.kinds import KINDS
 from hfc_design.formats import code
 from hfc_design.report.errors import errors
 
-HERE = Path(__file__).parent
+HERE = OWN_PARTS
 OWN = ("--plant", "toy_machine:MACHINE", "--use", "toy_kind:KIND")
 SCENARIO = """
 [plant]

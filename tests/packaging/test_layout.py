@@ -2,9 +2,9 @@
 
 import ast
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from places import ROOT
+
 PAGE = (ROOT / "docs" / "development.md").read_text("utf-8")
 
 

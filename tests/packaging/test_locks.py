@@ -2,11 +2,11 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
-TREE = Path(__file__).parents[2]
+TREE = ROOT
 LOCKS = sorted((TREE / "requirements").glob("*.txt"))
 PROJECT = tomllib.loads((TREE / "pyproject.toml").read_text())
 

@@ -3,9 +3,10 @@
 import hashlib
 import re
 from importlib.resources import files
-from pathlib import Path
 
-MAKEFILE = (Path(__file__).parents[2] / "Makefile").read_text()
+from places import ROOT
+
+MAKEFILE = (ROOT / "Makefile").read_text()
 #: SHA-256 of the files in the npm release 1.6.32, whose own hash ``make uplot`` checks.
 FILES = {
     "LICENSE": "8f989229699b4fe2f1a0432d0e9edc338a8a911e250e2d1b01ecd770a5f5b1bd",

@@ -4,11 +4,11 @@ import os
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
-TREE = Path(__file__).parents[2]
+TREE = ROOT
 
 
 def wheel(folder):

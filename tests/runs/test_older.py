@@ -2,16 +2,16 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import DATA
 
 from hfc_design.core.records import RunError
 from hfc_design.runs import run, stored
 
 #: A race of five PD controllers after its first generation, in which four diverged.
-BROKEN_OFF = Path(__file__).parent.parent / "data" / "broken_off_1"
+BROKEN_OFF = DATA / "broken_off_1"
 
 
 def test_a_run_that_an_earlier_version_began_goes_on(tmp_path):

@@ -1,12 +1,12 @@
 """Trajectories of the closed loop against SciPy and a plain-Python program of the same loop."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import oracle
 import pytest
 from lifted import every_axis
+from places import DATA
 
 from hfc_design.controllers.hierarchical.law import Layout, hierarchical
 from hfc_design.files.named_scenario import load_scenario
@@ -14,7 +14,7 @@ from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 
 HIERARCHICAL = every_axis("pd+hierarchical-fuzzy", hierarchical(Layout(), 0.001))
-RECORDED = Path(__file__).parents[1] / "data" / "c_axis_published_controllers.json"
+RECORDED = DATA / "c_axis_published_controllers.json"
 SECONDS = 1.001  # so that the sample at 1 s is there
 LOADS = {"c-axis-ramp": None, "c-axis-ramp-cutting": oracle.cutting_load}
 

@@ -1,9 +1,8 @@
 """Whether a design can be used: against runs of its own, poles, and the constraints by hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from places import DATA
 
 from hfc_design.api import with_gains
 from hfc_design.core.statistics import share_interval
@@ -16,7 +15,6 @@ from hfc_design.simulation.machines import drawn
 from hfc_design.simulation.repeats import FACTORS
 from hfc_design.simulation.usable import BEYOND, usable
 
-DATA = Path(__file__).parents[1] / "data"
 #: Two motions of a second, with tolerances and a bound on the command.
 TWO = {
     "name": "two",

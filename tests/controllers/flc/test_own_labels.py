@@ -1,9 +1,9 @@
 """Labels and output terms of an imported table, changed by their keys."""
 
 import json
-from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from hfc_design.core.records import UserError
 from hfc_design.files.design import parse_design
@@ -11,7 +11,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 
-LESSON = Path(__file__).parents[3] / "docs" / "lesson.fll"
+LESSON = ROOT / "docs" / "lesson.fll"
 
 
 @pytest.fixture

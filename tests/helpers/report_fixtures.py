@@ -1,18 +1,22 @@
+"""A report that the tests of its page, its plots and its tables look at."""
+
 import json
 
 import pytest
-from random_runs import HOSTILE, design, finished
-
-from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import load_design
-from hfc_design.report.page import write_page
-from hfc_design.runs.run import Result, new_run
-from hfc_design.simulation.evaluating import evaluate
 
 
 @pytest.fixture(scope="session")
 def report(tmp_path_factory):
     """The arguments of ``write_page``, and the report that it wrote."""
+    # Late: these draw.
+    from random_runs import HOSTILE, design, finished
+
+    from hfc_design.files.named_scenario import load_scenario
+    from hfc_design.files.pairing import load_design
+    from hfc_design.report.page import write_page
+    from hfc_design.runs.run import Result, new_run
+    from hfc_design.simulation.evaluating import evaluate
+
     folder = tmp_path_factory.mktemp("report") / "run"
     changes = ("simulation.duration_s=0.5", f"description={json.dumps(HOSTILE)}")
     scenario = new_run(load_scenario("c-axis-ramp-cutting", changes), folder)
