@@ -1,13 +1,15 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# Marks of the tests that need a program from outside PyPI.
-PROGRAMS := interop or browser
 # Processes that test; each takes a row of tests, and when it is done half of what another has left.
 WORKERS ?= 2
 PARALLEL := -n $(WORKERS) --dist worksteal
 PYTEST := $(BIN)/pytest $(PARALLEL)
-QUICK := not (slow or $(PROGRAMS))
+# Tests of other Pythons and packages: all that compile nothing, and these of those that do.
+SMOKE := tests/unit tests/loop/simulation
+# Those whose numbers hang on a processor's instructions.
+NUMERIC := $(addprefix tests/loop/,attainable controllers identify motion objectives plants search simulation stability)
+ISA ?= AVX
 # What makes other environments, pins and releases.
 TOOLS := .venv-tools
 UV := $(TOOLS)/bin/uv
@@ -24,23 +26,34 @@ LOCK := UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile -q --universal \
 # Every extra but the peers, which want packages that nothing else here does.
 EXTRAS := --extra dev --extra bench
 
-.PHONY: design test test-all test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
+.PHONY: design test published test-isa wording test-lowest test-python lint interop docs notebooks attack bench bench-accelerator dist audit lock uplot reference clean
 
 design: $(VENV)/installed
 	$(BIN)/hfc design
 
 test: $(VENV)/installed lint
-	$(PYTEST) -m "$(QUICK)"
+	$(PYTEST) -m "not slow" tests/unit tests/loop
 
-# Only what make test leaves out, programs from outside PyPI apart: whole published experiments,
-# processes that are killed again and again, clusters of workers. Files stay whole: tests of one
-# file share what is dear.
-test-all: $(VENV)/installed
-	$(PYTEST) --dist loadfile -m "slow and not ($(PROGRAMS))"
+# What make test leaves out, programs from outside PyPI apart: whole published experiments, processes
+# that are killed again and again, clusters of workers. Files stay whole: tests of one file share
+# what is dear.
+published: $(VENV)/installed
+	$(PYTEST) --dist loadfile tests/published
+	$(PYTEST) -m slow tests/unit tests/loop
+
+# The numeric tests of make test with code for other processors, AVX, AVX2 or AVX512, and a cache of
+# its own: make test-isa ISA=AVX2
+test-isa: $(VENV)/installed
+	XLA_FLAGS=--xla_cpu_max_isa=$(ISA) XDG_CACHE_HOME=$${XDG_CACHE_HOME:-$(CURDIR)/.cache}/$(ISA) \
+		$(PYTEST) -m "not slow" $(NUMERIC)
+
+# Writes tests/wording.txt, all that users read where something is refused; look at its difference.
+wording: $(VENV)/installed
+	HFC_WORDING=write $(PYTEST) -m "not slow" tests/unit tests/loop
 
 interop: $(VENV)/installed
 	tests/interop/install.sh
-	$(PYTEST) -m "$(PROGRAMS)"
+	$(PYTEST) tests/interop
 
 # The documentation as a site, build/site/index.html; any warning fails. What the variable silences is
 # no warning of the pages but news of the theme: see docs/development.md.
@@ -55,7 +68,7 @@ notebooks: $(VENV)/installed
 
 # What make test tries a few times, tried as often as docs/reliability.md says: hours.
 attack: $(VENV)/installed
-	HFC_ATTACK=full $(PYTEST) --dist loadfile tests/attack
+	HFC_ATTACK=full $(PYTEST) --dist loadfile tests/published/attack
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
@@ -76,15 +89,14 @@ bench-accelerator: $(VENV)/installed
 	mkdir -p build
 	$(BIN)/python benchmarks/accelerator.py --out build/accelerator.json
 
-# What make test runs, a case of each test, with the oldest packages that pyproject.toml admits on the
-# oldest Python. Old packages on new ones that they use warn; that is not for this project to mend.
+# With the oldest packages that pyproject.toml admits on the oldest Python. Old packages on new ones that they use warn; that is not for this project to mend.
 test-lowest: .venv-lowest/installed
-	.venv-lowest/bin/pytest $(PARALLEL) --one-of-each -W ignore::DeprecationWarning -m "$(QUICK)"
+	.venv-lowest/bin/pytest $(PARALLEL) -W ignore::DeprecationWarning -m "not slow" $(SMOKE)
 
 # The same with the packages of make test on another Python: make test-python VERSION=3.13, or the
 # path of an interpreter. A version that is not here is fetched by uv.
 test-python: $(OTHER)/installed
-	$(OTHER)/bin/pytest $(PARALLEL) --one-of-each -m "$(QUICK)"
+	$(OTHER)/bin/pytest $(PARALLEL) -m "not slow" $(SMOKE)
 
 # The wheel, the source archive and a list of what an install of it holds (CycloneDX), in dist/; the
 # wheel works outside this folder.

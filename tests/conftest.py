@@ -30,22 +30,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_addoption(parser):
-    told = "of a test with parameters only the first case: other packages want no more"
-    parser.addoption("--one-of-each", action="store_true", help=told)
-
-
-@pytest.hookimpl(trylast=True)  # of what -m leaves
-def pytest_collection_modifyitems(config, items):
-    if not config.getoption("--one-of-each"):
-        return
-    first = {}
-    for item in items:
-        first.setdefault(item.nodeid.partition("[")[0], item)
-    config.hook.pytest_deselected(items=[item for item in items if item not in first.values()])
-    items[:] = first.values()
-
-
 @pytest.hookimpl(tryfirst=True)  # before what it needs is made
 def pytest_runtest_setup():
     if time.time() > float(os.environ.get("HFC_TESTS_UNTIL", "inf")):

@@ -13,7 +13,6 @@ from places import ROOT
 from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.formats import saving
 
-pytestmark = pytest.mark.interop
 TABULATED = [name for name, design in DESIGNS.items() if design.kind.lookup]
 #: What a kind needs of the library in single precision; a machine's for square roots alone.
 NEEDS = {"pd+hierarchical-fuzzy": {"expf"}, "neural": {"tanhf"}}

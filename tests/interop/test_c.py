@@ -22,8 +22,6 @@ from hfc_design.formats.writing import write
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 
-pytestmark = pytest.mark.interop
-
 ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
 #: Built-in laws of an axis; what commands a whole machine: tests/formats/test_machine_c.py.
 DESIGNS = {name: load_design(name) for name in builtin_designs()}

@@ -17,8 +17,6 @@ from wiring import DESIGNS, controller_error, design, unit_error
 
 from hfc_design.formats import FORMATS
 
-pytestmark = pytest.mark.interop
-
 
 @pytest.fixture
 def run(program, tmp_path):

@@ -16,7 +16,6 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, imported
 from hfc_design.runtime import Controller
 
-pytestmark = pytest.mark.interop
 EVERY = 25
 COUNT = 50
 

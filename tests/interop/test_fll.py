@@ -16,7 +16,6 @@ from wiring import DESIGNS, controller_error, design, silent, unit_error
 
 from hfc_design.formats import FORMATS
 
-pytestmark = pytest.mark.interop
 HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 

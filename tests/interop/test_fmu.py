@@ -18,7 +18,6 @@ from hfc_design.formats.fmu.machine import loop
 from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 
-pytestmark = pytest.mark.interop
 HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fmpy" / "bin" / "python"
 COUNT = 10_000

@@ -18,7 +18,6 @@ from hfc_design.formats import FORMATS
 from hfc_design.formats.reading import Wish, any_fis, any_fll, imported
 from hfc_design.runtime import Controller
 
-pytestmark = pytest.mark.interop
 HERE = TESTS / "interop"
 PYTHON = HERE.parents[1] / ".venv-fuzzylite" / "bin" / "python"
 FLL_SIGNALS = {"level": "error", "rate": "error_change"}

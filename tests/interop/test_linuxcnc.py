@@ -15,8 +15,6 @@ from hfc_design.files.learning import with_learned
 from hfc_design.formats import code, linuxcnc
 from hfc_design.formats.reading import Wish, imported
 
-pytestmark = pytest.mark.interop
-
 #: HAL's text has six decimals.
 TEXT = 5.001e-7
 

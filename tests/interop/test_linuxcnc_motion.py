@@ -14,8 +14,6 @@ from hfc_design.runs.individuals import design_with
 from hfc_design.simulation.evaluating import evaluate
 from plants import feed_drive
 
-pytestmark = pytest.mark.interop
-
 
 def motion(folder):
     """(axes, 3, samples) error, command, position of the exported closed loop."""

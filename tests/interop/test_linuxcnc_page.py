@@ -5,15 +5,12 @@ import shlex
 from contextlib import chdir
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
 from places import ROOT
 
 from hfc_design.cli import main
 from hfc_design.files.design import named_design
 from hfc_design.formats import FORMATS
-
-pytestmark = pytest.mark.interop
 
 PAGE = ROOT / "docs" / "linuxcnc.md"
 

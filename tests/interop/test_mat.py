@@ -6,7 +6,6 @@ from wiring import DESIGNS, design, units
 
 from hfc_design.formats import FORMATS
 
-pytestmark = pytest.mark.interop
 HIERARCHIES = [name for name in DESIGNS if hasattr(design(name).controller, "inputs")]
 
 

@@ -21,7 +21,7 @@ from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategies.nsga_ii import Nsga2Settings
 from hfc_design.search.strategy import Task
 
-pytestmark = [pytest.mark.interop, pytest.mark.filterwarnings("default")]
+pytestmark = pytest.mark.filterwarnings("default")
 # An environment of its own; what it shares with this project is of the same versions.
 KEPT = (ROOT / ".venv-pymoo" / "lib").glob("python3*/site-packages")
 sys.path += map(str, KEPT)
@@ -72,7 +72,6 @@ def volume(costs):
     return moocore.hypervolume(costs, ref=[1.1, 1.1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_the_front_is_at_least_as_good_as_that_of_pymoo(number):
     own, other = [], []
@@ -108,7 +107,6 @@ class Drive(Problem):
         out["G"] = np.minimum(found.violation, 1e6)[:, None]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("other", ["effort", "chatter"])
 def test_the_front_of_a_drive_is_at_least_as_good_as_that_of_pymoo(other):
     """As many individuals are judged: here in more generations, of which there is an archive."""

@@ -24,7 +24,6 @@ from hfc_design.formats import FORMATS, code
 from hfc_design.formats.plcopen import project
 from hfc_design.runtime import Controller
 
-pytestmark = pytest.mark.interop
 HERE = TESTS / "interop"
 FOLDER = HERE.parents[1] / ".venv-st"
 PYTHON, SOURCES = FOLDER / "bin" / "python", FOLDER / "sources"

@@ -1,0 +1,46 @@
+"""Own plants, fitnesses and control laws: how they come in, and what they compute."""
+
+from functools import cache
+
+import pytest
+from sledge import imported, scenario_of
+
+from hfc_design import api
+from hfc_design.files.design import design_json
+from hfc_design.formats import FORMATS
+
+
+@pytest.mark.parametrize("target", FORMATS)
+def test_formats_take_an_own_kind_or_refuse_it_in_a_line(own, target):
+    api.register(imported("mine").P)
+    design = api.with_gains(api.load_scenario(scenario_of("only-p")), "only-p", {"p": 3.0})
+    if target in ("json", "mat", "fmu-plant"):  # the last holds nothing of a controller
+        assert api.export(design, target, "out").stat().st_size > 0
+    else:
+        with pytest.raises(api.UserError, match="kind only-p"):
+            api.export(design, target, "out")
+        assert not (own / "out").exists()
+
+
+@cache
+def searched():
+    """The file of a hierarchy for the sledge, which has to be known."""
+    scenario = api.load_scenario(
+        "sledge.toml",
+        {
+            "controller": {"inputs": [{"name": n, "scale": 1.0} for n in ("error", "speed")]},
+            "search": {"population": 2, "generations": 1, "newton_islands": 0},
+        },
+    )
+    return design_json(api.design(scenario).design)
+
+
+#: Formats with a machine in C, which an own one has not.
+SIMULATED = ("fmu-loop", "fmu-plant", "linuxcnc")
+
+
+@pytest.mark.parametrize("target", [name for name in FORMATS if name not in SIMULATED])
+def test_formats_take_an_own_plant(own, target):
+    api.register(imported("mine").SLEDGE)
+    (own / "found.json").write_text(searched())
+    assert api.export(api.load_design("found.json"), target, "out").exists()

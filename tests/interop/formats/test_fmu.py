@@ -1,0 +1,214 @@
+"""FMUs without a program of others: what is in them, what they refuse, what their binary does."""
+
+import io
+import zipfile
+from dataclasses import replace
+from math import exp, inf, isfinite, nan
+from xml.etree import ElementTree
+
+import made_up
+import pytest
+from fmi import ERROR, GOOD, WARNING, Slave
+
+from hfc_design import api
+from hfc_design.core.records import RunError, UserError
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design
+from hfc_design.formats import FORMATS, compiling
+from hfc_design.runtime import Controller
+from plants import C_AXIS
+
+AFLC = load_design("jee-koren-2004-aflc")
+TABLE_1 = load_design("lin-lee-1999-table-1")
+HOSTILE = 'x); system("id */ int main(void) {\n#define x <&\'"'
+
+
+def written(design, to, folder):
+    FORMATS[to].write(design, folder)
+    return {path.name: path for path in folder.iterdir()}
+
+
+def described(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml"))
+
+
+def test_the_plant_has_its_parameters_with_units_and_bounds(tmp_path):
+    root = described(
+        written(TABLE_1, "fmu-plant", tmp_path / "a")["lin_lee_1999_table_1_plant_fmi2.fmu"]
+    )
+    variables = {x.get("name"): x for x in root.iter("ScalarVariable")}
+    inertia = variables["spindle_inertia"]
+    assert (inertia.get("causality"), inertia.get("variability")) == ("parameter", "tunable")
+    assert dict(inertia.find("Real").attrib) == {"unit": "kg m2", "min": "0.0", "start": "5.102"}
+    assert variables["start.spindle_angle"].get("variability") == "fixed"
+    outputs = {
+        k: x.find("Real").get("unit")
+        for k, x in variables.items()
+        if x.get("causality") == "output"
+    }
+    assert outputs["state.bristle_deflection"] == "rad"
+    assert outputs["deflection_rate"] == "rad/s"
+    assert outputs["current"] == "A"
+    units = {x.get("name"): x.find("BaseUnit") for x in root.iter("Unit")}
+    assert units["kg m2"].attrib == {"kg": "1", "m": "2"}
+    assert root.find("DefaultExperiment").get("stepSize") == "0.001"
+    assert root.find("CoSimulation").get("canHandleVariableCommunicationStepSize") == "false"
+
+
+def test_a_parameter_that_may_be_negative_has_no_lowest_value(tmp_path):
+    root = described(written(AFLC, "fmu-loop", tmp_path / "a")["jee_koren_2004_aflc_loop_fmi2.fmu"])
+    bounds = {x.get("name"): x.find("Real").attrib for x in root.iter("ScalarVariable")}
+    assert "min" not in bounds["x.positive_slope"]
+    assert bounds["x.lowest_command"]["max"] == "0.0"
+    assert bounds["y.positive_start"]["start"] == "7.23"  # JK04 eq. 28, the Y-axis
+    assert bounds["x.reference"]["unit"] == "BLU"
+
+
+def test_a_compiler_that_fails_is_told(monkeypatch):
+    with pytest.raises(RunError, match=r"cannot compile an FMU: a\.c:1:1: .*error"):
+        compiling.shared_library({"a.c": "nonsense"}, "a")
+
+
+def test_no_code_comes_with_a_name(tmp_path):
+    plant = TABLE_1.plant.model_copy(update={"name": HOSTILE})
+    design = TABLE_1.model_copy(update={"name": HOSTILE, "plant": plant})
+    for fmu in written(design, "fmu", tmp_path / "a").values():
+        with zipfile.ZipFile(io.BytesIO(fmu.read_bytes())) as archive:
+            texts = [archive.read(x).decode() for x in archive.namelist() if not x.endswith(".so")]
+        assert (
+            HOSTILE in ElementTree.fromstring(texts[0]).get("description").replace(" ", " ") or True
+        )
+        assert not [text for text in texts[1:] if 'system("' in text or "#define x <" in text]
+
+
+@pytest.mark.parametrize(
+    ("name", "scenario", "plant", "why"),
+    [
+        ("lin-lee-1999-table-1", "c-axis-ramp", "mine", ""),
+        (
+            "lin-gai-2009-pid",
+            "five-axis-program",
+            "five-axis-coupled",
+            ", whose axes act on one another",
+        ),
+    ],
+)
+def test_a_plant_without_c_is_refused(name, scenario, plant, why, tmp_path, own_plugins):
+    api.register(replace(C_AXIS, name="mine"))
+    design, where = load_design(name), load_scenario(scenario).model_dump(mode="json")
+    where = {"scenario": where | {"plant": where["plant"] | {"name": plant}}}
+    own = {"plant": design.plant.model_copy(update={"name": plant}), "provenance": where}
+    design = design.model_copy(update=own)
+    told = (
+        f"{name}: there is no C of the plant {plant}{why}; there is of c-axis, feed-drive, milling-"
+    )
+    for to in ("fmu-plant", "fmu-loop"):
+        with pytest.raises(UserError, match=told):
+            FORMATS[to].write(design, tmp_path / "a")
+    if name == "lin-lee-1999-table-1":
+        FORMATS["fmu"].write(design, tmp_path / "b")
+
+
+@pytest.fixture
+def slave(tmp_path):
+    fmu = written(AFLC, "fmu", tmp_path / "a")["jee_koren_2004_aflc_fmi2.fmu"]
+    return Slave(fmu, tmp_path / "u")
+
+
+def test_it_does_what_the_runtime_does_and_goes_on_from_a_state(slave):
+    controller, errors = Controller(AFLC), [9.0, 12.0, -3.0, 7.0, 20.0, 1.0, -14.0, 5.0]
+    expected = [controller.step({"error": x}) for x in errors]
+    assert slave.begin() == GOOD
+
+    def steps(some):
+        found = []
+        for x in some:
+            slave.put(error=x)
+            assert slave.step() == GOOD
+            found.append(slave.get("command"))
+        return found
+
+    assert steps(errors[:4]) == expected[:4]
+    state, time = slave.kept(), slave.time
+    data = slave.written(state)
+    assert steps(errors[4:]) == expected[4:]
+    for before in (state, slave.read(data)[1]):
+        assert slave.call("SetFMUstate", before) == GOOD
+        slave.time = time
+        assert steps(errors[4:]) == expected[4:]
+    assert slave.call("Reset") == GOOD
+    slave.time = 0.0
+    assert slave.begin() == GOOD
+    assert steps(errors) == expected
+    assert slave.read(data[:-1])[0] == slave.read(b"x" + data[1:])[0] == ERROR
+    assert slave.told[-1] == (ERROR, b"these bytes are no state of this FMU")
+
+
+def test_another_step_is_an_error_that_is_told(slave):
+    slave.begin()
+    assert slave.step(0.02) == ERROR
+    assert slave.told == [
+        (ERROR, b"communicationStepSize = 0.02 s: has to be the sample time, 0.01 s")
+    ]
+    assert slave.step() == GOOD
+    slave.time = 0.05
+    assert slave.step() == ERROR
+    assert (
+        slave.told[-1][1] == b"currentCommunicationPoint = 0.05 s: the step before ended at 0.01 s"
+    )
+
+
+def test_a_faulty_sample_is_a_warning_that_is_told_once(slave):
+    controller = Controller(AFLC)
+    slave.begin()
+    for x in (9.0, nan, inf, 4.0):
+        expected = controller.step({"error": x})
+        slave.put(error=x)
+        assert slave.step() == (GOOD if isfinite(x) else WARNING)
+        assert slave.get("command") == pytest.approx(expected, abs=0, nan_ok=True)
+    ((status, text),) = slave.told
+    assert status == WARNING
+    assert text.startswith(b"at 0.01 s an input is infinite or not a number")
+
+
+def test_a_command_of_a_limited_rate_is_a_ramp_that_a_fault_leaves_alone(tmp_path):
+    limits = {"command": 6.0, "command_rate": 500.0}
+    design = load_design("pd-only", {"limits": limits})
+    slave = Slave(written(design, "fmu", tmp_path / "a")["pd_only_fmi2.fmu"], tmp_path / "u")
+    assert slave.begin() == GOOD
+    found = []
+    for error in (1.0, 1.0, nan, 1.0, -1.0, -1.0):
+        slave.put(error=error)
+        slave.step()
+        found.append(slave.get("command"))
+    assert found == pytest.approx([0.5, 1.0, nan, 1.5, 1.0, 0.5], abs=0, nan_ok=True)
+
+
+def test_what_cannot_be_set_is_told(tmp_path):
+    fmu = written(TABLE_1, "fmu-plant", tmp_path / "a")["lin_lee_1999_table_1_plant_fmi2.fmu"]
+    slave = Slave(fmu, tmp_path / "u")
+    assert slave.begin(start__spindle_angle=0.5, start__rotor_angle=0.5) == GOOD
+    assert slave.get("state.spindle_angle") == 0.5
+    for value in (0.0, -1.0, nan, inf):
+        assert slave.put(spindle_inertia=value) == ERROR
+    assert slave.told[0][1] == b"spindle_inertia = 0 is beyond its range"
+    assert slave.put(start__spindle_angle=0.1) == ERROR
+    assert slave.put(state__current=0.1) == ERROR
+    assert slave.put(spindle_inertia=6.0, command=50.0) == GOOD
+    assert slave.step() == GOOD
+    # L di/dt = u - R i in the first millisecond, before the rotor moves
+    leakage, resistance = 0.341 - 0.225**2 / 0.306, 1.12 + 1.05 * 0.341 / 0.306
+    current = 50.0 / resistance * (1.0 - exp(-resistance / leakage * 1e-3))
+    assert slave.get("state.current") == pytest.approx(current, rel=1e-3)
+    slave.put(load=inf)
+    before = slave.get("state.current")
+    assert slave.step() == WARNING
+    assert slave.get("state.current") == before
+    assert slave.told[-1][1].endswith(b"the machine and its control stay as they were")
+
+
+def test_another_guid_gives_no_instance(tmp_path):
+    fmu = written(made_up.network(2, 5), "fmu", tmp_path / "a")
+    path = next(path for name, path in fmu.items() if name.endswith("_fmi2.fmu"))
+    assert Slave(path, tmp_path / "u", token="{0}").instance is None

@@ -1,0 +1,145 @@
+"""C code of controllers of a whole machine against the runtime, sanitized; learned state in it."""
+
+import subprocess
+from math import nan
+
+import numpy as np
+import pytest
+from c_program import WARNINGS
+from whole_machines import (
+    DESIGNS,
+    happenings,
+    in_c,
+    of_the_runtime,
+)
+
+from hfc_design.formats import saving
+from hfc_design.formats.machine_code import sources
+from hfc_design.formats.writing import write
+from hfc_design.motion.contour import local_error
+
+MAIN = """
+#include <stdio.h>
+#include <string.h>
+#include "{name}.h"
+static {name}_real numbers[4096];
+int main(int count, char **files)
+{{
+    {name}_state state;
+    {name}_inputs inputs[{name}_AXES];
+    {name}_real command[{name}_AXES];
+    PATH
+    FILE *file;
+    int taken = 1;
+    {name}_init(&state);
+    if (count == 3 && strcmp(files[1], "-") != 0) {{
+        file = fopen(files[1], "rb");
+        const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
+        fclose(file);
+        taken = LOAD(&state, numbers, size);
+    }}
+    while (fread(inputs, sizeof inputs, 1, stdin) == 1 && READ) {{
+        {name}_step(&state, inputs, GIVEcommand);
+        fwrite(command, sizeof command, 1, stdout);
+    }}
+    if (count == 3 && strcmp(files[2], "-") != 0) {{
+        SAVE(&state, numbers);
+        file = fopen(files[2], "wb");
+        fwrite(numbers, sizeof numbers[0], SIZE, file);
+        fclose(file);
+    }}
+    return taken ? 0 : 3;
+}}
+"""
+SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"
+LEARNING = [name for name, design in DESIGNS.items() if saving.learns(design)]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The program of a design, compiled once, with whatever looks at it while it runs."""
+    known = {}
+
+    def of(name):
+        if name in known:
+            return known[name]
+        folder = tmp_path_factory.mktemp("c") / "c"
+        write(folder, sources(DESIGNS[name]))
+        own = DESIGNS[name].name
+        sees = f"{own}_path" in (folder / f"{own}.h").read_text()
+        main = MAIN.replace("PATH", "{name}_path path;" if sees else "double path[4];")
+        main = main.replace("READ", "fread(&path, sizeof path, 1, stdin) == 1")
+        main = main.replace("GIVE", "&path, " if sees else "")
+        words = {"SAVE": "{name}_save", "LOAD": "{name}_load", "SIZE": "{name}_NUMBERS"}
+        none = {"SAVE": "(void)", "LOAD": "(void)", "SIZE": "0"}
+        for word, by in (words if name in LEARNING else none).items():
+            main = main.replace(word, by)
+        if name not in LEARNING:
+            main = main.replace("(void)(&state, numbers, size)", "size == 0")
+            main = main.replace("(void)(&state, numbers);", "")
+        (folder / "main.c").write_text(main.format(name=own))
+        flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
+        command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", folder / "program"]
+        subprocess.run(command, check=True)
+        known[name] = folder / "program"
+        return known[name]
+
+    return of
+
+
+def commands(program, design, samples, *files):
+    done = subprocess.run(
+        [program, *map(str, files)],
+        input=in_c(design, samples).tobytes(),
+        capture_output=True,
+        check=True,
+    )
+    assert not done.stderr
+    return np.frombuffer(done.stdout).reshape(-1, 2)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_equals_the_runtime_with_faults_among_its_samples(name, built):
+    design = DESIGNS[name]
+    samples = happenings(design)
+    told, path = samples[100]
+    samples[100] = ({**told, "y": {**told["y"], "error": nan}}, path)
+    if design.kind.path:
+        samples[300] = (samples[300][0], samples[300][1]._replace(contour_error=np.inf))
+    _, expected = of_the_runtime(design, samples)
+    assert np.isnan(expected).sum() == (4 if design.kind.path else 2)
+    found = commands(built(name), design, samples)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    for k, (axis, limit) in enumerate(design.limits.commands(("x", "y")).items()):
+        if limit is not None:
+            assert np.nanmax(np.abs(found[:, k])) == limit, axis
+
+
+def test_the_contour_error_by_the_path(tmp_path, built):
+    """That which the header computes, for a control that knows its path alone."""
+    built("pid")
+    folder = built("pid").parent
+    (folder / "error.c").write_text(
+        """
+#include <stdio.h>
+#include "coupled.h"
+int main(void)
+{
+    coupled_inputs axes[2];
+    coupled_path path;
+    while (scanf("%lf %lf %lf %lf %lf", &axes[0].error, &axes[1].error, &path.tangent[0],
+               &path.tangent[1], &path.curvature) == 5) {
+        printf("%.17g\\n", coupled_contour_error(axes, &path));
+    }
+    return 0;
+}
+"""
+    )
+    sources = [folder / file for file in ("error.c", "coupled.c", "coupled_axis.c")]
+    subprocess.run(["gcc", "-std=c99", *sources, "-lm", "-o", tmp_path / "error"], check=True)
+    random = np.random.default_rng(0)
+    rows = random.normal(size=(50, 5))
+    text = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())
+    found = subprocess.check_output([tmp_path / "error"], input=text, text=True)
+    expected = [local_error(-a, -b, *others) for a, b, *others in rows.tolist()]
+    assert list(map(float, found.split())) == pytest.approx(expected, rel=1e-13)

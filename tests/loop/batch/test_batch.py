@@ -1,0 +1,97 @@
+"""A batch: its cells, what it leaves on disk, and what happens when something goes wrong."""
+
+import os
+import subprocess
+
+import pytest
+from batches import batch, files, left_behind, written
+
+from hfc_design.batch import folder
+from hfc_design.batch.plan import read_batch
+from hfc_design.batch.work import Place, run_cells
+
+TINY = """
+[set]
+search.population = 16
+search.generations = 3
+simulation.duration_s = 0.1
+"""
+GRID = f"""{TINY}
+[grid]
+scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
+run.seed = [0, 1]
+"""
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """What the grid leaves behind when nothing happens."""
+    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
+
+
+def test_a_failing_cell_stops_nothing_and_is_tried_again(tmp_path, undisturbed):
+    path, out = written(tmp_path, GRID), tmp_path / "out"
+    victim = read_batch(path).cells[1].name
+    (out / victim).mkdir(parents=True)
+    (out / victim / "config.toml").mkdir()  # nobody can write that file
+    found = batch(path, "--out", out)
+    assert found.exit_code == 1
+    assert "1 of 4 cells failed" in found.output
+    assert victim in found.output
+    status = batch("--status", out).output
+    assert "3 finished, 1 failed" in status or "1 failed, 3 finished" in status
+    (out / victim / "config.toml").rmdir()
+    assert batch(path, "--out", out).exit_code == 0
+    assert files(out) == undisturbed
+
+
+def test_what_another_process_is_at_is_left_to_it(tmp_path, undisturbed):
+    path, out = written(tmp_path, GRID), tmp_path / "out"
+    plan = read_batch(path)
+    cells = plan.cells
+    folder.note_plan(out, plan)
+    seen = []
+
+    def outcome(cell, found):
+        seen.append(cell.name)
+        if len(seen) == 3:  # the other three are done: now the claim is given back
+            claim.__exit__(None, None, None)
+
+    claim = folder.claimed(out, cells[0].name)
+    assert claim.__enter__()
+    assert "1 running, 3 waiting" in batch("--status", out).output
+    run_cells(out, cells, Place(), outcome)
+    assert seen == [cell.name for cell in (*cells[1:], cells[0])]
+    assert files(out) == undisturbed
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can mount a small disk")
+def test_a_full_disk_loses_nothing(tmp_path, undisturbed):
+    path, disk = written(tmp_path, GRID), tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=700k", "none", str(disk)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no disk can be mounted here")
+    try:
+        (disk / "filler").write_bytes(b"0" * 400_000)
+        found = batch(path, "--out", disk / "out")
+        assert found.exit_code == 1
+        assert "No space left" in found.output
+        (disk / "filler").unlink()
+        subprocess.run(["mount", "-o", "remount,size=50M", str(disk)], check=True)
+        assert batch(path, "--out", disk / "out").exit_code == 0
+        assert files(disk / "out") == undisturbed
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+def test_cells_keep_the_names_that_an_earlier_version_gave_them(tmp_path):
+    """Those of the searches that begin with searched laws, and of feed drives with L-SHADE."""
+    scenarios = {
+        "c-axis-ramp-cutting": "7846d048b6c6a910",
+        "feed-drive-circle": "ce5b833d80ac395b",
+        "feed-drive-hierarchy": "1fadf82b6370f365",
+    }
+    file = tmp_path / "batch.toml"
+    file.write_text(f'name = "kept"\n[grid]\nscenario = {list(scenarios)}\n')
+    assert [cell.name for cell in read_batch(file).cells] == list(scenarios.values())

@@ -1,0 +1,128 @@
+"""``hfc stability`` and its figure."""
+
+import json
+import subprocess
+import sys
+
+import made_up
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+from hfc_design.files.design import design_json
+from hfc_design.files.pairing import load_design
+from hfc_design.stability.stable_range import stable_range
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, ["stability", *(str(argument) for argument in arguments)])
+
+
+def test_numbers_alone_do_not_import_jax():
+    code = (
+        "import sys\nfrom hfc_design.cli import main\n"
+        "try:\n    main(['stability', '--json'])\nfinally:\n    print('jax' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
+def test_a_design_is_placed_in_the_range_of_its_own_drive():
+    result = CliRunner().invoke(main, ["stability", "jee-koren-2004-aflc", "--json"])
+    data = json.loads(result.stdout)
+    points = list(data["points"].values())
+    # Table 3 with rule base I by hand: 32 at 21 BLU, (16 - 8) at 1.5 BLU; with its edges the 32
+    # begin at 19 BLU and the step from PS to PM at 1 BLU; then the built-in limit.
+    assert [point["k1"] for point in points] == pytest.approx([32 / 21, 32 / 19, 4.5])
+    assert [point["k2"] for point in points] == pytest.approx([8 / 1.5, 8.0, 5.9])
+    assert all(point["inside"] for point in points)
+    assert data["k1_printed"] == pytest.approx(9.0364, abs=5e-5)
+
+
+def test_options_go_before_the_drive_of_the_design():
+    command = ["stability", "jee-koren-2004-aflc", "--gain", "40", "--json"]
+    data = json.loads(CliRunner().invoke(main, command).stdout)
+    assert data["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+    inside = [point["inside"] for point in data["points"].values()]
+    assert inside == [True, False, False]  # 8 is more than the 6.66 at K_1 = 1.52
+
+
+def test_a_table_for_another_plant_needs_a_drive(tmp_path):
+    design = json.loads(design_json(load_design("jee-koren-2004-flc")))
+    design["plant"] = {"name": "c-axis", "parameters": {}}
+    (tmp_path / "mine.json").write_text(json.dumps(design))
+    done = hfc(tmp_path / "mine.json")
+    assert done.exit_code == 2
+    assert done.stderr.startswith("hfc: design jee-koren-2004-flc is for the plant c-axis")
+    assert "--time-constant" in done.stderr
+    done = hfc(tmp_path / "mine.json", "--gain", 40, "--time-constant", 0.055, "--json")
+    assert json.loads(done.stdout)["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+
+
+@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid", "no-such-design"])
+def test_a_design_without_a_rule_table_is_refused(name):
+    result = CliRunner().invoke(main, ["stability", name])
+    assert result.exit_code == 2
+    assert name in result.output
+    assert "Traceback" not in result.output
+
+
+LQI = made_up.linear("lqi", 5, "feed-drive")
+
+
+def linear(folder, **changes):
+    """A design file of a PD on the feed drive K = 40, tau = 0.055 without friction."""
+    own = {"positive_start": 0.0, "positive_slope": 0.0, "positive_curvature": 0.0}
+    data = json.loads(design_json(LQI))
+    data["plant"]["parameters"] = {"gain": 40.0, "coulomb": 0.0, **own, **changes}
+    data["controller"] = {"kind": "pid+ff", "sample_time_s": 0.01, "kp": 1.2}
+    (folder / "mine.json").write_text(json.dumps(data))
+    return folder / "mine.json"
+
+
+def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path):
+    """K_1 up to which the linear loop u = K_1 e is stable (JK04 eq. 19), over the kp of the PD."""
+    limit = stable_range(40.0, 0.055, 0.01).k1_linear
+    found = json.loads(hfc(linear(tmp_path), "--json").stdout)["axes"]["axis"]
+    assert found["stable"]
+    assert found["gain_up"] == pytest.approx(limit / 1.2, rel=1e-6)
+    assert found["gain_down"] is None
+    assert len(found["poles"]) == 3  # two of the drive, one of the filter; no integral
+    told = hfc(linear(tmp_path))
+    assert f"{limit / 1.2:.4g}" in told.stdout
+    assert "delay margin [samples]" in told.stdout
+
+
+def test_the_delay_of_the_drive_is_in_the_margins(tmp_path):
+    """One sample less is left, and its lag is off the phase margin, at every crossing the same."""
+    own, late = (
+        json.loads(hfc(linear(tmp_path), "--change", f"limits.delay_samples={k}", "--json").stdout)
+        for k in (0, 1)
+    )
+    (before,), (found,) = own["axes"].values(), late["axes"].values()
+    assert found["delay"] == pytest.approx(before["delay"] - 1.0)
+    crossing = np.radians(before["phase"]) / before["delay"]  # rad a sample
+    assert found["phase"] == pytest.approx(before["phase"] - np.degrees(crossing))
+    assert found["gain_up"] < before["gain_up"]
+    told = " ".join(hfc(linear(tmp_path), "--change", "limits.delay_samples=1").stdout.split())
+    assert "On the plant feed-drive." in told
+    assert "With the delay of 1 sample that the drive has" in told
+
+
+def test_each_axis_has_margins_of_its_own(tmp_path):
+    data = json.loads(linear(tmp_path).read_text())
+    data["plant"]["axes"] = {"x": {}, "y": {"gain": 20.0}}
+    (tmp_path / "two.json").write_text(json.dumps(data))
+    found = json.loads(hfc(tmp_path / "two.json", "--json").stdout)["axes"]
+    assert list(found) == ["x", "y"]
+    assert found["y"]["gain_up"] == pytest.approx(2.0 * found["x"]["gain_up"], rel=1e-6)
+
+
+def test_a_linear_design_is_drawn_and_judged_on_its_own_drive(tmp_path):
+    done = hfc(linear(tmp_path), "--plot", tmp_path / "loop.svg")
+    assert done.exit_code == 0
+    assert "frequency [Hz]" in (tmp_path / "loop.svg").read_text()
+    refused = hfc(linear(tmp_path), "--gain", 40)
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith("hfc: --gain: design made-up is judged on its own drive")

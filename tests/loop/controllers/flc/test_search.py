@@ -1,0 +1,155 @@
+"""The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
+
+import numpy as np
+import pytest
+from jk04 import confined
+
+from hfc_design.controllers.aflc.record import AflcDesign
+from hfc_design.controllers.genome import taken
+from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design, own_scenario
+from hfc_design.runs import individuals
+from hfc_design.runs import run as design
+from hfc_design.simulation import compiled
+from hfc_design.simulation.evaluating import evaluate
+from hfc_design.stability.sectors import true_sectors
+from hfc_design.stability.stable_range import stable_range
+
+CIRCLE = "feed-drive-circle"
+KINDS = ("flc", "aflc")
+#: Of one length, the tests here and of other files share programs that take long to compile.
+SECONDS = "simulation.duration_s=4.0"
+
+
+def genome(kind, *changes):
+    return individuals.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
+
+
+def bred(own, count=60, rounds=4):
+    """A population after some rounds of mixing and wild mutation."""
+    rng = np.random.default_rng(5)
+    found = own.fresh(np.zeros(count, int), rng)
+    for _ in range(rounds):
+        other = taken(found, rng.permutation(count))
+        mixed = own.blended(found, other, rng.uniform(-0.25, 1.25, count))
+        found = own.mutated(mixed, np.full(count, 0.8), rng)
+    return found
+
+
+def test_terms_that_overlap_wholly_are_terms_of_a_design():
+    """Their overlap is the distance of two centres, and never more by rounding."""
+    own = genome("aflc", "controller.symmetric=false")
+    found = bred(own, count=200)
+    found.joints[..., 1:] = 0.0, 1.0
+    for k in range(200):
+        record = type(own.start).model_validate(own.record(taken(found, slice(k, k + 1))))
+        least = record.adaptation.smallest_overlap
+        centres = np.array([term.centre for term in record.error_terms])
+        assert least.error == pytest.approx(np.diff(centres).min(), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
+    own = genome(kind)
+    drive = stable_range(40.0, 0.055, 0.01)
+    found = bred(own)
+    assert np.ptp(found.singletons, axis=0).max() > 10  # they do differ
+    for k in range(len(found.tree)):
+        individual = taken(found, slice(k, k + 1))
+        record = type(own.start).model_validate(own.record(individual))  # refuses gaps
+        sectors = true_sectors(*record.table()[:3])
+        assert drive.contains(max(sectors.k1, 1e-9), sectors.k2)
+        assert confined(sectors)
+        assert abs(np.array(record.rules.centroids)).max() <= 127
+        if isinstance(record, AflcDesign):
+            limits = record.adaptation.stable_range
+            assert drive.contains(limits.k1_max, limits.k2_max)
+            assert sectors.k1 <= limits.k1_max * (1 + 1e-8)  # the oracle rounds edges
+            assert sectors.k2 <= limits.k2_max * (1 + 1e-8)  # the oracle rounds edges
+
+
+def test_symmetric_tables_treat_both_directions_alike():
+    found = bred(genome("aflc"))
+    np.testing.assert_allclose(found.singletons, -found.singletons[:, ::-1, ::-1], atol=1e-12)
+    lopsided = bred(genome("aflc", "controller.symmetric=false"))
+    assert abs(lopsided.singletons + lopsided.singletons[:, ::-1, ::-1]).max() > 1.0
+
+
+def test_a_start_inside_the_range_is_the_first_individual():
+    start = load_design("jee-koren-2004-aflc").controller
+    # At K = 10 the range is four times as wide and takes the table as it is.
+    own = genome("aflc", "plant.parameters.gain=10.0", "reference.feed_mm_min=100.0")
+    record = own.record(own.empty())
+    np.testing.assert_allclose(record["rules"]["centroids"], start.rules.centroids, atol=1e-12)
+    assert [tuple(row) for row in record["rules"]["labels"]] == list(start.rules.labels)
+    for key in ("error_terms", "error_change_terms"):
+        for mine, theirs in zip(record[key], getattr(start, key), strict=True):
+            assert mine["centre"] == pytest.approx(theirs.centre, abs=1e-12)
+            assert (mine["left"] is None) == (theirs.left is None)
+
+
+def small(kind):
+    sizes = ["search.population=16", "search.generations=5"]
+    return load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS, *sizes])
+
+
+@pytest.fixture(scope="module", params=["flc", pytest.param("aflc", marks=pytest.mark.slow)])
+def run(request, tmp_path_factory):
+    """A run of few tables, and how often its programs were compiled."""
+    folder = tmp_path_factory.mktemp("runs") / request.param
+    programs = (compiled.scores_needed, compiled.trajectories)
+    for program in programs:
+        program.clear_cache()
+    found = design.run(design.new_run(small(request.param), folder), folder)
+    return found, [program._cache_size() for program in programs], folder
+
+
+def test_one_compilation_serves_all_tables(run):
+    found, compilations, _ = run
+    assert compilations == [1, 1]
+    assert found.search.generation == 5
+
+
+def test_the_run_folder_holds_the_design(run):
+    found, _, folder = run
+    stored = load_design(str(folder))
+    assert stored.controller.kind == folder.name
+    again = evaluate(stored, own_scenario(stored, str(folder)))
+    assert again.fitness == found.evaluation.fitness
+
+
+def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
+    scenario = small("flc").model_copy(deep=True)
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    design.run(design.new_run(scenario, whole), whole)
+
+    def stop(search):
+        if search.generation == 3:
+            raise KeyboardInterrupt
+
+    own = design.new_run(scenario, parts)
+    with pytest.raises(KeyboardInterrupt):
+        design.run(own, parts, stop)
+    design.run(design.opened_run(parts), parts)
+    for name in ("design.json", "history.csv", "checkpoint.npz"):
+        assert (whole / name).read_bytes() == (parts / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "words"),
+    [
+        ("c-axis-ramp", ["controller={kind='flc'}"], ["controller.kind = 'flc'", "c-axis"]),
+        (CIRCLE, ["controller.kind='fuzzy'"], ["controller", "'fuzzy'", " aflc,"]),
+        (CIRCLE, ["controller.start=nobody"], ["controller", "nobody", "no such design"]),
+        (CIRCLE, ["controller.start=jee-koren-2004-pid"], ["controller", "start"]),
+        (CIRCLE, ["simulation.sample_time_s=0.005"], ["controller.start", "0.01", "0.005"]),
+        (CIRCLE, ["search.preset=lin-lee-1999"], ["lin-lee-1999", "hierarchies", "race"]),
+        (CIRCLE, ["controller.largest_integral_gain=-1.0"], ["largest_integral_gain", "-1.0"]),
+    ],
+)
+def test_searches_that_cannot_be(scenario, changes, words):
+    with pytest.raises(UserError) as refusal:
+        load_scenario(scenario, changes)
+    for word in [scenario, *words]:
+        assert word in str(refusal.value)

@@ -1,0 +1,111 @@
+"""The genome: it begins with the start, keeps to its ranges, and is the design that it writes."""
+
+import numpy as np
+import pytest
+from sliding import TABLE_2, sliding
+
+from hfc_design.controllers.genome import taken
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.records import UserError
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import population_of_one
+from hfc_design.runs import individuals
+
+CIRCLE = {"controller": {"kind": "fuzzy-sliding"}, "limits.command": 120.0}
+
+
+def genome(**settings):
+    scenario = load_scenario(
+        "feed-drive-circle", CIRCLE | {"controller": settings | CIRCLE["controller"]}
+    )
+    return individuals.genome_of(scenario)
+
+
+def bred(own, count=50):
+    rng = np.random.default_rng(5)
+    found = own.fresh(np.zeros(count, int), rng)
+    for _ in range(4):
+        mixed = own.blended(found, taken(found, rng.permutation(count)), rng.uniform(0, 1, count))
+        found = own.mutated(mixed, np.full(count, 0.5), rng)
+    return found
+
+
+def record_of(own, individual):
+    data = {"sample_time_s": own.target.sample_time, **own.record(individual)}
+    return KINDS.get("fuzzy-sliding").record.model_validate(data)
+
+
+def leaves(gains):
+    return [np.asarray(x, float).ravel() for x in gains if x is not None]
+
+
+DYNAMICS = {"gains": [400.0, 40.0], "weights": [[10_000.0, 0.0], [0.0, 31.0]]}
+STARTS = {
+    "of the machine": {},
+    "with every consequent": {"consequents": True},
+    "and both directions apart": {"consequents": True, "symmetric": False},
+    "of a design": {
+        "start": sliding(
+            pid={"k_p": 1.0, "k_d": 0.01},
+            adaptation={"rate": 2.0, "largest_move": 40.0, "error_dynamics": DYNAMICS},
+        ).controller.model_dump()
+    },
+}
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_an_individual_is_the_design_that_it_writes(name):
+    own = genome(**STARTS[name])
+    population = bred(own)
+    many = own.gains(population)
+    for k in (0, 7):
+        record = record_of(own, taken(population, slice(k, k + 1)))
+        alone = population_of_one(record.gains())
+        for one, each in zip(leaves(alone), (x for x in many if x is not None), strict=True):
+            np.testing.assert_allclose(np.asarray(each, float)[..., k].ravel(), one, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_it_begins_with_the_start(name):
+    own = genome(**STARTS[name])
+    found = record_of(own, own.empty())
+    for one, other in zip(leaves(found.gains()), leaves(own.start.gains()), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+
+
+def test_a_start_of_the_machine_is_table_2_at_the_printed_gain():
+    """Top speed 40 x 127 BLU/s; 120 units at the error of which 33.33 1/s ask for that speed."""
+    start = genome().start
+    np.testing.assert_allclose(start.consequents, 120.0 * TABLE_2)
+    assert start.largest_error == pytest.approx(40.0 * 127.0 / 33.33)
+
+
+def test_what_is_symmetric_stays_so():
+    own = genome(consequents=True)
+    table = own.consequents(bred(own))
+    np.testing.assert_allclose(table, -table[::-1, ::-1], atol=1e-9)
+    own = genome(consequents=True, symmetric=False)
+    table = own.consequents(bred(own))
+    assert np.abs(table + table[::-1, ::-1]).max() > 1.0
+
+
+def test_ranges_are_kept_to():
+    own = genome(ranges={"slope": [5.0, 6.0], "gain": [0.0, 0.0]})
+    found = own.gains(bred(own))
+    assert 5.0 <= found.slope.min() < found.slope.max() <= 6.0
+    assert (found.switching == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"controller": {"ranges": {"phi": [0.0, 1.0]}}}, "phi: unknown; there is largest_error"),
+        ({"controller": {"start": "jee-koren-2004-flc"}}, "is of kind flc, which needs"),
+        ({"controller": {"start": "nowhere.json"}}, "no such design"),
+        ({"simulation.sample_time_s": 0.005, "controller": STARTS["of a design"]}, "runs every"),
+    ],
+)
+def test_what_cannot_be_searched_is_told(changes, told):
+    own = changes | {"controller": changes["controller"] | CIRCLE["controller"]}
+    with pytest.raises(UserError, match=told):
+        load_scenario("feed-drive-circle", own)

@@ -1,0 +1,51 @@
+"""What a design keeps on another scenario, told part by part; what is told is what happens."""
+
+import json
+
+from run_folders import hfc
+
+from hfc_design.files.kept import HEAD, kept
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design
+
+
+def told(design, scenario, changes=None):
+    """Part -> what is said of it."""
+    head, *lines = kept(design, load_scenario(scenario, changes))
+    assert head == HEAD
+    return dict(line.split(maxsplit=1) for line in lines)
+
+
+def test_simulate_says_it_too_beside_its_numbers(tmp_path):
+    (tmp_path / "here.toml").write_text("limits.command = 50.0\nsimulation.duration_s = 0.1\n")
+    done = hfc("simulate", "pd-only", "--scenario", tmp_path / "here.toml")
+    assert done.exit_code == 0
+    assert HEAD not in done.stdout
+    assert HEAD in done.stderr
+    assert "limits   the drive here has command 50 (made with none)" in done.stderr
+    assert HEAD not in hfc("simulate", "pd-only", "--set", "simulation.duration_s=0.1").stderr
+
+
+def test_axes_are_told_apart():
+    found = told(
+        load_design("jee-koren-2004-pid"), "feed-drive-circle", {"plant.axes.x.gain": 31.0}
+    )
+    assert "x.gain 31 (made with 28.3)" in found["machine"]
+
+
+def test_each_of_several_scenarios_is_told_with_its_scores():
+    """And the order is that of the command line."""
+    short = ["--set", "simulation.duration_s=0.3"]
+    given = ["--scenario", "c-axis-ramp-cutting", "--scenario", "c-axis-step"]
+    done = hfc("score", "pd-only", *given, *short)
+    assert done.exit_code == 0, done.output
+    first, second = done.stdout.split("\n\nscenario ")
+    assert first.startswith("scenario c-axis-ramp-cutting\n")
+    assert second.startswith("c-axis-step\n")
+    for text in (first, second):
+        assert text.count(HEAD) == 1
+        assert text.index("max_error_rad") < text.index(HEAD)
+    alone = hfc("score", "pd-only", *short)
+    assert HEAD not in alone.stdout
+    lines = hfc("score", "pd-only", *given, *short, "--json").stdout.splitlines()
+    assert [json.loads(line)["scenario"] for line in lines] == [given[1], given[3]]

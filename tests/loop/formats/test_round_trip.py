@@ -1,0 +1,141 @@
+"""What another program called its controller is kept, from its file into a design and back.
+
+The oracle is the file itself, read line by line; tests/interop/test_fll.py asks pyfuzzylite.
+"""
+
+import json
+import re
+
+import pytest
+from click.testing import CliRunner
+from imported_files import SHARED, SHARED_SIGNALS
+
+import hfc_design.api as hfc
+from hfc_design.cli import main
+from hfc_design.controllers.flc.section import controller
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json, parse_design
+from hfc_design.formats import FORMATS
+from hfc_design.formats.reading import Wish, imported
+
+#: What an export to FLL may say otherwise: it says what the file leaves to its program, and the
+#: number of no rule at all, which never comes.
+OTHERWISE = ("lock", "default", "disjunction", "implication", "RuleBlock")
+
+
+def shared(suffix="fll", **changes):
+    """The design of the file by hand, with texts in it changed."""
+    text = SHARED[suffix].read_text()
+    for old, new in changes.values():
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def read(tmp_path, text, suffix="fll", **wish):
+    file = tmp_path / f"other.{suffix}"
+    file.write_text(text)
+    return imported(file, Wish(signals=SHARED_SIGNALS, **wish))
+
+
+def written(design, folder, target="fll"):
+    FORMATS[target].write(design, folder)
+    (file,) = (x for x in folder.iterdir() if x.suffix == f".{target.partition('-')[0]}")
+    return file.read_text()
+
+
+def said(text):
+    """The lines without comments, numbers in one form."""
+    lines = [re.sub("[#%].*", "", line).strip() for line in text.splitlines()]
+    kept = [line for line in lines if line and not line.startswith(OTHERWISE)]
+    return [re.sub(r"(?<![\w.])-?[\d.]+(?!\w)", lambda n: f"{float(n[0]):g}", x) for x in kept]
+
+
+@pytest.mark.parametrize("suffix", SHARED)
+def test_every_name_and_range_comes_back(suffix, tmp_path):
+    design = imported(SHARED[suffix], Wish(signals=SHARED_SIGNALS))
+    again = written(parse_design(design_json(design), "again"), tmp_path / "out", suffix)
+    found, wanted = said(again), said(SHARED[suffix].read_text())
+    if suffix == "fis":  # flat beyond the range, as far as Octave needs it
+        found, wanted = ([re.sub("(falls|rises)'.*", "", x) for x in y] for y in (found, wanted))
+    assert found == wanted
+
+
+def test_the_same_from_one_language_into_another(tmp_path):
+    designs = [imported(file, Wish(signals=SHARED_SIGNALS)) for file in SHARED.values()]
+    one, other = (design.controller.model_copy(update={"ranges": {}}) for design in designs)
+    assert one == other
+    fcl, fml = (written(designs[0], tmp_path / target, target) for target in ("fcl", "fml"))
+    for line in (
+        "FUNCTION_BLOCK fb_mine",
+        "TERM low := (-10.0, 1.0) (0.0, 0.0)",
+        "TERM c1 := -12.",
+    ):
+        assert line in fcl
+    assert fcl.count("then u is c3") == 3
+    for element in ('name="system_mine"', '<tskTerm name="c3"', "<term>drift_falls</term>"):
+        assert element in fml
+
+
+def test_the_design_shows_the_file_s_names_and_none_of_ours(tmp_path):
+    out = tmp_path / "mine.json"
+    named = [f"--signal={name}={signal}" for name, signal in SHARED_SIGNALS.items()]
+    done = CliRunner().invoke(main, ["import", str(SHARED["fll"]), "--out", str(out), *named])
+    assert done.exit_code == 0, done.stderr
+    text = out.read_text()
+    assert '["c1", "c2", "c3"],\n    ["c2", "c3", "c4"],' in text  # a row a line
+    assert not re.search(r'"(NL|NM|NS|ZR|PS|PM|PL|rules)"[,\]]', text)
+    told = json.loads(text)
+    assert told["provenance"]["terms"]["u"] == ["c1", "c2", "c3", "c4", "c5"]
+    at = ["--at", "error=5,error_change=2"]
+    shown = CliRunner().invoke(main, ["explain", str(out), *at]).stdout
+    # Half of mid and high, half of still and rises: a quarter of each of four rules.
+    for rule in ("mid still 25.00 % c3 0", "mid rises 25.00 % c4 6", "high rises 25.00 % c5 12"):
+        assert rule in " ".join(shown.split())
+    listing = controller(hfc.load_design(str(out)).controller).listing
+    assert ["output term c2", "-6", "unit"] in listing.rows
+
+
+def test_ranges_stay_where_the_design_is_within_them(tmp_path):
+    """A range that no longer holds the table is that of the table, as of a design without one."""
+    design = read(tmp_path, shared())
+    rules = design.controller.rules
+    rows = [[*rules.centroids[0]], [*rules.centroids[1]], [*rules.centroids[2][:2], 15.5]]
+    outside = design.controller.model_copy(update={"rules": rules.moved(rows)})
+    text = written(design.model_copy(update={"controller": outside}), tmp_path / "beyond")
+    assert "range: -12.0 15.5" in text
+    assert "range: -5.0 5.0" in text
+    terms = [*design.controller.error_change_terms]
+    terms[2] = terms[2].model_copy(update={"centre": 5.5})
+    wider = design.controller.model_copy(update={"error_change_terms": tuple(terms)})
+    text = written(design.model_copy(update={"controller": wider}), tmp_path / "wider")
+    assert "range: -8.0 11.0" in text  # 2 * 5.5 - 0
+    assert "range: -15.0 15.0" in text
+
+
+def test_a_range_has_to_rise():
+    data = json.loads(design_json(hfc.load_design("jee-koren-2004-flc")))
+    data["controller"]["ranges"] = {"output": [3.0, 3.0]}
+    with pytest.raises(UserError, match=r"ranges\.output = .*: a range has to rise; from 3.0 to"):
+        parse_design(json.dumps(data), "x.json")
+
+
+def test_infinite_ranges_are_none(tmp_path):
+    endless = ("range: -5 5", "range: -inf inf"), ("range: -15 15", "range: 0 0")
+    design = read(tmp_path, shared(**dict(zip("ab", endless, strict=True))))
+    assert design.controller.ranges == {}
+    assert "range: -8.0 8.0" in written(design, tmp_path / "out")
+
+
+def test_numbers_of_the_rules_are_no_names(tmp_path):
+    """An export numbers singletons without a name, u1_1 first; read again they have none."""
+    design = hfc.load_design("jee-koren-2004-flc")
+    text = written(design, tmp_path / "out")
+    assert "term: u7_7 Constant 32.0" in text
+    (tmp_path / "out.fll").write_text(text)
+    assert imported(tmp_path / "out.fll", Wish()).controller == design.controller
+    swapped = text.replace("u1_1", "x").replace("u1_2", "u1_1").replace("x ", "u1_2 ")
+    swapped = re.sub(r"x$", "u1_2", swapped, flags=re.MULTILINE)
+    (tmp_path / "out.fll").write_text(swapped)
+    labels = imported(tmp_path / "out.fll", Wish()).controller.rules.labels
+    assert labels[0][:3] == ("u1_2", "u1_1", "u1_3")

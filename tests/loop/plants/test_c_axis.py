@@ -1,0 +1,149 @@
+"""The C-axis against its equations, against SciPy and against physics."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import oracle
+import pytest
+from scipy.integrate import solve_ivp
+
+from plants.blocks import bristle, friction_torque, rk4
+from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative, step
+
+
+def test_derivative_is_equation_2():
+    random = np.random.default_rng(1)
+    for _ in range(100):
+        machine = {name: value * random.uniform(0.9, 1.1) for name, value in oracle.MACHINE.items()}
+        x = random.normal(size=6) * [5.0, 0.02, 0.2, 0.02, 0.01, 4e-5]
+        voltage, load = random.normal(size=2) * [20.0, 5.0]
+        found = derivative(coefficients(CAxisParameters(**machine)), CAxisState(*x), voltage, load)
+        wanted = oracle.plant(machine)(x, voltage, load)
+        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize(("poles", "pair"), [(2, -4.6 + 20.8j), (4, 3.5 + 29.5j), (6, 8.2 + 32.3j)])
+def test_published_gains_have_the_poles_that_settle_the_motor(poles, pair):
+    fixed = coefficients(CAxisParameters(poles=poles))
+    found = oracle.sliding_poles(
+        lambda x, voltage, load: derivative(fixed, CAxisState(*x), voltage, load), 758.405, 743.010
+    )
+    nearest = found[np.argmin(abs(found - pair))]
+    assert nearest == pytest.approx(pair, abs=0.08)
+    assert (found.real.max() < 0) == (poles == 2)
+
+
+def stepped(state, voltage, seconds, steps, **changes):
+    """The state after ``steps`` RK4 steps without load."""
+    fixed = coefficients(CAxisParameters(**changes))
+    dt = seconds / steps
+
+    def body(_, x):
+        return step(fixed, x, voltage, (0.0, 0.0, 0.0), dt)
+
+    return jax.lax.fori_loop(0, steps, body, CAxisState(*map(jnp.asarray, state)))
+
+
+def test_step_converges_with_order_4():
+    """The spindle turns steadily, so that nothing has a corner; z starts off its steady value."""
+    state, voltage, seconds = [4.0, 0.02, 0.05, 0.0, 0.03, 3e-5], 10.0, 0.05
+    rhs = oracle.plant()
+    exact = solve_ivp(
+        lambda t, x: rhs(x, voltage, 0.0), (0, seconds), state, "DOP853", rtol=1e-13, atol=1e-17
+    ).y
+    assert exact[4].min() > 0.01
+    size = abs(exact).max(axis=1)
+    errors = [
+        np.max(abs(np.array(stepped(state, voltage, seconds, steps)) - exact[:, -1]) / size)
+        for steps in (100, 200, 400, 800)
+    ]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert ((orders > 3.8) & (orders < 4.2)).all()
+
+
+def energy(x, magnetic):
+    """Kinetic, elastic and bristle energy [J], and the current's weighed with ``magnetic`` [H]."""
+    m = oracle.MACHINE
+    return 0.5 * (
+        m["rotor_inertia"] * x.rotor_velocity**2
+        + m["spindle_inertia"] * x.spindle_velocity**2
+        + m["stiffness"] * (x.rotor_angle - x.spindle_angle) ** 2
+        + m["bristle_stiffness"] * x.bristle_deflection**2
+        + magnetic * x.current**2
+    )
+
+
+# Of its own account LuGre friction never gives energy back below 4 T_c / sigma_1 (there
+# sigma_0 g s^2 + sigma_1 |w| (1 - s) >= 0 for every s = z sign(w) / g); above it may, while the
+# bristles are bent further than g. From 1.2 mJ the spindle cannot turn faster than that limit.
+PASSIVE_SPEED = 4 * 0.7 / 126.5
+START_ENERGY = 0.5 * 5.102 * PASSIVE_SPEED**2
+
+
+@pytest.mark.parametrize("flux", [0.0, 0.6])
+def test_free_machine_only_loses_energy(flux):
+    """Without flux the motor is cut off; with it, its terminals are shorted.
+
+    The back EMF takes (L_s lambda_r / L_m) i omega_r from the current, of which the rotor gets
+    K_t i omega_r: weighed with the ratio of the two, magnetic energy is passed on and not made.
+    """
+    leakage = 0.341 - 0.225**2 / 0.306
+    magnetic = leakage * 0.225**2 / (0.306 * 0.341)
+    fixed = coefficients(CAxisParameters(rotor_flux=flux))
+    random = np.random.default_rng(3)
+    x = CAxisState(*(random.normal(size=(6, 200)) * [[1], [3e-3], [0.1], [3e-3], [0.02], [4e-5]]))
+    if flux == 0.0:
+        x = x._replace(current=np.zeros(200))
+    factor = np.sqrt(START_ENERGY / energy(x, magnetic))
+    possible = np.abs(x.bristle_deflection * factor) < 1.2 / 17000  # T_s / sigma_0
+    assert possible.sum() > 50
+    start = CAxisState(*(jnp.asarray((part * factor)[possible]) for part in x))
+
+    def body(x, _):
+        moved = step(fixed, x, 0.0, (0.0, 0.0, 0.0), 2e-4)
+        return moved, energy(moved, magnetic)
+
+    _, later = jax.lax.scan(body, start, length=5000)
+    history = np.concatenate([energy(start, magnetic)[None], later]) / START_ENERGY
+    assert history[0] == pytest.approx(1.0)
+    assert np.diff(history, axis=0).max() < 1e-9
+    assert history[-1].max() < 0.9
+
+
+class Bristle(NamedTuple):
+    deflection: Any
+
+
+FRICTION = coefficients(CAxisParameters()).friction
+
+
+def bent(velocity, dt, steps):
+    """Bristle deflections after ``steps`` at constant ``velocity``, starting straight."""
+
+    def rate(z, load):
+        return Bristle(bristle(FRICTION, velocity, z.deflection)[1])
+
+    def body(_, z):
+        return rk4(rate, z, (0.0, 0.0, 0.0), dt)
+
+    return jax.lax.fori_loop(0, steps, body, Bristle(jnp.zeros_like(velocity))).deflection
+
+
+def test_steady_friction_is_the_stribeck_curve():
+    w = np.array([-0.05, -0.004, -0.001, 1e-4, 0.002, 0.003, 0.01, 0.03])
+    z = bent(w, 1e-3, 30_000)
+    torque = friction_torque(FRICTION, w, *bristle(FRICTION, w, z))
+    wanted = np.sign(w) * (0.7 + 0.5 * np.exp(-((w / 0.003) ** 2))) + 0.4 * w
+    np.testing.assert_allclose(torque, wanted, rtol=1e-12)
+
+
+def test_presliding_is_a_spring_that_gives_way():
+    """After a displacement x at constant velocity z = g (1 - exp(-x / g)), however slow it is."""
+    g = 1.2 / 17000  # far below the Stribeck velocity
+    for w in (1e-6, -1e-5):
+        for x in (1e-8, 1e-6, 2e-5, 1e-4):
+            z = bent(np.array([w]), x / abs(w) / 400, 400)[0]
+            assert z == pytest.approx(-np.sign(w) * g * np.expm1(-x / g), rel=1e-5)
+    assert friction_torque(FRICTION, 0.0, 1e-9, 0.0) == pytest.approx(17000.0 * 1e-9)

@@ -1,0 +1,219 @@
+"""The positioning stage against hand calculations in SI units and SciPy with events."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import hfc_design.api as hfc
+from plants.positioning_stage import (
+    POSITIONING_STAGE,
+    PositioningStageParameters,
+    PositioningStageState,
+    coefficients,
+    step,
+    top_speed,
+)
+
+FREE = (0.0, 0.0, 0.0)
+NOMINAL = PositioningStageParameters()
+LOPSIDED = NOMINAL._replace(viscous_asymmetry=0.3, stiction_rise=4.0)
+
+
+@jax.jit
+def moved(c, x, voltages, load, dt):
+    """The states after each of ``voltages``."""
+
+    def body(x, voltage):
+        after = step(c, x, voltage, (load, load, load), dt)
+        return after, after
+
+    return jax.lax.scan(body, x, voltages)[1]
+
+
+def path(p, start, voltages, dt=1e-3, load=0.0):
+    """(steps, 2) positions and velocities in mm and s."""
+    x = PositioningStageState(*map(jnp.float64, start))
+    return np.stack(moved(coefficients(p), x, jnp.asarray(voltages, float), load, dt), axis=1)
+
+
+def after(p, start, voltage, seconds, count=1, load=0.0):
+    return path(p, start, [voltage] * count, seconds / count, load)[-1]
+
+
+def braked(p, direction):
+    """Coulomb friction with the offset [N], viscous friction [N s/m], in a direction."""
+    return (
+        p.coulomb_friction + direction * p.offset,
+        p.viscous_friction * (1.0 + direction * p.viscous_asymmetry),
+    )
+
+
+def by_scipy(p, start, voltage, seconds, load=0.0):
+    """The stage in m, N and s: slides until an event of v = 0, then sticks or goes on."""
+    place, speed, left = start[0] / 1e3, start[1] / 1e3, seconds
+    while left > 0:
+        push = p.amplifier_gain * voltage - load
+        if speed == 0.0:
+            level = p.coulomb_friction + p.stiction_rise
+            if abs(push - p.offset) <= level:
+                break
+        way = np.sign(speed or push - p.offset)
+        constant, viscous = braked(p, way)
+
+        def rate(t, x, push=push, way=way, constant=constant, viscous=viscous):
+            return [x[1], (push - way * constant - viscous * x[1]) / p.mass]
+
+        def stops(t, x, way=way):
+            return x[1] if t > 0 else way
+
+        stops.terminal, stops.direction = True, -way
+        found = solve_ivp(rate, (0.0, left), [place, speed], "DOP853", events=stops, **TIGHT)
+        place, speed = found.y[:, -1]
+        left -= found.t[-1]
+        if found.status == 1:
+            speed = 0.0
+    return 1e3 * np.array([place, speed])
+
+
+TIGHT = {"rtol": 1e-12, "atol": 1e-14}
+CASES = {
+    "breaks away forwards": ((0.0, 0.0), 2.0, 0.0, 0.3),
+    "breaks away backwards": ((0.0, 0.0), -2.0, 0.0, 0.3),
+    "coasts to rest": ((5.0, 120.0), 0.0, 0.0, 1.5),
+    "brakes, stops and turns round": ((5.0, 120.0), -4.0, 0.0, 0.4),
+    "stops and is held": ((0.0, -60.0), 0.55, 0.0, 0.8),
+    "is driven back by a load": ((0.0, 40.0), 0.0, 60.0, 0.5),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_motion_is_scipys(case):
+    """Exact where forwards and backwards brake alike, else within 4 nm, 0.1 um/s at 1 ms."""
+    start, voltage, load, seconds = CASES[case]
+    count = round(seconds / 1e-3)
+    for p, n, within in ((NOMINAL, 1, 1e-8), (NOMINAL, count, 1e-8), (LOPSIDED, count, 4e-6)):
+        off = after(p, start, voltage, seconds, n, load) - by_scipy(
+            p, start, voltage, seconds, load
+        )
+        assert (abs(off) <= (within, 25 * within)).all()
+
+
+def test_unequal_viscous_friction_is_of_second_order():
+    start, voltage, _, seconds = CASES["brakes, stops and turns round"]
+    wanted = by_scipy(LOPSIDED, start, voltage, seconds)
+    counts = (20, 40, 80, 160)
+    errors = [abs(after(LOPSIDED, start, voltage, seconds, n) - wanted).max() for n in counts]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert ((orders > 1.8) & (orders < 2.2)).all(), orders
+
+
+@pytest.mark.parametrize("p", [NOMINAL, LOPSIDED])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_it_breaks_away_above_the_published_friction_and_tends_to_the_speed_of_its_force(p, way):
+    """By hand: 20.39 -+ 3.16 N at 35.15 N/V; then u g = F_c +- offset + F_v v."""
+    constant, viscous = braked(p, way)
+    level = way * (constant + p.stiction_rise) / 35.1507
+    held = after(p, (7.0, 0.0), level * (1 - 1e-9), 1.0)
+    np.testing.assert_array_equal(held, [7.0, 0.0])
+    assert way * after(p, (7.0, 0.0), level * (1 + 1e-9), 1.0)[1] > 0.0
+    ten_volts = way * 1e3 * (351.507 - constant) / viscous
+    assert after(p, (0.0, 0.0), way * 10.0, 30.0, 3000)[1] == pytest.approx(ten_volts, rel=1e-9)
+    assert top_speed(p) <= abs(ten_volts) * (1 + 1e-12)
+
+
+def test_the_highest_voltage_holds_the_top_speed_in_the_slower_direction():
+    for p in (NOMINAL, LOPSIDED, NOMINAL._replace(offset=30.0)):
+        ends = [abs(after(p, (0.0, 0.0), u, 60.0, 6000)[1]) for u in (10.0, -10.0)]
+        assert top_speed(p) == pytest.approx(min(ends), rel=1e-9)
+    assert top_speed(NOMINAL._replace(coulomb_friction=400.0)) == 0.0
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_it_coasts_as_far_as_friction_lets_it(way):
+    """m dv/dx v = -(F + F_v v) gives x = m/F_v v - m F/F_v^2 ln(1 + F_v v / F)."""
+    force, viscous = braked(NOMINAL, way)
+    speed = 0.125
+    ratio = NOMINAL.mass / viscous
+    wanted = ratio * speed - ratio * force / viscous * math.log1p(viscous * speed / force)
+    for count in (1, 500):
+        rest = after(NOMINAL, (0.0, 1e3 * way * speed), 0.0, 3.0, count)
+        np.testing.assert_allclose(rest, [1e3 * way * wanted, 0.0], rtol=1e-12)
+
+
+def test_an_offset_beyond_friction_drives_the_stage_as_a_slope_does():
+    p = NOMINAL._replace(offset=60.0)
+    fall = 1e3 * (60.0 - 20.39) / 203.5
+    assert after(p, (0.0, 0.0), 0.0, 20.0, 2000)[1] == pytest.approx(-fall, rel=1e-9)
+    low, high = (60.0 - 20.39) / 35.1507, (60.0 + 20.39) / 35.1507  # it is held between these
+    for voltage in (low + 1e-9, high - 1e-9):
+        np.testing.assert_array_equal(after(p, (1.0, 0.0), voltage, 1.0, 50), [1.0, 0.0])
+    assert after(p, (1.0, 0.0), low - 1e-6, 1.0, 50)[0] < 1.0
+    assert after(p, (1.0, 0.0), high + 1e-6, 1.0, 50)[0] > 1.0
+
+
+@pytest.mark.parametrize("p", [NOMINAL, LOPSIDED])
+def test_friction_takes_all_the_work_that_does_not_become_speed(p):
+    """In N and m: work of motor and offset = kinetic energy + what friction takes, in the mean."""
+    random = np.random.default_rng(2)
+    voltages = np.repeat(random.uniform(-6.0, 6.0, 40), 100)
+    states = np.concatenate([[[0.0, 0.0]], path(p, (0.0, 0.0), voltages)]) / 1e3
+    ways, speed = np.diff(states[:, 0]), states[:, 1]
+    work = (p.amplifier_gain * voltages - p.offset) * ways
+    energy = np.diff(0.5 * p.mass * speed**2)
+    assert (work - energy >= -1e-12).all()
+    middle = 0.5 * (speed[1:] + speed[:-1])
+    viscous = p.viscous_friction * (1.0 + np.sign(middle) * p.viscous_asymmetry)
+    taken = p.coulomb_friction * abs(ways) + viscous * middle * ways
+    assert taken.sum() == pytest.approx((work - energy).sum(), rel=1e-4)
+    assert energy.sum() < 0.5 * work.sum()
+
+
+def test_the_recorded_loop_follows_as_far_behind_as_by_hand():
+    """u = k_v (k_p e - v) holds a speed where u g = F_c + offset + F_v v."""
+    motion = hfc.evaluate("emps-cascade", "positioning-stage-move").axes[0].motion
+    assert motion.state.velocity[1500] == pytest.approx(125.0, rel=2e-4)
+    voltage = (20.39 - 3.16 + 203.5 * 0.125) / 35.1507
+    assert motion.command[1500] == pytest.approx(
+        voltage, abs=0.06
+    )  # a step of the encoder: 0.039 V
+    wanted = (voltage / 243.45 + 0.125) / 160.18  # [m]
+    assert motion.error[1000:2000].mean() == pytest.approx(1e3 * wanted, abs=2e-4)
+    assert motion.error[-1] == pytest.approx(0.0, abs=0.02)  # friction holds it against the loop
+    assert motion.state.velocity[-1] == 0.0
+
+
+def test_the_encoder_counts_and_the_command_is_bound():
+    c = coefficients(NOMINAL._replace(encoder_resolution=2e-4, highest_voltage=5.0))
+    seen = POSITIONING_STAGE.measured(c, PositioningStageState(0.00031, 1.3))
+    assert seen == pytest.approx((0.0004, 1.3))
+    ideal = coefficients(NOMINAL)
+    assert POSITIONING_STAGE.measured(ideal, PositioningStageState(0.00031, 1.3)) == (0.00031, 1.3)
+    assert [POSITIONING_STAGE.accepted(c, u) for u in (-12.0, 4.0, 12.0)] == [-5.0, 4.0, 5.0]
+
+
+def test_command_that_is_no_number_shows_in_the_state_even_at_rest():
+    assert np.isnan(path(NOMINAL, (0.0, 0.0), [np.nan])).all()
+
+
+@pytest.mark.parametrize(("dtype", "tolerance"), [(jnp.float64, 1e-12), (jnp.float32, 2e-5)])
+def test_population_moves_like_its_members(dtype, tolerance):
+    random = np.random.default_rng(5)
+    sets = [NOMINAL, LOPSIDED, NOMINAL._replace(offset=40.0)] * 8
+    p = PositioningStageParameters(*(jnp.asarray(x, dtype) for x in zip(*sets, strict=True)))
+    position, velocity = random.uniform(-9, 9, 24), random.uniform(-120, 120, 24)
+    velocity[::4] = 0.0
+    voltage = random.uniform(-10, 10, 24)
+    x = PositioningStageState(jnp.asarray(position, dtype), jnp.asarray(velocity, dtype))
+    found = jax.jit(jax.vmap(lambda p, x, u: step(coefficients(p), x, u, FREE, 1e-3)))(
+        p, x, jnp.asarray(voltage, dtype)
+    )
+    assert found.position.dtype == found.velocity.dtype == dtype
+    for k in range(24):
+        alone = after(sets[k], (position[k], velocity[k]), voltage[k], 1e-3)
+        np.testing.assert_allclose(
+            [found.position[k], found.velocity[k]], alone, rtol=tolerance, atol=10 * tolerance
+        )

@@ -1,0 +1,181 @@
+"""What an explanation says: by hand, and as the runtime steps."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+from hfc_design.controllers.flc.record import CompensationRecord
+from hfc_design.controllers.hierarchical.root import Adaptation
+from hfc_design.core.records import UserError
+from hfc_design.files.design import builtin_designs
+from hfc_design.files.machine import PlantSettings
+from hfc_design.files.pairing import load_design
+from hfc_design.runtime import Controller, explain
+
+WITH_RULES = [name for name in builtin_designs() if load_design(name).kind.explain]
+
+
+def changed(name, **update):
+    design = load_design(name)
+    return design.model_copy(update={"controller": design.controller.model_copy(update=update)})
+
+
+def explanation(design, texts):
+    """Of a design for the machine that its file names."""
+    plant = PlantSettings(**design.plant.model_dump())
+    return explain.explanation(design, plant.machine.drives[0], plant.values()[0], texts)
+
+
+def read_signals(design):
+    """Signals of a sample, and those of the sample before."""
+    return design.kind.explain.signals(design.controller)
+
+
+def text_of(sample):
+    return ",".join(f"{name}={value!r}" for name, value in sample.items())
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, ["explain", *arguments], env={"COLUMNS": "80"})
+
+
+def test_a_feed_drive_by_hand():
+    """JK04 Tables 1 and 3: e = 10 is 0.4 PS and 0.2 PM, de = 0.75 is 0.25 ZR and 0.25 PS."""
+    low = CompensationRecord(
+        forward=(0.04, -1.0, 6.0),
+        backward=(0.0, 0.0, 0.0),
+        highest_velocity_mm_s=12.0,
+        breakaway=(7.0, -7.0),
+        smallest_error=2.0,
+    )
+    design = changed("jee-koren-2004-flc", integral_gain=3.0, low_velocity=low)
+    found = explanation(design, ["error=10,error_change=0.75,velocity=500"])
+    (unit,) = found["units"]
+    fired = {
+        side: {k: v for k, v in unit[side]["degrees"].items() if v} for side in ("row", "column")
+    }
+    assert fired["row"] == pytest.approx({"PS": 0.4, "PM": 0.2})
+    assert fired["column"] == pytest.approx({"ZR": 0.25, "PS": 0.25})
+    rules = [(r["row"], r["column"], r["consequent"], r["share"]) for r in unit["rules"]]
+    third, sixth = pytest.approx(1 / 3), pytest.approx(1 / 6)
+    assert sorted(rules[:2]) == [("PS", "PS", 16.0, third), ("PS", "ZR", 8.0, third)]
+    assert sorted(rules[2:]) == [("PM", "PS", 16.0, sixth), ("PM", "ZR", 16.0, sixth)]
+    fuzzy = (8 + 16) / 3 + (16 + 16) / 6
+    assert unit["output"] == pytest.approx(fuzzy)
+    compensation = 0.04 * 25 - 5 + 6  # 500 BLU/s are 5 mm/s
+    assert found["parts"] == pytest.approx(
+        {"fuzzy": fuzzy, "integral": 3.0 * 0.01 * 10.0, "compensation": compensation}
+    )
+    assert found["command"] == pytest.approx(40 / 3 + 0.3 + 2.0)  # 15.63
+    assert found["accepted"] == 16.0
+    assert found["command_unit"] == "unit"
+
+
+@pytest.mark.parametrize("name", WITH_RULES)
+def test_the_command_is_the_runtimes_bit_for_bit(name):
+    design = load_design(name)
+    if design.controller.kind == "pd+hierarchical-fuzzy":
+        design = changed(name, adaptation=Adaptation(largest_move=0.5, k_c=0.1))
+    now, _ = read_signals(design)
+    size = {"feed-drive": 20.0, "milling-table": 0.2}.get(design.plant.name, 0.02)
+    random = np.random.default_rng(3)
+    samples = [
+        dict(zip(now, row, strict=True)) for row in random.normal(0, size, (6, len(now))).tolist()
+    ]
+    runtime = Controller(design)
+    commands = [runtime.step(sample) for sample in samples]
+    for k in range(2, 7):
+        found = explanation(design, [text_of(sample) for sample in samples[:k]])
+        assert found["command"] == commands[k - 1]
+        assert sum(found["parts"].values()) == pytest.approx(found["command"], abs=1e-12)
+        for unit in found["units"]:
+            mean = sum(rule["share"] * rule["consequent"] for rule in unit["rules"])
+            assert mean == pytest.approx(unit["output"], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["lin-lee-1999-table-1", "jee-koren-2004-flc"])
+def test_what_was_read_before_is_the_sample_before(name):
+    design = load_design(name)
+    now, before = read_signals(design)
+    first, second = (dict.fromkeys(now, value) for value in (0.02, 0.013))
+    remembered = dict.fromkeys(before, 0.02)
+    runtime = Controller(design)
+    runtime.step(first)
+    assert explanation(design, [text_of(second | remembered)])["command"] == runtime.step(second)
+
+
+def test_the_forms_p_and_pi_of_jk95():
+    """P reads no change; PI adds up what is inferred, from 0 before the first sample."""
+    p = explanation(changed("jee-koren-2004-flc", form="P"), ["error=10"])
+    change = {
+        label: degree for label, degree in p["units"][0]["column"]["degrees"].items() if degree
+    }
+    assert change == {"ZR": 1.0}
+    assert p["command"] == pytest.approx((0.4 * 8 + 0.2 * 16) / 0.6)
+    pi = changed("jee-koren-2004-flc", form="PI")
+    twice = explanation(pi, ["error=7", "error=7"])
+    assert twice["units"][0]["output"] == 8.0  # PS and no change
+    assert twice["parts"]["fuzzy"] == 32.0 + 8.0  # at first the change of 7 was PL, and PS-PL is PL
+    assert explanation(pi, ["error=7,error_change=0"])["parts"]["fuzzy"] == 8.0
+
+
+def test_alone_nothing_adapts_and_the_stable_range_still_bounds_the_table():
+    design = load_design("jee-koren-2004-aflc")
+    found = explanation(design, ["error=11,previous_error=12.3"])
+    assert found["adaptation_held"]
+    # PS-NS is 8; PM-NS, 8 too, may be k2_max |edge of ZR| = 5.9 x 1 below PM-ZR, 16, and no more.
+    assert sorted(r["consequent"] for r in found["units"][0]["rules"]) == pytest.approx([8.0, 10.1])
+    moved = explanation(design, ["error=12.3", "error=11"])
+    assert not moved["adaptation_held"]
+    assert moved["command"] != found["command"]
+
+
+@pytest.mark.parametrize(
+    ("design", "at", "message"),
+    [
+        ("jee-koren-2004-flc", ["error=1"], "previous_error (or error_change) is missing"),
+        ("jee-koren-2004-flc", ["error=1,speed=2"], "sample={'speed': 2}: no such signal; "),
+        ("jee-koren-2004-flc", ["error=1,error=2"], "error stands there twice"),
+        ("jee-koren-2004-flc", ["error=1,error_change=1,previous_error=0"], "only one"),
+        (
+            "jee-koren-2004-flc",
+            ["error=1", "error=1,previous_error=0"],
+            "of several samples the first starts from rest",
+        ),
+        ("jee-koren-2004-flc", ["error=nan"], "SIGNAL=NUMBER"),
+        ("jee-koren-2004-flc", ["error"], "SIGNAL=NUMBER"),
+        ("jee-koren-2004-flc", [""], "SIGNAL=NUMBER"),
+        ("lin-lee-1999-table-1", ["error=1"], "error_rate is missing; lin-lee-1999-table-1 reads"),
+        ("lin-lee-1999-table-1", ["error_change=1"], "no such signal; lin-lee-1999-table-1 reads"),
+        ("pd-only", ["error=1"], "has no rules"),
+        ("jee-koren-2004-pid", ["error=1"], "has no rules"),
+    ],
+)
+def test_mistakes_are_one_line(design, at, message):
+    with pytest.raises(UserError) as caught:
+        explanation(load_design(design), at)
+    assert message in str(caught.value)
+    done = hfc(design, *(part for text in at for part in ("--at", text)))
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+
+
+def test_tables_fit_80_columns_and_count_what_they_hide():
+    zero = "error=1e-3,error_rate=0,deflection=2e-4,deflection_rate=0,spindle_velocity=0.02"
+    done = hfc("lin-lee-1999-table-1", "--at", f"{zero},previous_spindle_velocity=0.02")
+    assert done.exit_code == 0
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert "…" not in done.stdout
+    assert "37 more below 1 %" in done.stdout  # of the 49 of the first unit 12 are shown
+    every = hfc(
+        "lin-lee-1999-table-1", "--least", "0", "--at", f"{zero},previous_spindle_velocity=0"
+    )
+    assert "more below" not in every.stdout
+    aflc = hfc("jee-koren-2004-aflc", "--at", "error=12.3,error_change=1.5")
+    assert "Nothing adapts" in aflc.stdout
+    assert json.loads(
+        hfc("jee-koren-2004-aflc", "--json", "--at", "error=0", "--at", "error=9").stdout
+    )

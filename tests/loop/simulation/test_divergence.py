@@ -1,0 +1,147 @@
+"""A motion that diverges is simulated in finer steps, and says when and what ran away."""
+
+import json
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from sledge import hfc as command
+
+import hfc_design.api as hfc
+from hfc_design.simulation.score_tables import notes
+
+#: Where classical Runge-Kutta steps stop being stable for a real decay, rate times step.
+LIMIT = 2.785
+
+
+class Parameters(NamedTuple):
+    cools: float = 0.0  # decay rate of the heat [1/s]
+    burns: float = 0.0  # flame' = burns flame^2 [1/s]
+
+
+class State(NamedTuple):
+    place: Any
+    speed: Any
+    heat: Any
+    flame: Any
+
+
+def step(p, x, force, loads, dt):
+    def rates(x, load):
+        heat, flame = p.cools * (1.0 - x.heat), p.burns * x.flame * x.flame
+        return State(x.speed, force - x.speed - load, heat, flame)
+
+    new = hfc.rk4(rates, x, loads, dt)
+    return new._replace(place=new.place + 0.0 * (new.heat + new.flame))  # nan shows there
+
+
+OVEN = hfc.Plant(
+    name="oven",
+    parameters=Parameters,
+    fault=lambda changes: None,
+    units={"error": "m", "error_rate": "m/s", "command": "N", "load": "N"},
+    initial_state=lambda zero: State(zero, zero, zero, zero + 1.0),
+    step=step,
+    signals=lambda p, x: {},
+    position="place",
+    velocity="speed",
+    encoders={"place": "speed"},
+)
+
+
+@pytest.fixture
+def oven(own_plugins):
+    hfc.register(OVEN)
+
+    def build(seconds=0.6, **parameters):
+        return hfc.load_scenario(
+            {
+                "name": "bakes",
+                "plant": {"name": "oven", "parameters": parameters},
+                "reference": {"kind": "ramp", "velocity": 0.1},
+                "simulation": {"duration_s": seconds},
+                "controller": {"kind": "pd", "ranges": {"kp": [1.0, 1e3], "kd": [1.0, 1e3]}},
+            }
+        )
+
+    return build
+
+
+def simulated(found, kp=100.0):
+    return hfc.evaluate(hfc.with_gains(found, "pd", {"kp": kp, "kd": 20.0}), found)
+
+
+@pytest.mark.parametrize(("rate", "substeps"), [(2700.0, 1), (5000.0, 4), (20000.0, 16)])
+def test_steps_become_finer_until_they_are_stable(oven, rate, substeps):
+    assert rate * 1e-3 / substeps < LIMIT < (rate * 1e-3 / (substeps / 4) if substeps > 1 else 3.0)
+    found = simulated(oven(cools=rate))
+    assert not found.diverged
+    assert found.substeps == substeps
+    assert found.divergence is None
+    assert found.fitness == pytest.approx(simulated(oven()).fitness, rel=1e-12)
+
+
+def test_what_diverges_in_all_of_them_says_when_and_what(oven):
+    found = simulated(oven(burns=2.0))  # its flame is 1 / (1 - 2 t)
+    assert found.diverged
+    assert found.substeps == 16
+    assert found.divergence.cause == "flame"
+    assert found.divergence.time_s == pytest.approx(0.5, abs=0.002)
+    found = simulated(oven(cools=1e6))
+    assert found.divergence.cause == "heat"
+    assert found.divergence.time_s < 0.01
+
+
+def test_a_command_that_is_no_number_is_named(oven):
+    found = simulated(oven(), kp=1.7e308)
+    assert found.divergence.cause == "the command"
+
+
+def test_what_is_told_beside_the_numbers(oven):
+    where = oven(cools=5000.0)
+    rows = {"a": simulated(oven()), "b": simulated(where), "c": simulated(oven(burns=2.0))}
+    mended, lost = notes(where, rows)
+    assert mended == "b is simulated with 4 substeps, it diverges with 1"
+    assert lost.startswith("c diverges: flame runs away at 0.")
+    assert lost.endswith(" s, with 16 substeps too")
+
+
+def test_many_designs_at_once_are_mended_one_by_one(oven):
+    where = oven(cools=5000.0)
+    gains = [{"kp": 100.0, "kd": 20.0}, {"kp": 1.7e308, "kd": 20.0}, {"kp": 50.0, "kd": 20.0}]
+    designs = [hfc.with_gains(where, "pd", own) for own in gains]
+    machines = [{}, {"cools": 0.0}, {"burns": 2.0}]
+    judged = hfc.evaluate_many(designs, where, machines)
+    assert judged.failed[:, 0].tolist() == [[False, False, True], [True] * 3, [False, False, True]]
+    for k in (0, 2):
+        alone = hfc.evaluate(designs[k], where).fitness
+        assert judged.fitness[k, 0, :2] == pytest.approx(alone, rel=1e-12)
+
+
+def test_machines_of_a_spread_are_mended_as_one_is(oven):
+    where = oven(cools=3300.0)
+    design = hfc.with_gains(where, "pd", {"kp": 100.0, "kd": 20.0})
+    found = hfc.robustness(design, where, 0.2, 40)
+    rates = found.machines.true[0].cools * 1e-3
+    growth = np.log10(1 - rates + rates**2 / 2 - rates**3 / 6 + rates**4 / 24)  # of a step
+    assert found.refined == (600 * growth > 308.25).sum()  # where a float64 ends
+    assert 5 < found.refined < 35
+    assert found.stable.all()
+    assert found.values["fitness"] == pytest.approx(np.full(40, found.nominal["fitness"]))
+
+
+def test_the_command_line_says_it():
+    lost = ("pd-only", "--change", "controller.pd.kp=1e300", "--set", "simulation.duration_s=0.1")
+    done = command("score", *lost)
+    assert done.exit_code == 0, done.output
+    assert "pd-only diverges: " in done.stdout
+    assert " s, with 16 substeps too" in done.stdout
+    told = json.loads(command("score", *lost, "--json").stdout)
+    assert told["substeps"] == 16
+    assert 0.0 <= told["divergence"]["time_s"] <= 0.1
+    assert told["divergence"]["cause"]
+    done = command("simulate", *lost)
+    assert "pd-only diverges: " in done.stderr
+    assert done.stdout.startswith("time_s,")
+    fine = json.loads(command("score", "pd-only", *lost[3:], "--json").stdout)
+    assert (fine["substeps"], fine["divergence"]) == (1, None)

@@ -1,0 +1,171 @@
+"""What the controller is told and what becomes of its command, against SciPy and plain loops."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import oracle
+import pytest
+from scipy.signal import lfilter
+
+import hfc_design.api as hfc
+
+PERIOD = 1e-3
+
+
+def scenario(*changes, seconds=0.5):
+    return hfc.load_scenario("c-axis-ramp", [f"simulation.duration_s={seconds}", *changes])
+
+
+def moved(found, kp=758.405, kd=743.010):
+    """The motion of the only axis under a PD controller."""
+    evaluation = hfc.evaluate(hfc.with_gains(found, "pd", {"kp": kp, "kd": kd}), found)
+    assert not evaluation.diverged
+    return evaluation.axes[0].motion
+
+
+def in_steps(values, step):
+    return step * np.floor(values / step + 0.5)
+
+
+def differentiated(readings, bandwidth):
+    """The velocity of a critically damped alpha-beta filter as a transfer function of readings."""
+    pole = np.exp(-2 * np.pi * bandwidth * PERIOD)
+    beta = (1 - pole) ** 2
+    return lfilter([beta / PERIOD, -beta / PERIOD], np.poly([pole, pole]), readings)
+
+
+@pytest.mark.parametrize("bandwidth", [5.0, 80.0, 1e4])
+def test_observer_is_a_filter_of_the_readings(bandwidth):
+    changes = ["velocity='observer'", f"observer_hz={bandwidth}", "noise=3e-6", "seed=4"]
+    found = scenario(*(f"sensors.{x}" for x in ["encoder_resolution=1e-5", *changes]))
+    motion = moved(found, kp=20.0, kd=5.0)
+    noise = found.samples().axes[0].noise[1]  # of the spindle's encoder
+    reading = in_steps(motion.state.spindle_angle + noise, 1e-5)
+    told = (motion.command - 20.0 * (0.02 * found.simulation.time - reading)) / 5.0
+    np.testing.assert_allclose(0.02 - told, differentiated(reading, bandwidth), atol=1e-9)
+
+
+class Clock(NamedTuple):
+    angle: Any
+    speed: Any
+
+
+class Nothing(NamedTuple):
+    unused: float = 1.0
+
+
+CLOCK = hfc.Plant(
+    name="clock",
+    parameters=Nothing,
+    fault=hfc.only_positive(Nothing),
+    units={"error": "rad", "error_rate": "rad/s", "command": "V", "load": "N m"},
+    initial_state=lambda zero: Clock(zero, zero),
+    step=lambda p, x, command, loads, dt: Clock(x.angle + 0.3 * dt, 0.0 * x.speed + 0.3),
+    signals=lambda p, x: {},
+    position="angle",
+    velocity="speed",
+    encoders={"angle": "speed"},
+)
+
+
+def test_observer_is_exact_at_constant_speed(own_plugins):
+    hfc.register(CLOCK)
+    found = hfc.load_scenario(
+        {
+            "plant": {"name": "clock"},
+            "reference": {"kind": "ramp", "velocity": 0.0},
+            "simulation": {"duration_s": 1.0},
+            "sensors": {"velocity": "observer", "observer_hz": 20.0},
+            "controller": {"kind": "pd", "ranges": {"kp": [1.0, 10.0], "kd": [1.0, 10.0]}},
+        }
+    )
+    motion = moved(found, kp=0.0, kd=1.0)
+    assert abs(motion.command[5] + 0.3) > 0.01
+    assert motion.command[-1] == pytest.approx(-0.3, rel=1e-11)
+    # The position is the reading: a filtered one would lag.
+    position = moved(found, kp=1.0, kd=0.0).command
+    np.testing.assert_allclose(position, -0.3 * found.simulation.time, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_difference_over_several_samples_is_one_of_the_readings(count):
+    changes = ["velocity='encoder'", f"difference_samples={count}", "noise=3e-6"]
+    found = scenario(*(f"sensors.{x}" for x in ["encoder_resolution=1e-5", *changes]), seconds=0.2)
+    motion = moved(found, kp=20.0, kd=5.0)
+    reading = in_steps(motion.state.spindle_angle + found.samples().axes[0].noise[1], 1e-5)
+    told = (motion.command - 20.0 * (0.02 * found.simulation.time - reading)) / 5.0
+    before = np.concatenate([np.zeros(count), reading[:-count]])  # it stood still
+    np.testing.assert_allclose(0.02 - told, (reading - before) / (count * PERIOD), atol=1e-9)
+    with pytest.raises(hfc.UserError, match=r"sensors.*difference_samples = 2: needs velocity ="):
+        scenario("sensors.difference_samples=2")
+
+
+def by_hand(samples, resolution, limit, delay, kp=758.405, kd=743.010):
+    """Commands that act on the C-axis, by a plain loop."""
+    rhs = oracle.plant()
+    x, waiting, acting = np.zeros(6), 0.0, []
+    for n in range(samples):
+        command = kp * (0.02 * n * PERIOD - x[3]) + kd * (0.02 - x[4])
+        command = np.clip(command, -limit, limit)
+        command = resolution * np.floor(command / resolution + 0.5)
+        now, waiting = (waiting, command) if delay else (command, None)
+        x = oracle.rk4(lambda t, x, now=now: rhs(x, now, 0.0), 0.0, x, PERIOD)
+        acting.append(now)
+    return np.array(acting)
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_commands_are_bound_then_rounded_then_held_back(delay):
+    changes = ["resolution=0.4", "command=9.6", f"delay_samples={delay}"]
+    motion = moved(scenario(*(f"limits.{x}" for x in changes)))
+    wanted = by_hand(500, 0.4, 9.6, delay)
+    assert len(np.unique(wanted)) > 5
+    assert abs(wanted).max() == pytest.approx(9.6)
+    np.testing.assert_allclose(motion.command, wanted, atol=1e-9)
+
+
+def test_a_limit_that_is_no_whole_step_is_not_exceeded():
+    motion = moved(scenario("limits.resolution=0.6", "limits.command=10.0"))
+    assert motion.command.max() == pytest.approx(9.6)  # 10 / 0.6 rounds to 17 steps, 10.2
+
+
+def test_each_axis_has_a_converter_of_its_own():
+    def commands(y):
+        limits = {"command": 120.0, "resolution": 3.0, "axes": {"y": {"resolution": 5.0, **y}}}
+        changes = {"limits": limits, "simulation.duration_s": 0.5}
+        found = hfc.load_scenario("feed-drive-circle", changes)
+        axes = hfc.evaluate("jee-koren-2004-pid", found).axes
+        return [axis.motion.command for axis in axes]
+
+    x, y = commands({"delay_samples": 1})
+    assert (x % 3 == 0).all()
+    assert (y % 5 == 0).all()
+    assert len(np.unique(x)) > 5 < len(np.unique(y))
+    _, prompt = commands({})
+    assert np.flatnonzero(y)[0] == np.flatnonzero(prompt)[0] + 1
+
+
+class Gains(NamedTuple):
+    p: Any
+
+
+def test_a_reading_of_a_signal_has_steps_and_noise_of_its_own(own_plugins):
+    law = hfc.Law(
+        "by-current",
+        Gains(p=(1.0, 100.0)),
+        lambda zero: (),
+        lambda T, gains, memory, signals: (5.0 - gains.p * signals["current"], memory),
+    )
+    hfc.register(law)
+    sensors = {"noise": 1e-6, "readings": {"current": {"resolution": 0.02, "noise": 0.05}}}
+    changes = {"sensors": sensors, "controller": {"kind": "by-current"}}
+    found = hfc.load_scenario(scenario(), changes)
+    motion = hfc.evaluate(hfc.with_gains(found, "by-current", {"p": 2.0}), found).axes[0].motion
+    noise = found.samples().axes[0].noise
+    assert noise.shape == (3, 500)
+    assert noise[2].std() == pytest.approx(0.05, rel=0.1)
+    wanted = in_steps(motion.state.current + noise[2], 0.02)
+    np.testing.assert_allclose((5.0 - motion.command) / 2.0, wanted, atol=1e-12)
+    # The encoders' noise is what it is without the reading.
+    plain = scenario("sensors.noise=1e-6").samples().axes[0].noise
+    np.testing.assert_array_equal(noise[:2], plain)

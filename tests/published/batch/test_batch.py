@@ -1,0 +1,72 @@
+"""A batch: its cells, what it leaves on disk, and what happens when something goes wrong."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from batches import batch, files, left_behind, written
+
+TINY = """
+[set]
+search.population = 16
+search.generations = 3
+simulation.duration_s = 0.1
+"""
+GRID = f"""{TINY}
+[grid]
+scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
+run.seed = [0, 1]
+"""
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """What the grid leaves behind when nothing happens."""
+    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
+
+
+def test_a_batch_fills_run_folders_and_skips_them_later(tmp_path, undisturbed):
+    path, out = written(tmp_path, GRID), tmp_path / "out"
+    assert "4 finished, 0 failed" in batch(path, "--out", out).output
+    assert files(out) == undisturbed
+    stamps = {name: (out / name).stat().st_mtime_ns for name in undisturbed}
+    assert batch(path, "--out", out).exit_code == 0
+    assert stamps == {name: (out / name).stat().st_mtime_ns for name in undisturbed}
+    assert "4 finished" in batch("--status", out).output
+
+
+def started(path, out):
+    return subprocess.Popen(
+        [sys.executable, "-m", "hfc_design", "batch", path, "--out", out],
+        stderr=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+    )
+
+
+@pytest.mark.parametrize(
+    ("blow", "moments"),
+    [
+        (signal.SIGKILL, [2]),
+        (signal.SIGINT, [1, 2, 3]),
+    ],
+)
+def test_stopped_at_any_moment_and_called_again(tmp_path, undisturbed, blow, moments):
+    """As soon as there are checkpoints of so many cells."""
+    path, out = written(tmp_path, GRID), tmp_path / "out"
+    for cells in moments:
+        process = started(path, out)
+        while process.poll() is None and len(list(out.glob("*/checkpoint.npz"))) < cells:
+            time.sleep(0.01)
+        process.send_signal(blow)
+        process.wait(timeout=60)
+    assert batch(path, "--out", out).exit_code == 0
+    assert files(out) == undisturbed
+
+
+def test_two_batches_on_one_folder_share_the_work(tmp_path, undisturbed):
+    path, out = written(tmp_path, GRID), tmp_path / "out"
+    both = [started(path, out) for _ in range(2)]
+    assert [process.wait(timeout=120) for process in both] == [0, 0]
+    assert files(out) == undisturbed

@@ -1,0 +1,164 @@
+"""Who may send cells to workers, and what may come back from them."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+
+import pytest
+from batches import files, left_behind
+from dask_cluster import GRID, Cluster, ended, first_finished, psutil
+from distributed import Client
+from distributed.security import Security
+from places import ROOT
+
+from hfc_design.batch.cluster import connected
+
+DOCS = ROOT / "docs" / "cluster.md"
+#: What each ``dask`` process is told, and ``hfc batch``.
+DASK_TLS = ["--tls-ca-file=cert.pem", "--tls-cert=cert.pem", "--tls-key=key.pem"]
+TLS = ["--tls-ca=cert.pem", "--tls-cert=cert.pem", "--tls-key=key.pem"]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """What the grid leaves behind without any workers."""
+    return left_behind(tmp_path_factory.mktemp("batch"), GRID)
+
+
+def pid():
+    return os.getpid()
+
+
+def heard(address, **options):
+    """Whether somebody there does what a stranger asks for."""
+    try:
+        with Client(address, timeout="1s", **options) as client:
+            return bool(client.run(pid) or client.run_on_scheduler(pid))
+    except Exception:  # of many kinds
+        return False
+
+
+def page(port):
+    """What a browser of another user is shown."""
+    command = ["curl", "-s", "-m", "1", "-o", os.devnull, "-w", "%{http_code}"]
+    return subprocess.run(
+        [*command, f"http://127.0.0.1:{port}/json/counts.json"], capture_output=True, check=False
+    ).stdout.decode()
+
+
+@pytest.mark.filterwarnings("ignore")  # of connections that are refused
+def test_workers_of_our_own_hear_nobody_else(tmp_path, undisturbed, started):
+    process = started("--workers", "1")
+    first_finished(tmp_path / "out")
+    process.send_signal(signal.SIGSTOP)  # time stands still for the batch, its workers go on
+    own = psutil.Process(process.pid)
+    ports = {
+        connection.laddr.port
+        for found in (own, *own.children(recursive=True))
+        for connection in found.net_connections()
+        if connection.status == psutil.CONN_LISTEN
+    }
+    process.send_signal(signal.SIGCONT)
+    assert len(ports) >= 3  # scheduler, nanny, worker
+    for port in ports:
+        assert not heard(f"tcp://127.0.0.1:{port}")
+        assert not heard(f"tls://127.0.0.1:{port}", security=Security.temporary())
+        assert page(port) in ("000", "404")
+    assert ended(process) == (0, [])
+    assert files(tmp_path / "out") == undisturbed
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="makes the certificates")
+def test_a_scheduler_with_certificates(tmp_path, undisturbed, started, tmp_path_factory):
+    """Made as the page on clusters says."""
+    (command,) = re.findall(r"^openssl req .*$", DOCS.read_text(), re.MULTILINE)
+    other = tmp_path_factory.mktemp("other")
+    for place in (tmp_path, other):
+        subprocess.run(command, shell=True, check=True, cwd=place, capture_output=True)
+    with Cluster(tmp_path, *DASK_TLS) as cluster:
+        address = cluster.up()
+        assert address.startswith("tls://")
+        bare = address.removeprefix("tls://")
+        foreign = [option.replace("=", f"={other}/") for option in TLS]
+        half = [TLS[0], *foreign[1:]]
+        for options, code, words in (
+            ([address], 2, f"--scheduler {address}: needs --tls-ca, --tls-cert, --tls-key"),
+            ([bare], 1, f"--scheduler {bare}: no scheduler answers there"),
+            ([address, *foreign], 1, "no scheduler that knows these certificates answers there"),
+            ([address, *half], 1, "no scheduler that knows these certificates answers there"),
+            ([f"tcp://{bare}", *TLS], 2, "with --tls-ca it has to be tls://HOST:PORT"),
+            (["here:there", *TLS], 2, "is no address"),
+            ([address, TLS[0], TLS[1], foreign[2]], 2, "KEY_VALUES_MISMATCH"),
+        ):
+            found, said = ended(started("--scheduler", *options))
+            assert (found, len(said)) == (code, 1), said
+            assert words in said[0]
+        assert ended(started("--scheduler", bare, *TLS)) == (0, [])
+        assert files(tmp_path / "out") == undisturbed
+
+
+EVIL = "type('Evil', (), {'__reduce__': lambda self: (__import__('os').mkdir, (%r,))})()"
+FINE = {"state": "finished", "reason": "", "seconds": 1.0, "files": {"design.json": b"x" * 10**7}}
+
+
+@pytest.fixture(scope="module")
+def place():
+    with connected(1, None, False, (None, None, None), lambda count: None) as found:
+        yield found
+
+
+def outcome(place, text):
+    """What the batch makes of what a worker evaluates and sends."""
+    task = place._client.submit(eval, text, pure=False)
+    found = []
+    while not found:
+        found = list(place.done([task]))
+    return found[0][1]
+
+
+def test_results_are_not_unpickled(tmp_path, place):
+    evil = EVIL % str(tmp_path / "evil")
+    for text in (
+        evil,
+        f"[{evil}]",
+        f"{{'state': {evil}}}",
+        f"{FINE | {'files': 0}!r} | {{1: {evil}}}",
+    ):
+        found = outcome(place, text)
+        assert (found.state, found.reason[:11]) == ("failed", "on a worker")
+    assert list(tmp_path.iterdir()) == []
+    assert outcome(place, repr(FINE))._asdict() == FINE
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"state": "done"},
+        {"state": None},
+        {"reason": "x" * 3000},
+        {"reason": 3},
+        {"seconds": -1.0},
+        {"seconds": "nan"},
+        {"files": {"../evil": b""}},
+        {"files": {"/tmp/evil": b""}},
+        {"files": {"config.toml": b""}},
+        {"files": {".in-use": b""}},
+        {"files": {"design.json": 3}},
+        {"files": [b""]},
+        {"more": 1},
+        5,
+        None,
+        [FINE],
+        {},
+    ],
+    ids=lambda change: json.dumps(change, default=repr)[:30],
+)
+def test_results_that_are_none(change, place):
+    sent = FINE | change if change and isinstance(change, dict) else change
+    found = outcome(place, repr(sent))
+    assert (found.state, found.files) == ("failed", {})
+    assert found.reason.startswith("on a worker: UserError: what it sent: ")
+    assert len(found.reason) < 300

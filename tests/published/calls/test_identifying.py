@@ -1,0 +1,62 @@
+"""A log that SciPy made of a plant of one's own, identified by a script as by the command."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.signal import cont2discrete, dlsim
+from sledge import MODULE
+
+import hfc_design.api as hfc
+from hfc_design.cli import main
+
+TIME = 1e-3 * np.arange(2000)
+FORCE = 40.0 * np.sin(5.0 * TIME) + 25.0 * np.sin(23.0 * TIME + 1.0)  # [N]
+TRUE = {"mass": 5.0, "friction": 9.0}
+
+
+@pytest.fixture(autouse=True)
+def log(own_plugins, tmp_path, monkeypatch):
+    """A mass of 5 kg against 9 N s/m, measured with 2 um of noise."""
+    monkeypatch.chdir(tmp_path)
+    sys.path.insert(0, str(tmp_path))
+    (tmp_path / "mine.py").write_text(MODULE)
+    rates = np.array([[0.0, 1.0], [0.0, -TRUE["friction"] / TRUE["mass"]]])
+    parts = (
+        rates,
+        np.array([[0.0], [1.0 / TRUE["mass"]]]),
+        np.array([[1.0, 0.0]]),
+        np.zeros((1, 1)),
+    )
+    place = dlsim(cont2discrete(parts, 1e-3), FORCE)[1][:, 0]
+    place += np.random.default_rng(0).normal(0.0, 2e-6, len(TIME))
+    head, columns = "time_s,place_m,command_N", np.stack([TIME, place, FORCE], axis=1)
+    np.savetxt("log.csv", columns, "%.12g", ",", header=head, comments="")
+
+
+def test_a_script_finds_what_the_command_finds():
+    said = []
+    found = hfc.identify("log.csv", "mine:SLEDGE", folder="found", on_step=said.append)
+    assert len(said) > 3
+    numbers = found.numbers()
+    for name, true in TRUE.items():
+        own = numbers["parameters"][name]
+        assert own["low"] < true < own["high"]
+        assert own["value"] == pytest.approx(true, rel=0.01)
+        assert f"{name}=" in repr(found)
+        assert name in found._repr_html_()
+    assert numbers == json.loads(Path("found", "identified.json").read_text())
+    scenario = found.for_design()
+    assert scenario == hfc.load_scenario("found/scenario.toml").model_copy(
+        update={"name": scenario.name}
+    )
+    assert scenario.plant.parameters["mass"] == pytest.approx(TRUE["mass"], rel=0.01)
+    assert scenario.robust.tolerances.keys() == TRUE.keys()
+    (axes, *_) = hfc.plot(found).axes
+    assert axes.get_ylabel() == "position [m]"
+    words = ["identify", "log.csv", "--plant", "mine:SLEDGE", "--json", "--out", "again"]
+    done = CliRunner().invoke(main, words)
+    assert json.loads(done.stdout) == numbers

@@ -1,0 +1,86 @@
+"""What functions of the API return is drawn by plot, and shows itself."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+from matplotlib.figure import Figure
+
+import hfc_design.api as hfc
+
+SHORT = {"simulation.duration_s": 0.1}
+SMALL = {**SHORT, "search.population": 4, "search.generations": 2, "controller": {"kind": "pd"}}
+AHEAD = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width": 0.003}
+GAINS = {"kp": 1900.0, "ki": 1500.0, "kd": 450.0, "feed_forward": AHEAD}
+
+
+def linear():
+    return hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS))
+
+
+FOUND = {
+    "evaluation": lambda: hfc.evaluate("pd-only", hfc.load_scenario("c-axis-ramp", SHORT)),
+    "result": lambda: hfc.design(hfc.load_scenario("c-axis-ramp", SMALL)),
+    "robustness": lambda: hfc.robustness("pd-only", {"name": "a", **RAMP}, 0.1, 4),
+    "usable": lambda: hfc.usable("pd-only", {"name": "a", **RAMP}, machines=4),
+    "comparison": lambda: hfc.compare([PUBLISHED, "pd-only"], [{"name": "a", **RAMP}], machines=4),
+    "range": hfc.stability,
+    "margins": linear,
+}
+RAMP = {"simulation": {"duration_s": 0.1}}
+PUBLISHED = "lin-lee-1999-table-1"
+
+
+@pytest.mark.parametrize("kind", FOUND)
+def test_a_figure_that_shows_itself_and_is_written_where_it_is_asked_for(kind, tmp_path):
+    found = FOUND[kind]()
+    figure = hfc.plot(found)
+    assert isinstance(figure, Figure)
+    assert [*tmp_path.iterdir()] == []
+    bundle, _ = figure._repr_mimebundle_()
+    (picture,) = bundle.keys() - {"text/plain"}
+    if picture == "image/svg+xml":
+        assert ET.fromstring(bundle[picture]).tag.endswith("svg")
+        assert len(bundle[picture]) < 100_000
+    hfc.plot(found, tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_page_of_a_design_and_of_a_run(tmp_path):
+    page = hfc.report(hfc.load_design("pd-only", {"name": "mine"}), tmp_path / "a.html")
+    assert page == tmp_path / "a.html"
+    assert "mine" in page.read_text("utf-8")
+    hfc.design(hfc.load_scenario("c-axis-ramp", SMALL), tmp_path / "run")
+    (tmp_path / "run" / "report.html").unlink()
+    assert hfc.report(tmp_path / "run") == tmp_path / "run" / "report.html"
+    assert (tmp_path / "run" / "report.html").exists()
+    with pytest.raises(hfc.UserError, match=r"leave path out, .* as .*run/report\.html$"):
+        hfc.report(tmp_path / "run", "b.html")
+    with pytest.raises(hfc.UserError, match="this is a design"):
+        hfc.report("pd-only", each=True)
+    with pytest.raises(hfc.UserError, match="no such design"):
+        hfc.report(str(tmp_path / "nowhere"))
+
+
+PAPER = {"figures": "pdf", "width": "88mm", "latex": True}
+
+
+def test_a_page_for_a_paper_has_what_the_command_writes(tmp_path):
+    short = hfc.load_scenario("c-axis-ramp", {"simulation.duration_s": 0.1})
+    hfc.report("pd-only", tmp_path / "a.html", scenario=short, **PAPER)
+    (box,) = re.findall(
+        rb"/MediaBox \[([^\]]*)\]", (tmp_path / "a-figures/response.pdf").read_bytes()
+    )
+    assert float(box.split()[2]) == pytest.approx(88 / 25.4 * 72)
+    assert "pd-only on c-axis-ramp" in (tmp_path / "a-latex/scores.tex").read_text()
+    found = hfc.compare(["pd-only", "lin-lee-1999-table-1"], [short], 0.2, 3)
+    hfc.comparison_page(found, tmp_path / "b.html", **PAPER)
+    assert r"\textbf" in (tmp_path / "b-latex/c-axis-ramp.tex").read_text()
+    assert (tmp_path / "b-figures/machines.pdf").exists()
+    for wrong, why in [
+        ({"width": "88mm"}, "width: is that of figures"),
+        ({"figures": "png"}, "figures = 'png': has to be one of pdf, svg, pgf"),
+        ({"figures": "pdf", "width": 88}, "width = 88: has to be a text"),
+    ]:
+        with pytest.raises(hfc.UserError, match=why):
+            hfc.report("pd-only", tmp_path / "c.html", scenario=short, **wrong)

@@ -1,0 +1,120 @@
+"""``hfc compare`` as a user meets it."""
+
+import csv
+import html
+import json
+import re
+import shlex
+
+import numpy as np
+from click.testing import CliRunner
+from sledge import BUDGET
+
+from hfc_design.cli import main
+from hfc_design.core.plugins import know
+
+SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
+PARAMETERS = "backlash", "table_mass"
+TWO = ["lin-lee-1999-table-1", "pd-only"]
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):
+    found = hfc("compare", *TWO, *SHORT, "--spread", "0.1", "--seed", "4")
+    assert found.exit_code == 0, found.output
+    assert "c-axis-ramp, 6 machines within ±10 %" in found.stdout
+    lines = found.stdout.splitlines()
+    stable = next(line for line in lines if line.startswith("stable machines [%]"))
+    assert stable.split() == ["stable", "machines", "[%]", "all", "100", "100"]
+    peak = next(line for line in lines if line.startswith("peak voltage [V]"))
+    *_, volts, mark = peak.split()
+    assert 743.01 * 0.02 < float(volts) < 15.5  # kd times the rate at the start, and a little more
+    assert mark == "*"
+    assert "c-axis-ramp, rms error: lin-lee-1999-table-1 over" in found.stdout
+    assert "simulated in" in found.stderr
+
+
+def test_the_first_line_says_that_the_scenario_has_other_machines():
+    own = ["--set", "robust.spread=0.1", "--set", "robust.tolerances.stiffness=0.3"]
+    heads = {"0.1": "±10 % ([robust]: ±10 %, stiffness ±30 %)", "0.2": "±20 % ([robust]: ±10 %, st"}
+    for spread, head in heads.items():
+        found = hfc("compare", *TWO, *SHORT, *own, "--spread", spread)
+        first = " ".join(found.stdout.partition("\nmetric")[0].split())
+        assert first.startswith(f"c-axis-ramp, 6 machines within {head}")
+    same = hfc("compare", *TWO, *SHORT, *own[:2], "--spread", "0.1").stdout
+    assert same.splitlines()[0].rstrip() == "c-axis-ramp, 6 machines within ±10 %"
+
+
+def test_single_parameters_have_a_tolerance_of_their_own(tmp_path):
+    table = tmp_path / "machines.csv"
+    single = ["--spread", "0.01", "--tolerance", "backlash=0.5"]
+    few = ["--set", "simulation.duration_s=0.3", "--machines", "20"]
+    found = hfc("compare", "huang-pid", "huang-soc", *few, *single, "--csv", table)
+    assert found.exit_code == 0, found.output
+    assert "20 machines within ±1 %, backlash ±50 %" in " ".join(found.stdout.split())
+    with table.open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["design"] == "huang-pid"]
+    backlash, mass = (np.array([float(row[f"x_{name}"]) for row in rows]) for name in PARAMETERS)
+    assert (backlash[0], mass[0]) == (0.4, 100.0)
+    assert 0.2 <= backlash.min() < 0.25
+    assert 0.55 < backlash.max() <= 0.6
+    assert 99.0 <= mass.min() < mass.max() <= 101.0
+    for told in ("backlash=2", "backlash=x", "gap=0.5"):
+        found = hfc("compare", "huang-pid", "huang-soc", *few, "--tolerance", told)
+        assert (found.exit_code, told.split("=")[0] in found.stderr) == (2, True)
+
+
+def test_the_command_on_the_page_names_own_parts(own):
+    """What stands there repeats the comparison in a process that knows nothing else."""
+    made = hfc("design", "sledge.toml", "--plant", "mine:SLEDGE", *BUDGET, "--out", "run")
+    assert made.exit_code == 0, made.output
+    design = json.loads((own / "run" / "design.json").read_text())
+    (own / "other.json").write_text(json.dumps(design | {"name": "other"}))
+    few = ("--machines", "2", "--seed", "3")
+    assert hfc("compare", "run", "other.json", *few, "--html", "beside.html").exit_code == 0
+    page = (own / "beside.html").read_text()
+    again = html.unescape(re.search("Again: <code>hfc (.*)</code>", page)[1])
+    assert again.endswith(" --machines 2 --seed 3 --use mine:SLEDGE")
+    know([])
+    assert "no plant known here" in hfc("compare", "run", "other.json", *few).stderr
+    done = hfc(*shlex.split(again))
+    assert done.exit_code == 0, done.output
+
+
+def test_a_folder_of_page_table_and_numbers(tmp_path):
+    out = tmp_path / "beside"
+    scenarios = ["--scenario", "c-axis-ramp", "--scenario", "c-axis-step"]
+    found = hfc("compare", *TWO, *scenarios, *SHORT, "--out", out, "--json")
+    assert found.exit_code == 0, found.output
+    numbers = json.loads(found.stdout)
+    assert list(numbers["motions"]) == ["c-axis-ramp", "c-axis-step", "every motion"]
+    assert json.loads((out / "comparison.json").read_text()) == numbers
+    with (out / "comparison.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * 2 * 7
+    mine = [row for row in rows if (row["design"], row["motion"]) == (TWO[0], "c-axis-step")]
+    # What is not stable ranks behind all others.
+    errors = sorted(
+        float(row["rms_error_rad"]) if row["stable"] == "1" else float("inf") for row in mine[1:]
+    )
+    told = numbers["motions"]["c-axis-step"]["designs"][TWO[0]]
+    assert told["metrics"]["rms_error_rad"]["median"] == errors[2]
+    assert told["metrics"]["rms_error_rad"]["nominal"] == float(mine[0]["rms_error_rad"])
+    page = (out / "report.html").read_text()
+    again = "hfc compare lin-lee-1999-table-1 pd-only --scenario c-axis-ramp --scenario c-axis-step"
+    assert again in page
+    again = hfc("compare", *TWO, *SHORT, "--out", out)
+    assert (again.exit_code, "exists already" in again.stderr) == (2, True)
+
+
+def test_single_files_and_own_scenario_of_the_first(tmp_path):
+    html, table = tmp_path / "page.html", tmp_path / "x.csv"
+    arguments = ["lin-lee-1999-table-2", "pd-only", *SHORT, "--html", html, "--csv", table]
+    found = hfc("compare", *arguments)
+    assert found.exit_code == 0, found.output
+    assert found.stdout.splitlines()[-2:] == [str(html), str(table)]
+    assert "c-axis-ramp-cutting" in html.read_text()
+    assert table.read_text().count("\n") == 1 + 2 * 7

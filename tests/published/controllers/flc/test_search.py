@@ -1,0 +1,93 @@
+"""The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
+
+import jax
+import numpy as np
+import pytest
+
+from hfc_design.controllers.genome import taken
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import controller_of, load_design
+from hfc_design.runs import individuals
+from hfc_design.runs import run as design
+from hfc_design.simulation import population as simulate
+from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.simulation.evaluating import evaluate
+
+CIRCLE = "feed-drive-circle"
+KINDS = ("flc", "aflc")
+#: Of one length, the tests here and of other files share programs that take long to compile.
+SECONDS = "simulation.duration_s=4.0"
+
+
+def genome(kind, *changes):
+    return individuals.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
+
+
+def bred(own, count=60, rounds=4):
+    """A population after some rounds of mixing and wild mutation."""
+    rng = np.random.default_rng(5)
+    found = own.fresh(np.zeros(count, int), rng)
+    for _ in range(rounds):
+        other = taken(found, rng.permutation(count))
+        mixed = own.blended(found, other, rng.uniform(-0.25, 1.25, count))
+        found = own.mutated(mixed, np.full(count, 0.8), rng)
+    return found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gains_of_the_population_are_those_of_the_design_files(kind):
+    own = genome(kind)
+    found = bred(own, count=3)
+    scenario = load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS])
+    one = individuals.design_of(taken(own.empty(), slice(1)), scenario)
+    loop = closed_loop(scenario, controller_of(one, scenario)[0])
+    machines, samples = simulate.one_machine(scenario.plant.values()), scenario.samples()
+    for k in range(3):
+        gains = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], own.gains(found))
+        judged, _ = simulate.trajectory(loop, machines, samples, gains)
+        file = individuals.design_of(taken(found, slice(k, k + 1)), scenario)
+        assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
+
+
+def small(kind):
+    sizes = ["search.population=16", "search.generations=5"]
+    return load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS, *sizes])
+
+
+@pytest.fixture(scope="module")
+def adaptive(tmp_path_factory):
+    """The designs of short searches on the contour."""
+    small = ["controller.kind=aflc", "search.population=64", "search.generations=15"]
+    found = []
+    for seed in range(3):
+        folder = tmp_path_factory.mktemp("runs") / "aflc"
+        scenario = load_scenario("feed-drive-contour", [*small, f"run.seed={seed}"])
+        found.append(design.run(design.new_run(scenario, folder), folder).design)
+    return found
+
+
+UNSEEN = {
+    "circle": ["reference.radius_mm=25.0", "reference.feed_mm_min=500.0"],
+    "circle, other way": [
+        "reference.radius_mm=15.0",
+        "reference.feed_mm_min=300.0",
+        "reference.direction=cw",
+    ],
+    "line": ["reference={kind='line', length_mm=100.0, angle_deg=26.6, feed_mm_min=600.0}"],
+    "line to and fro": [
+        "reference={kind='polyline', points_mm=[[0.0, 0.0], [60.0, -40.0], [0.0, 0.0]], "
+        "feed_mm_min=600.0}"
+    ],
+}
+
+
+@pytest.mark.parametrize("name", UNSEEN)
+def test_designed_table_beats_table_3_where_it_was_not_searched(adaptive, name):
+    """From the first 10 s on, which are less than a cycle; both adapt."""
+    scenario = load_scenario(CIRCLE, [*UNSEEN[name], "simulation.duration_s=10.0"])
+    published = evaluate(load_design("jee-koren-2004-aflc"), scenario).metrics
+    for found in adaptive:
+        own = evaluate(found, scenario).metrics
+        assert own["rms_contour_error_BLU"] < 0.8 * published["rms_contour_error_BLU"]
+        if name != "line":  # on which no axis reverses
+            assert own["worst_glitch_BLU"] < 0.8 * published["worst_glitch_BLU"]

@@ -1,0 +1,96 @@
+"""A hierarchy on a linear part: its law by hand, what tells of it, what a search makes of it."""
+
+import json
+
+import pytest
+from sledge import hfc
+
+from hfc_design import api
+from hfc_design.controllers.genome import taken
+from hfc_design.controllers.hierarchical.loop import open_loop
+from hfc_design.controllers.linear import model as linear
+from hfc_design.files.design import design_json
+from hfc_design.files.machine import PlantSettings
+from hfc_design.runs.individuals import genome_of
+from hfc_design.stability.margins import margins
+
+FILES = ("design.json", "history.csv", "checkpoint.npz")
+INPUTS = [
+    {"name": "error", "scale": 3000.0},
+    {"name": "error_rate", "scale": 50.0},
+    {"name": "reference_rate", "scale": 50.0},
+]
+SMALL = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 6}
+
+
+def on_linear(name="c-axis-ramp", part=None, **changes):
+    own = {"kind": "pd+hierarchical-fuzzy", "inputs": INPUTS, "linear": part or {}}
+    return api.load_scenario(name, {"controller": own, **SMALL, **changes})
+
+
+def test_without_tables_it_is_the_linear_loop():
+    scenario = on_linear()
+    genome = genome_of(scenario)
+    record = genome.record(taken(genome.empty(), slice(1)))
+    design = api.design(scenario).design
+    own = type(design.controller).model_validate({**record, "sample_time_s": 0.001})
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    expected = margins(linear.open_loop(own.linear_part, axis.drive, axis.parameters))
+    found = margins(open_loop(own, axis.drive, axis.parameters))
+    assert found.stable
+    assert found.gain_up == pytest.approx(expected.gain_up)
+    assert found.phase == pytest.approx(expected.phase)
+
+
+@pytest.mark.parametrize("preset", ["cma", "race"])
+def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
+    scenario = on_linear(**{"search.preset": preset})
+    whole = api.design(scenario, tmp_path / "whole")
+
+    class Stopped(Exception):
+        pass
+
+    def stop(search):
+        if search.generation == 4:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        api.design(scenario, tmp_path / "parts", stop)
+    assert api.design(scenario, tmp_path / "parts").design == whole.design
+    for name in FILES:
+        again, once = ((tmp_path / run / name).read_bytes() for run in ("parts", "whole"))
+        assert again == once
+    page = (tmp_path / "whole" / "report.html").read_text()
+    assert "Gains of the linear part" in page
+    assert "feed-forward of Coulomb friction" in page
+    assert "slopes where all of its inputs are 0" in page
+    assert f"{whole.design.controller.linear.ki:.6g}" in page
+
+
+FEED = {
+    "kind": "pd+hierarchical-fuzzy",
+    "inputs": [
+        {"name": "error", "scale": 0.1},
+        {"name": "error_rate", "scale": 0.01},
+        {"name": "reference_rate", "scale": 0.01},
+    ],
+    "output_scale": 5.0,
+    "linear": {},
+}
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_feed_drive_with_a_part_for_both_axes_or_one_each(own, tmp_path):
+    controller = {"kind": "per-axis", "axes": {"x": FEED, "y": FEED}} if own else FEED
+    small = SMALL | {"simulation.duration_s": 1.0, "search.generations": 2}
+    scenario = api.load_scenario("feed-drive-circle", {"controller": controller, **small})
+    design = api.design(scenario).design
+    parts = design.by_axis()
+    assert len(parts) == (2 if own else 1)
+    assert all(part.controller.linear is not None for part in parts.values())
+    (tmp_path / "design.json").write_text(design_json(design))
+    found = json.loads(hfc("stability", tmp_path / "design.json", "--json").stdout)
+    assert list(found["axes"]) == ["x", "y"]
+    assert "slopes where all of its inputs" in " ".join(
+        hfc("stability", tmp_path / "design.json").stdout.split()
+    )

@@ -1,0 +1,53 @@
+"""What a search varies of linear controllers: optimal regulators against SciPy, ranges, starts."""
+
+import pytest
+
+from hfc_design import api
+from hfc_design.controllers.linear import model as of_drive
+from hfc_design.runs.individuals import genome_of
+from hfc_design.stability.margins import margins
+
+KINDS = ("pid+ff", "lqr", "lqi")
+SIGNALS = {"signals": ["deflection", "deflection_rate"]}
+
+
+def genome(kind, scenario="c-axis-ramp", **settings):
+    return genome_of(api.load_scenario(scenario, {"controller": {"kind": kind, **settings}}))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_start_is_a_stable_loop_that_follows_a_ramp(kind):
+    made = genome(kind, **(SIGNALS if kind == "pid+ff" else {}))
+    scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": kind}})
+    start = made.record(made.empty())
+    design = api.with_gains(scenario, kind, {k: x for k, x in start.items() if k != "kind"})
+    axis = scenario.plant.each()[0]
+    loop = of_drive.open_loop(design.controller, axis.drive, axis.parameters)
+    assert margins(loop).stable
+    # What the nominal drive asks for is fed forward, less what the gains on signals give.
+    found = api.evaluate(design, scenario)
+    assert not found.diverged
+    assert abs(found.metrics["final_error_rad"]) < 1e-5
+    assert found.fitness > 1000.0  # of Table I 381
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_search_finds_a_better_one(kind):
+    """Half a second under a load, thirty individuals: from the start onwards."""
+    small = {"simulation.duration_s": 0.5, "search.population": 30, "search.generations": 4}
+    scenario = api.load_scenario("c-axis-ramp-cutting", {**small, "controller": {"kind": kind}})
+    made = genome_of(scenario)
+    start = {k: x for k, x in made.record(made.empty()).items() if k != "kind"}
+    first = api.evaluate(api.with_gains(scenario, kind, start), scenario)
+    found = api.design(scenario)
+    assert found.evaluation.merit > 1.2 * first.merit
+    assert found.design.kind.name == kind
+
+
+def test_each_axis_its_own():
+    """A regulator beside a PID on the axes of a feed drive, searched and read back."""
+    axes = {"x": {"kind": "lqi"}, "y": {"kind": "pid+ff"}}
+    small = {"simulation.duration_s": 1.0, "search.population": 12, "search.generations": 2}
+    changes = {**small, "controller": {"kind": "per-axis", "axes": axes}}
+    design = api.design(api.load_scenario("feed-drive-line", changes)).design
+    assert [own.controller.kind for own in design.by_axis().values()] == ["lqi", "pid+ff"]

@@ -1,0 +1,70 @@
+"""Own parts with a field that is missing, of the wrong type, or whose code raises: one line."""
+
+from dataclasses import replace
+
+import pytest
+from sledge import BUDGET, hfc, imported, refused, scenario_of
+
+from hfc_design import api
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.files.machine import ALL_PLANTS
+from hfc_design.objectives.judge import OBJECTIVES
+
+SMALL = {"simulation.duration_s": 0.1, "search.population": 4, "search.generations": 1}
+
+
+@pytest.fixture
+def sledge(own):
+    return imported("mine").SLEDGE
+
+
+def pd_kind(**changes):
+    """A kind as pd, but for some fields, under its own name."""
+    return replace(KINDS.get("pd"), **{"name": "mine", "c": None, "st": None} | changes)
+
+
+def step(reads):
+    """A law of an axis that reads a signal beside the error."""
+
+    def sample(xp, law, gains, memory, signals):
+        return gains.kp * signals["error"] + 0.0 * signals[reads], memory, None
+
+    return lambda record, limit: api.AxisLaw(
+        sample, lambda law, zero: (), record.sample_time_s, limit
+    )
+
+
+def test_a_law_of_an_axis_reads_what_it_names(own_plugins):
+    api.register(pd_kind(law=step("current"), reads=lambda record: ["error", "current"]))
+    scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL})
+    assert api.design(scenario).design.controller.kind == "mine"
+
+
+@pytest.mark.parametrize(
+    ("group", "options"),
+    [
+        ("plant", ("--fitness", "mine:LAST", "--controller", "mine:P")),
+        ("fitness", ("--plant", "mine:SLEDGE", "--controller", "mine:P")),
+        ("controller", ("--plant", "mine:SLEDGE", "--fitness", "mine:LAST")),
+    ],
+)
+def test_what_a_design_needs_is_told_of_every_group(group, options, own):
+    names = {"plant": "SLEDGE", "fitness": "LAST", "controller": "P"}
+    whole = [text for key, x in names.items() for text in (f"--{key}", f"mine:{x}")]
+    assert hfc("design", "sledge.toml", *whole, "--out", "run", *BUDGET).exit_code == 0
+    for known in (ALL_PLANTS.known, KINDS.known, OBJECTIVES.known):
+        for name in ("sledge", "only-p", "last-error"):
+            known.pop(name, None)
+    used = [text if ":" in text else "--use" for text in options]
+    for command in ("score", "report"):
+        line = refused(command, "run", *used)
+        assert f"; its provenance names --use mine:{names[group]}" in line
+
+
+def test_a_search_in_which_everybody_failed_says_so(own):
+    nothing = imported("mine").LAST._replace(score=lambda sums: sums / 0.0)
+    api.register(nothing)
+    api.register(imported("mine").P)
+    changes = {"fitness": {"kind": "last-error"}, **SMALL}
+    with pytest.raises(api.RunError, match=r"diverged \(the fitness is no number\); try"):
+        api.design(api.load_scenario(scenario_of("only-p"), changes))

@@ -1,0 +1,107 @@
+"""Intervals and what is not told: against exact variances, and combinations known by hand."""
+
+import jax
+import numpy as np
+import pytest
+from carts import CART, Cart, driven, forced, recorded
+
+from hfc_design.identify.advice import advice
+from hfc_design.identify.certainty import certainty
+from hfc_design.identify.fit import Problem, fitted, settled
+from hfc_design.identify.free import free
+from hfc_design.identify.kept import kept
+from hfc_design.identify.replay import replay
+from hfc_design.identify.search import Found
+from hfc_design.identify.words import NOTHING, _untold
+from plants import PLANTS
+
+
+def cart_found(names, true, start=None, noise=1e-4, steps=800):
+    force = forced(steps)
+    place = driven(true, force) + np.random.default_rng(3).normal(0.0, noise, steps)
+    told = recorded(place, force)
+    wanted = free(CART, start or {}, names)
+    residual = replay(wanted, told, 0.0, 1)
+    problem = Problem(wanted, residual, np.array([np.std(place)]), np.ones(len(names) + 1))
+    with jax.enable_x64(True):
+        problem, numbers = settled(problem, wanted.begun)
+        return Found(fitted(problem, numbers, 1), problem, 0.0), told
+
+
+def test_what_no_motion_can_tell_is_named_and_no_sine_is_worth_recording():
+    """Mass, friction, gain and pull of a cart: all of them by the same factor move it alike."""
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    names = ["mass", "viscous_friction", "force_gain", "pull"]
+    found, told = cart_found(names, true)
+    known = certainty(found.fit)
+    assert not any(known.told)
+    worst = known.untold[0]
+    assert worst.shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
+    assert "may change by" in _untold(worst)
+    assert len(known.untold) == 1
+    assert advice(found, known, told, 1) is None
+    assert "measure other signals" in NOTHING
+    # What is told is their ratios.
+    values = dict(zip(names, known.value, strict=True))
+    assert values["mass"] / values["force_gain"] == pytest.approx(2.0, rel=2e-3)
+
+
+def test_one_that_is_known_tells_the_others():
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    found, _ = cart_found(["mass", "viscous_friction", "pull"], true, {"force_gain": 1.2})
+    known = certainty(found.fit)
+    assert all(known.told)
+    assert known.untold == ()
+    assert (known.low < [2.4, 7.0, 0.6]).all()
+    assert (known.high > [2.4, 7.0, 0.6]).all()
+
+
+def test_mass_and_gain_of_the_positioning_stage_are_one_number():
+    """The same of a built-in machine, by its slopes alone."""
+    stage = PLANTS["positioning-stage"]
+    names = ["mass", "viscous_friction", "coulomb_friction", "offset", "amplifier_gain"]
+    wanted = free(stage, {}, names)
+    steps = 1000
+    command = 2.0 * np.sin(2.0 * np.pi * 2.0 * 1e-3 * np.arange(steps))
+    blank = recorded(np.zeros(steps), command)
+    with jax.enable_x64(True):
+        place = -np.asarray(replay(wanted, blank, 0.0, 1)(wanted.start, 0.0))[:, 0]
+        place += np.random.default_rng(2).normal(0.0, 1e-3, steps)
+        residual = replay(wanted, recorded(place, command), 20.0, 1)
+        problem = Problem(wanted, residual, np.array([1e-3]), np.ones(len(names) + 1))
+        known = certainty(fitted(problem, wanted.begun, 1))
+    assert not any(known.told)
+    assert known.untold[0].shares == pytest.approx(dict.fromkeys(names, 1.0), abs=0.02)
+
+
+def test_what_is_given_has_the_interval_that_it_has_where_the_held_one_is_known():
+    """The pull is held at 0.5 and is 0.6: all else is found smaller by 5 / 6, as sure as then."""
+    names = ["mass", "viscous_friction", "force_gain"]
+    true = Cart(2.4, 7.0, 1.2, 0.6)
+    found, _ = cart_found([*names, "pull"], true)
+    result = kept(found, certainty(found.fit), True)
+    assert result.state == ("given", "given", "given", "held")
+    alone, _ = cart_found(names, true)
+    known = certainty(alone.fit)
+    np.testing.assert_allclose(result.known.value[:3], known.value, rtol=1e-5)
+    np.testing.assert_allclose(known.value, [2.0, 7.0 / 1.2, 1.0], rtol=5e-3)
+    for end in ("low", "high"):
+        np.testing.assert_allclose(
+            getattr(result.known, end)[:3] / known.value - 1.0,
+            getattr(known, end) / known.value - 1.0,
+            rtol=0.01,
+        )
+    assert result.note == "held where it began: pull; the log tells others only beside it"
+
+
+def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_began():
+    """Friction of 3, known to two thirds, that began at 40; gain and pull are held."""
+    names = ["mass", "viscous_friction", "force_gain", "pull"]
+    start = {"viscous_friction": 40.0}
+    found, _ = cart_found(names, Cart(2.4, 3.0, 1.2, 0.6), start, noise=1e-2, steps=400)
+    result = kept(found, certainty(found.fit), True)
+    assert result.state == ("given", "no", "held", "held")
+    assert result.known.low[0] < 2.4 / 1.2 < result.known.high[0]
+    assert result.known.value[1] < 10.0
+    assert result.known.value[2:].tolist() == [1.0, 0.5]
+    assert "does not tell viscous_friction: as it was found, for where it" in result.note

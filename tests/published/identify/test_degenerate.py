@@ -1,0 +1,86 @@
+"""Fits that tell little: slopes that are lost, alike or not finite, values at 0, bounds."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+from carts import CART, Cart, driven, forced, recorded
+from scipy.optimize import minimize_scalar
+
+from hfc_design.identify.bounds import bounded
+from hfc_design.identify.certainty import certainty
+from hfc_design.identify.fit import Problem, fitted, settled
+from hfc_design.identify.free import free
+from hfc_design.identify.kept import BOUND, kept
+from hfc_design.identify.replay import replay
+from hfc_design.identify.search import Found
+
+STEPS = 800
+NOISE = 2e-4  # [m]
+
+
+def found(drive, start, names, place, force):
+    wanted = free(drive, start, names)
+    residual = replay(wanted, recorded(place, force), 0.0, 1)
+    held = np.append(np.ones(len(names)), 0.0)
+    problem = Problem(wanted, residual, np.array([np.std(place)]), held)
+    with jax.enable_x64(True):
+        problem, numbers = settled(problem, wanted.begun)
+        return Found(fitted(problem, numbers, 1), problem, 0.0)
+
+
+@pytest.mark.parametrize("start", [0.0, -3.0])
+def test_a_pull_that_begins_at_0_or_below_and_ends_near_0(start):
+    """Alone: the straight line of least squares, with its error; the log tells it, though it is 0.
+
+    As a share of itself it is known badly, as a share of where it began well.
+    """
+    true = Cart(pull=0.002)
+    force = forced(STEPS)
+    place = driven(true, force) + np.random.default_rng(4).normal(0.0, NOISE, STEPS)
+    one = found(CART, {"pull": start}, ["pull"], place, force)
+    columns = np.stack([-driven(true._replace(force_gain=0.0, pull=-1.0), force), np.ones(STEPS)])
+    (value, _), (squares,), *_ = np.linalg.lstsq(
+        columns.T, place - driven(true._replace(pull=0.0), force)
+    )
+    error = np.sqrt(np.linalg.inv(columns @ columns.T)[0, 0] * squares / (STEPS - 2))
+    known = certainty(one.fit)
+    assert known.value[0] == pytest.approx(value, abs=0.01 * error)
+    half = 0.5 * (known.high[0] - known.low[0]) / np.sqrt(known.inflated[0])
+    assert half == pytest.approx(1.96 * error, rel=0.02)
+    assert known.told == (True,)
+    assert kept(one, known, False).state == ("yes",)
+
+
+def test_a_machine_that_cannot_be_is_not_found():
+    """A cart whose friction may not be below 2.5 / s times its mass, in a log of one of 2.3 / s."""
+    true = Cart(mass=2.6, viscous_friction=6.0)
+
+    def fault(changes):
+        p = Cart(**changes)
+        return "too little friction" if p.viscous_friction < 2.5 * p.mass else CART.fault(changes)
+
+    force = forced(STEPS)
+    place = driven(true, force) + np.random.default_rng(4).normal(0.0, NOISE, STEPS)
+    start = {"mass": 2.0, "viscous_friction": 8.0}
+    one = found(replace(CART, fault=fault), start, ["mass", "viscous_friction"], place, force)
+    assert fault(dict(zip(one.fit.free.names, one.fit.free.values(one.fit.numbers), strict=True)))
+    known = certainty(one.fit)
+    inside, edge = bounded(one, known, False)
+    values = inside.fit.free.values(inside.fit.numbers)
+    assert edge.sum() == 1
+    assert values[1] / values[0] == pytest.approx(2.5, rel=0.01)
+    assert fault(dict(zip(one.fit.free.names, values, strict=True))) is None
+
+    def off(mass):  # the best cart along the bound, by SciPy
+        left = place - driven(Cart(mass, 2.5 * mass), force)
+        return np.std(left)
+
+    best = minimize_scalar(off, bounds=(1.0, 5.0), method="bounded").fun
+    assert inside.fit.rms[0] < 1.5 * best
+    told = kept(one, known, False)
+    k = int(np.argmax(edge))
+    assert told.state[k] == BOUND
+    assert np.isnan([told.known.low[k], told.known.high[k]]).all()
+    assert told.note.startswith(f"{one.fit.free.names[k]}: at the least or most")

@@ -1,0 +1,34 @@
+"""First individuals of laws that were searched: on the trees that are asked for, and worth it."""
+
+import numpy as np
+import pytest
+
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.runs.problem import Problem
+
+SHORT = ["simulation.duration_s=1.0", "limits.command=250.0"]
+
+
+def begun(name, *changes, seed=0):
+    problem = Problem(load_scenario(name, [*SHORT, *changes]))
+    tree = np.array([7, 3, 3, 99, 7, 3])
+    return problem, problem.task.informed(tree, np.random.default_rng(seed)), tree
+
+
+@pytest.mark.parametrize("name", ["c-axis-ramp", "c-axis-ramp-cutting"])
+def test_laws_that_were_searched_are_better_than_regulators(name):
+    problem, found, tree = begun(name, "search.population=200", "search.generations=100")
+    assert np.array_equal(found.tree, tree)
+    rank = problem.rank(found)
+    rng = np.random.default_rng(1)
+    others = problem.rank(problem.genome.informed(np.repeat([3, 7, 99], 200), rng))
+    assert rank.max() > 1.2 * others.max()
+
+
+def test_same_numbers_same_individuals():
+    sizes = "search.population=160", "search.generations=100"
+    _, one, _ = begun("c-axis-ramp", *sizes)
+    _, same, _ = begun("c-axis-ramp", *sizes)
+    _, other, _ = begun("c-axis-ramp", *sizes, seed=1)
+    assert np.array_equal(one.consequents, same.consequents)
+    assert not np.array_equal(one.consequents, other.consequents)

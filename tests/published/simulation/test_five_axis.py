@@ -1,0 +1,47 @@
+"""Five axes through a program in the closed loop: what PID control does by hand, and bad input."""
+
+import pytest
+
+import hfc_design.api as hfc
+from hfc_design.files.pairing import load_design
+
+PID = "lin-gai-2009-pid"
+
+
+def test_gravity_and_unbalance_are_felt_where_axes_are_coupled():
+    """Z sags by no more than 30 kg over 7e4 N s/m over 33.33 1/s, and what friction adds."""
+    alone = load_design(PID)
+    together = load_design(PID, {"plant.name": "five-axis-coupled"})
+    where = hfc.load_scenario("five-axis-program", {"plant.name": "five-axis-coupled"})
+    free = hfc.evaluate(alone, "five-axis-program").axes[2].motion.error
+    found = hfc.evaluate(together, where).axes[2].motion.error
+    sag = 1e3 * 30 * 9.81 / 7e4 / 33.33
+    assert found[40:300] - free[40:300] == pytest.approx(sag, rel=0.2)
+
+
+def test_a_population_does_what_one_machine_does():
+    """In float32, and by the fitness of the contour, of which the tables' orientation is a part."""
+    found = hfc.evaluate(PID, "five-axis-program")
+    spread = hfc.robustness(PID, "five-axis-program", spread=0.3, samples=12)
+    assert spread.stable.all()
+    assert spread.nominal["rms_contour_error_mm"] == found.metrics["rms_contour_error_mm"]
+    values = spread.values["rms_contour_error_mm"]
+    assert (
+        0.5
+        < values.min() / found.metrics["rms_contour_error_mm"]
+        < 1.0
+        < values.max() / values.min()
+    )
+
+
+def test_an_x_y_machine_may_have_limits_of_each_axis():
+    """The same program, a little slower or faster; and its contour by either way of measuring."""
+    known = {"simulation.duration_s": 40.0}
+    axes = "{acceleration_per_s2 = 100.0, velocity_per_min = 3000}"
+    limits = [f"reference.limits.{axis}={axes}" for axis in "xy"]
+    file = str(hfc.load_scenario("feed-drive-contour").reference.file)
+    own = [f"reference={{kind='gcode', file='{file}'}}", *limits, "simulation.duration_s=40.0"]
+    found = hfc.evaluate("jee-koren-2004-pid", hfc.load_scenario("feed-drive-contour", own))
+    before = hfc.evaluate("jee-koren-2004-pid", hfc.load_scenario("feed-drive-contour", known))
+    ratio = found.metrics["rms_contour_error_BLU"] / before.metrics["rms_contour_error_BLU"]
+    assert 0.5 < ratio < 2.0

@@ -1,0 +1,210 @@
+"""Whether a design can be used: against runs of its own, poles, and the constraints by hand."""
+
+import numpy as np
+import pytest
+from places import DATA
+
+from hfc_design.api import with_gains
+from hfc_design.core.statistics import share_interval
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.files.pairing import load_design
+from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.in_use import merit_told
+from hfc_design.simulation.machines import drawn
+from hfc_design.simulation.repeats import FACTORS
+from hfc_design.simulation.usable import BEYOND, usable
+
+#: Two motions of a second, with tolerances and a bound on the command.
+TWO = {
+    "name": "two",
+    "simulation": {"duration_s": 2.0},
+    "fitness": {"settled_after_s": 1.0},
+    "robust": {"spread": 0.1, "unseen": 20, "first": 2, "machines": 2, "elite": 2, "final": 2},
+    "motions": [
+        {"name": "ramp"},
+        {"name": "slow", "reference": {"kind": "ramp", "velocity": 0.01}, "weight": 3.0},
+    ],
+}
+
+
+def test_machines_are_those_of_a_seed_of_their_own_and_each_moves_as_it_does_alone():
+    scenario = load_scenario(TWO, ["run.seed=5"])
+    found = usable("pd-only", scenario)
+    assert (found.seed, len(found.good), found.spread) == (5 + BEYOND, 20, 0.1)
+    assert [one.name for one in found.motions] == ["ramp", "slow"]
+    machines, _ = drawn(scenario.plant, 0.1, 20, found.seed)
+    for k in (1, 20):
+        own = {key: float(v[k]) for key, v in machines.true[0]._asdict().items()}
+        changes = {f"plant.parameters.{key}": value for key, value in own.items()}
+        alone = evaluate("pd-only", load_scenario(scenario, changes)).motions
+        for one in found.motions:
+            (axis,) = alone[one.name].axes
+            late = axis.motion.error[alone[one.name].time >= 1.0]
+            error = one.told["settled_rms_error"][k - 1]
+            assert error == pytest.approx(np.sqrt(np.mean(late**2)), rel=1e-3)  # float32
+            peak = np.abs(axis.motion.command).max()
+            assert one.told["peak_command"][k - 1] == pytest.approx(peak, rel=1e-3)
+
+
+def test_the_gain_is_kept_up_to_a_bound_on_the_command():
+    """The peak of a ramp from rest is about kd times its speed, so the factor scales it."""
+    peak = evaluate("pd-only", load_scenario(TWO)).motions["ramp"].metrics["peak_voltage_V"]
+    loose = usable("pd-only", load_scenario(TWO, {"constraints.peak_command": 1.3 * peak}))
+    assert loose.gain is not None
+    low, high = loose.gain
+    assert 1.2 < high < 1.35
+    assert low < 0.9
+    again = load_design(
+        "pd-only",
+        [f"controller.pd.kp={758.405 * high * 1.02}", f"controller.pd.kd={743.01 * high * 1.02}"],
+    )
+    beyond = evaluate(again, load_scenario(TWO)).motions["ramp"].metrics["peak_voltage_V"]
+    assert beyond > 1.3 * peak
+    assert loose.precision < 1e-2
+    assert loose.substeps is not None
+    assert loose.substeps < 1e-4
+
+
+def louder(design, factor):
+    """The same with its whole command times a factor."""
+    gains = design.controller.pd
+    changes = {"pd.kp": factor * gains.kp, "pd.kd": factor * gains.kd}
+    if "output_scale" in type(design.controller).model_fields:
+        changes["output_scale"] = factor * design.controller.output_scale
+    return load_design(design, [f"controller.{key}={float(x)!r}" for key, x in changes.items()])
+
+
+def test_a_millionth_of_the_command_hardly_moves_a_loop_that_is_not_chaotic():
+    scenario, design = load_scenario(TWO), load_design("pd-only")
+    found = usable(design, scenario)
+    ends = sorted(evaluate(louder(design, 1.0 + off), scenario).merit for off in (-1e-6, 1e-6))
+    assert [found.repeats.lowest, found.repeats.highest] == pytest.approx(ends, rel=1e-10)
+    told = found.numbers()
+    assert told["merit"] == pytest.approx(evaluate(design, scenario).merit, rel=1e-10)
+    assert not told["chaotic"]
+    assert merit_told(told) == ""
+
+
+def test_a_chaotic_loop_has_a_range_and_no_figure():
+    """The best that a search found under the cutting load; each repeat is a run of its own."""
+    design, scenario = load_design(DATA / "chaotic.json"), load_scenario("c-axis-ramp-cutting")
+    found = usable(design, scenario, machines=8)
+    low, high = found.repeats.lowest, found.repeats.highest
+    alone = [evaluate(louder(design, factor), scenario).merit for factor in FACTORS[::6]]
+    assert max(alone) > 1.01 * min(alone)
+    assert high > 1.01 * low
+    assert found.numbers()["chaotic"]
+    repeats = "of 64 repeats with commands up to a millionth apart"
+    assert merit_told(found.numbers()) == f"merit is chaotic: {low:.4g} to {high:.4g} {repeats}"
+
+
+def test_who_keeps_a_constraint_is_counted_with_its_interval():
+    free = usable("pd-only", load_scenario(TWO))
+    peaks = np.maximum(*(one.told["peak_command"] for one in free.motions))
+    most = float(np.median(peaks))
+    found = usable("pd-only", load_scenario(TWO, {"constraints.peak_command": most}))
+    np.testing.assert_array_equal(found.good, free.good & (peaks <= most))
+    assert found.interval == share_interval(int(found.good.sum()), 20)
+    assert not found.yes
+    assert found.answer.startswith("no: ")
+    assert "peak_command" in found.answer
+    numbers = found.numbers()
+    assert numbers["share"] == found.good.mean()
+    for one in found.motions:
+        told = numbers["motions"][one.name]["constraints"]["peak_command"]
+        assert told["allowed"] == most
+        assert told["nominal"] == one.nominal["peak_command"]
+        assert told["largest"] == one.told["peak_command"].max()
+
+
+def test_what_a_scenario_tolerates_and_the_design_misses():
+    """Against constraints of the same measures, and the error of the nominal machine alone."""
+    free = usable("pd-only", load_scenario(TWO))
+    assert free.missed == {}  # of another fitness
+    own = {"settled_rms_error": 1e-9, "peak_command": 1e9}
+    scenario = load_scenario(TWO, {"fitness": {"kind": "tolerances", "tolerances": own}})
+    found = usable("pd-only", scenario)
+    assert set(found.missed) == {"settled_rms_error"}  # the other one is kept
+    medians = {one.name: np.median(one.told["settled_rms_error"]) for one in free.motions}
+    worst = max(medians, key=medians.get)
+    one = found.missed["settled_rms_error"]
+    assert one["motion"] == worst
+    assert one["times"] == pytest.approx(medians[worst] / 1e-9, rel=1e-3)
+    assert found.yes == free.yes
+    assert found.answer == free.answer
+    told = found.numbers()["motions"]["slow"]["tolerances"]["peak_command"]
+    assert told["allowed"] == 1e9
+    assert told["largest"] == found.motions[1].told["peak_command"].max()
+    assert f"settled_rms_error {one['times']:.3g} times"[:24] in repr(found)
+
+
+def test_a_tolerance_of_what_is_a_constraint_too():
+    """Both stand among what is measured, in this order."""
+    own = {"rms_error": 1e-9, "peak_command": 1.0}
+    changes = {"fitness": {"kind": "tolerances", "tolerances": own}, "constraints.late_error": 1.0}
+    found = usable("pd-only", load_scenario(TWO, {**changes, "constraints.peak_command": 1e6}))
+    for one in found.motions:
+        assert one.bounds["peak_command"][0] == 1e6
+        np.testing.assert_array_equal(
+            one.tolerances["peak_command"][1], one.bounds["peak_command"][1]
+        )
+        np.testing.assert_array_equal(one.bounds["peak_command"][1][1:], one.told["peak_command"])
+
+
+@pytest.mark.parametrize(
+    "bound", [{"constraints.peak_command": 1e-3}, {"constraints.late_error": 0.0}]
+)
+def test_what_no_machine_keeps_is_said_in_a_line(bound):
+    found = usable("pd-only", load_scenario(TWO, bound))
+    assert not found.good.any()
+    assert found.gain is None
+    assert found.answer.startswith("no: on the nominal machine it breaks ")
+    assert "\n" not in found.answer
+    assert "0 % of 20 unseen machines" in found.answer
+
+
+def test_a_design_that_diverges_everywhere():
+    wild = load_design("pd-only", ["controller.pd.kd=1e9"])
+    found = usable(wild, load_scenario(TWO))
+    assert found.answer.startswith("no: on the nominal machine it diverges in ramp")
+    assert found.numbers()["precision"] is None
+
+
+def test_without_tolerances_two_hundred_machines_within_a_fifth():
+    found = usable("pd-only", load_scenario("c-axis-ramp", {"simulation.duration_s": 1.0}))
+    assert (len(found.good), found.spread) == (200, 0.2)
+
+
+def test_a_loop_that_swings_at_rest_is_of_no_use():
+    """The integral is by far too strong for such a drive; the motion is too short to show it."""
+    design = load_design("pd-only")
+    own = {"kp": design.controller.pd.kp, "kd": design.controller.pd.kd}
+    scenario = load_scenario(TWO, {"controller": {"kind": "pid+ff"}})
+    calm, wild = (
+        usable(with_gains(scenario, "pid+ff", {**own, "ki": ki}), scenario) for ki in (0.0, 1e7)
+    )
+    assert (calm.loop_stable, wild.loop_stable) == (True, False)
+    assert wild.motions[0].nominal_reasons  # as the simulation shows here too
+    assert usable("pd-only", scenario).loop_stable is None  # tables do its work, or a PD
+    assert calm.motions[0].nominal_reasons == ()
+    good = tuple(one._replace(good=one.good | True) for one in calm.motions)
+    assert calm._replace(motions=good).yes
+    never = calm._replace(motions=good, loop_stable=False)
+    assert not never.yes
+    assert never.answer.startswith("no: at rest its linear loop swings by itself (hfc stability")
+    assert never.numbers()["loop_stable"] is False
+
+
+def test_a_controller_that_adapts_is_judged_like_the_others():
+    """Its copy adapts too; the errors are those of the machine alone."""
+    changes = {"simulation.duration_s": 1.0, "run.precision": "float64"}
+    scenario = load_scenario("feed-drive-circle", changes)
+    found = usable("jee-koren-2004-aflc", scenario, spread=0.05, machines=4)
+    (motion,) = found.motions
+    alone = evaluate("jee-koren-2004-aflc", scenario)
+    error = np.sqrt(np.mean(alone.contour.error**2))
+    assert motion.nominal["rms_contour_error"] == pytest.approx(error, rel=2e-2)  # linearised
+    peak = max(abs(axis.motion.command).max() for axis in alone.axes)
+    assert motion.nominal["peak_command"] == pytest.approx(peak)
+    assert len(found.good) == 4
+    assert found.gain is None or found.gain[0] <= 1.0 <= found.gain[1]

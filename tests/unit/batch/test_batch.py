@@ -1,0 +1,116 @@
+"""A batch: its cells, what it leaves on disk, and what happens when something goes wrong."""
+
+from pathlib import Path
+
+import pytest
+from batches import batch, written
+
+from hfc_design.batch import folder
+from hfc_design.batch.plan import read_batch
+from hfc_design.core.records import UserError
+
+TINY = """
+[set]
+search.population = 16
+search.generations = 3
+simulation.duration_s = 0.1
+"""
+GRID = f"""{TINY}
+[grid]
+scenario = ["c-axis-ramp", "c-axis-ramp-cutting"]
+run.seed = [0, 1]
+"""
+
+
+def test_cells_are_the_grid_and_the_list(tmp_path):
+    text = f"{GRID}[[cells]]\nplant.parameters.spindle_inertia = 6.5\n[[cells]]\nrun.seed = 9\n"
+    cells = read_batch(written(tmp_path, text)).cells
+    # 2 scenarios x 2 seeds with the inertia; the second cell's own seed wins, so 2 of 4 are one
+    assert len(cells) == 4 + 2
+    assert len({cell.name for cell in cells}) == 6
+    assert {cell.scenario.run.seed for cell in cells} == {0, 1, 9}
+    assert cells[0].scenario.plant.parameters == {"spindle_inertia": 6.5}
+    assert all(cell.scenario.search.population == 16 for cell in cells)
+
+
+def test_the_name_is_that_of_the_whole_configuration(tmp_path):
+    """Also of what stands in the files that it names, and not of where they lie."""
+
+    def names(where, angle):
+        (tmp_path / where).mkdir(exist_ok=True)
+        (tmp_path / where / "r.csv").write_text(f"t,a\n0,0\n1,{angle}\n")
+        scenario = '[reference]\nkind = "csv"\nfile = "r.csv"\n'
+        written(tmp_path / where, scenario, "own.toml")
+        text = f'{TINY}\n[grid]\nscenario = ["own.toml"]\n'
+        return [cell.name for cell in read_batch(written(tmp_path / where, text)).cells]
+
+    assert names("a", 0.01) == names("b", 0.01)
+    assert names("a", 0.01) != names("a", 0.02)
+
+
+def test_dry_run_touches_nothing(tmp_path):
+    found = batch(written(tmp_path, GRID), "--out", tmp_path / "out", "--dry-run")
+    assert found.exit_code == 0
+    assert "c-axis-ramp-cutting" in found.output
+    assert "to go" in found.output
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[grid]\nrun.seed = 3\n", ["grid.run.seed = 3", "list"]),
+        ("[grid]\nrun.seed = []\n", ["grid.run.seed = []", "list"]),
+        ("[grid]\nrun.seed = [-1]\n", ["run.seed = -1", "cell with"]),
+        ('[grid]\nscenario = ["nobody"]\n', ["nobody", "no such scenario"]),
+        ("[gird]\n", ["gird", "no such key"]),
+        ("grid = 3\n", ["grid = 3"]),
+        ("[grid\n", ["not valid TOML"]),
+        ("[grid]\nsearch.speed = [1]\n", ["search.speed", "no such key"]),
+        (
+            f"[grid]\nrun.seed = {list(range(400))}\nsearch.generations = {list(range(1, 400))}\n",
+            ["159600 cells", "100000"],
+        ),
+    ],
+)
+def test_batch_files_that_cannot_be_run(text, words, tmp_path):
+    path = written(tmp_path, text)
+    with pytest.raises(UserError) as refusal:
+        read_batch(path)
+    for word in ["mine.toml", *words]:
+        assert word in str(refusal.value)
+    assert batch(path).exit_code == 2
+
+
+def test_a_folder_without_a_batch(tmp_path):
+    found = batch("--status", tmp_path)
+    assert (found.exit_code, "holds no batch" in found.output) == (2, True)
+    assert batch(Path("a.toml"), "--status", tmp_path).exit_code == 2
+    assert batch().exit_code == 2
+
+
+def test_brackets_are_no_markup(tmp_path):
+    """Of units, in labels and in reasons."""
+    text = f"{TINY}[[cells]]\nlabel = 'peak [rad/s] of [/b]'\n"
+    path, out = written(tmp_path, text), tmp_path / "out"
+    assert "label=peak [rad/s] of [/b]" in batch(path, "--out", out, "--dry-run").output
+    (cell,) = read_batch(path).cells
+    folder.note_plan(out, read_batch(path))
+    folder.note(out, cell.name, "failed", "no [/such] thing")
+    said = batch("--status", out)
+    assert said.exit_code == 0
+    assert "no [/such] thing" in said.output
+
+
+def test_a_plan_tells_cells_of_one_label_apart(tmp_path):
+    text = f"{GRID}[[cells]]\nlabel = 'a'\n[[cells]]\nlabel = 'b'\nscenario = 'c-axis-sine'\n"
+    lines = batch(written(tmp_path, text), "--out", tmp_path / "out", "--dry-run").output
+    assert "label=b, run.seed=1" in lines
+    assert "label=a, scenario=c-axis-ramp-cutting, run.seed=0" in " ".join(lines.split())
+
+
+@pytest.mark.parametrize("text", ["", "name = 'a'\n", "cells = []\n[set]\n"])
+def test_a_batch_of_nothing_is_refused(text, tmp_path):
+    found = batch(written(tmp_path, text))
+    assert found.exit_code == 2
+    assert "asks for nothing; it needs [set], [grid] or [[cells]]" in found.stderr

@@ -1,0 +1,72 @@
+"""The tables of many runs, against numpy and SciPy, as CSV and as Parquet."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+import scipy.stats
+import tex
+from run_folders import PRESETS, batch_folder, hfc, table
+
+
+def test_the_tables_against_numpy_and_scipy(large):
+    fitness = {}
+    for run in table(large / "runs.csv"):
+        fitness.setdefault(run["group"], []).append(float(run["fitness"]))
+    for group in table(large / "groups.csv"):
+        own = [float(group[f"fitness_{part}"]) for part in ("lower_quartile", "median")]
+        assert own == pytest.approx(np.percentile(fitness[group["group"]], [25, 50]))
+    for row in table(large / "comparisons.csv"):
+        x, y = fitness[row["group"]], fitness[row["other_group"]]
+        found = scipy.stats.mannwhitneyu(x, y)
+        assert float(row["p"]) == pytest.approx(found.pvalue, rel=1e-12)
+        assert float(row["a12"]) == found.statistic / 2500
+
+
+def test_parquet_holds_what_the_csv_holds(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    batch_folder(tmp_path, PRESETS)
+    assert hfc("report", tmp_path, "--parquet").exit_code == 0
+    stored = parquet.read_table(tmp_path / "runs.parquet").to_pydict()
+    rows = table(tmp_path / "runs.csv")
+    assert list(stored) == list(rows[0])
+    for key, values in stored.items():
+        assert [("" if v is None else str(v)) for v in values] == [row[key] for row in rows]
+    assert stored["fitness"][0] == 10.0
+    assert stored["run.seed"][:2] == [0, 1]
+
+
+def test_parquet_without_pyarrow(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    batch_folder(tmp_path, PRESETS)
+    found = hfc("report", tmp_path, "--parquet")
+    assert found.exit_code == 2
+    assert "pip install 'hfc-design[parquet]'" in found.stderr
+    assert not (tmp_path / "runs.csv").exists()
+
+
+def test_the_best_of_each_task_is_bold_in_a_paper(tmp_path):
+    """Less is better of an error, more of a fitness; tasks do not compare."""
+    runs = [
+        ("a", "x", 5.0, 2e-3),
+        ("a", "y", 4.0, 1e-3),
+        ("b", "x", 9.0, 4e-3),
+        ("b", "y", 8.0, 5e-3),
+    ]
+    told = [({"scenario": task, "search.preset": own}, [score]) for task, own, score, _ in runs]
+    for name, (*_, error) in zip(batch_folder(tmp_path, told), runs, strict=True):
+        path = tmp_path / name / "design.json"
+        design = json.loads(path.read_text())
+        design["score"] |= {"rms_error_rad": error, "merit": error}
+        path.write_text(json.dumps(design))
+        (tmp_path / name / "config.toml").write_text('name = "a"\n')
+    assert hfc("report", tmp_path, "--latex").exit_code == 0
+    text = (tmp_path / "latex" / "metrics.tex").read_text()
+    assert tex.rows(text)[0] == ["metric", "1", "2", "3", "4"]
+    bold = {line.split(" & ")[0]: line for line in text.splitlines() if "textbf" in line}
+    assert bold == {"rms error [mrad]": r"rms error [mrad] & 2 & \textbf{1} & \textbf{4} & 5 \\"}
+    groups = (tmp_path / "latex" / "groups.tex").read_text()
+    first = [line for line in groups.splitlines() if "textbf" in line]
+    assert [line.split(" & ")[0] for line in first] == ["1", "3"]
+    assert rf"\label{{tab:{tmp_path.name.lower().replace('_', '-')}-groups}}" in groups

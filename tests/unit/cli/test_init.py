@@ -1,0 +1,73 @@
+"""``hfc init``: what it writes loads, runs and explains every key."""
+
+import re
+import tomllib
+
+from run_folders import hfc
+
+from hfc_design.files.named_scenario import load_scenario
+
+
+def test_no_file_that_lacks_ranges(tmp_path):
+    """Gains of a PD for a C-axis are in V/rad; on a stage they would be in V/mm."""
+    done = hfc(
+        "init", "--plant", "positioning-stage", "--controller", "pd", "--out", tmp_path / "a"
+    )
+    assert done.exit_code == 2
+    assert "kp, kd: no range; those that 'pd' has are for c-axis" in done.stderr
+    assert "errors in mm, commands in V" in done.stderr
+    assert not (tmp_path / "a").exists()
+
+
+def test_a_commented_key_becomes_one_without_its_first_letter(tmp_path):
+    file = tmp_path / "mine.toml"
+    hfc("init", "--out", file)
+    text = file.read_text()
+    assert "#spindle_inertia = 5.102" in text
+    file.write_text(text.replace("#spindle_inertia = 5.102", "spindle_inertia = 6.5"))
+    assert load_scenario(str(file)).plant.parameters == {"spindle_inertia": 6.5}
+
+
+def test_all_defaults_at_once_change_nothing(tmp_path):
+    """Every commented key that holds by default is what it says."""
+    file = tmp_path / "mine.toml"
+    hfc("init", "--out", file)
+    before = load_scenario(str(file)).model_dump(exclude={"plant"})
+    text = file.read_text().partition("#[[windows]]")[0]
+    for table in ("plant", "simulation", "limits", "sensors", "search", "run"):
+        head, found, rest = text.partition(f"\n[{table}]\n")
+        own, mark, after = rest.partition("\n\n")
+        own = re.sub(r"^#(\w+ = (?!NUMBER|\"TEXT|\.\.\.))", r"\1", own, flags=re.MULTILINE)
+        text = head + found + own + mark + after
+    file.write_text(text)
+    assert text.count("\nsubsteps = 1") == 1
+    assert load_scenario(str(file)).model_dump(exclude={"plant"}) == before
+
+
+def test_every_key_has_a_meaning_before_it(tmp_path):
+    file = tmp_path / "mine.toml"
+    hfc("init", "--out", file)
+    lines = file.read_text().splitlines()
+    keys = [k for k, line in enumerate(lines) if re.match(r"#?\w+ = ", line)]
+    assert len(keys) > 80
+    inside = [k for k in keys if lines[k].startswith(("rms_error", "settled_rms_error"))]
+    assert [lines[k] for k in keys if k not in inside and not lines[k - 1].startswith("# ")] == []
+    assert max(map(len, lines)) <= 120
+
+
+def test_it_overwrites_nothing(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("mine")
+    done = hfc("init", "--out", file)
+    assert done.exit_code == 2
+    assert "add --force" in done.stderr
+    assert file.read_text() == "mine"
+    assert hfc("init", "--out", file, "--force").exit_code == 0
+    assert tomllib.loads(file.read_text())["plant"]["name"] == "c-axis"
+
+
+def test_what_cannot_be_begun_with_defaults():
+    done = hfc("init", "--controller", "cross-coupled")
+    assert done.exit_code == 2
+    assert "needs controller.inner" in done.stderr
+    assert "did you mean c-axis" in hfc("init", "--plant", "c-axsi").stderr

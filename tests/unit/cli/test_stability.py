@@ -1,0 +1,115 @@
+"""``hfc stability`` and its figure."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hfc_design.cli import main
+from hfc_design.stability.report import stability_figure
+from hfc_design.stability.stable_range import stable_range
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, ["stability", *(str(argument) for argument in arguments)])
+
+
+def test_without_options_the_published_drive():
+    done = hfc()
+    assert done.exit_code == 0
+    for part in ("0.0242364", "0.941208", "0.833753", "9.03643", "7.28786", "unit/BLU"):
+        assert part in done.stdout
+
+
+def test_json_holds_the_range():
+    done = hfc("--gain", 40, "--json")
+    assert done.exit_code == 0
+    found = json.loads(done.stdout)
+    assert found["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
+    assert found["k1_bound"] == found["k1_linear"]
+    assert found["a"] == pytest.approx(0.941208, abs=5e-7)
+    assert len(found["k2_bounds"]) == 5
+    bounds = [point["k2"] for point in found["k2_bounds"]]
+    assert bounds == sorted(bounds, reverse=True)
+
+
+def test_a_gain_divides_every_bound():
+    one, ten = (json.loads(hfc("--gain", gain, "--json").stdout) for gain in (1, 10))
+    for key in ("k1_bound", "k1_printed", "k1_linear", "k1_theorem"):
+        assert one[key] == pytest.approx(10 * ten[key], rel=1e-12)
+    assert one["k2_bounds"][2]["k2"] == pytest.approx(10 * ten["k2_bounds"][2]["k2"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--gain", "-1"], "--gain -1.0: has to be greater than 0"),
+        (["--time-constant", "nan"], "--time-constant nan: has to be a finite number"),
+        (["--sample-time", "0"], "--sample-time 0.0: has to be greater than 0"),
+        (["--sample-time", "9"], "sample time / time constant = 163.636"),
+        (["--plot", "range.gif"], "range.gif: a plot has to end in .png, .svg or .pdf"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(arguments, words):
+    done = hfc(*arguments)
+    assert done.exit_code == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith(f"hfc: {words}")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_gain_that_is_no_number():
+    done = hfc("--gain", "much")
+    assert done.exit_code == 2
+    assert done.stderr == "hfc: --gain much: has to be a number\n"
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    done = hfc("--plot", tmp_path / "none" / "range.png")
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
+def test_plot_is_written(kind, start, tmp_path):
+    path = tmp_path / f"range.{kind}"
+    assert hfc("--plot", path).exit_code == 0
+    assert path.read_bytes().startswith(start)
+
+
+def test_figure_runs_through_the_independent_values():
+    points = {"Table 3": (32 / 21, 16 / 3), "steep": (6.0, 9.0)}
+    axes = stability_figure(stable_range(28.3, 0.055, 0.01), points).axes[0]
+    assert axes.get_xlabel() == "$K_1$ [unit/BLU]"
+    assert axes.get_ylabel() == "$K_2$ [unit/BLU]"
+    lines = {line.get_label(): line.get_xydata() for line in axes.lines}
+    bound = axes.lines[0].get_xydata()
+    drawn = np.interp([1.52, 2.711, 4.518, 6.3255], *bound.T)
+    np.testing.assert_allclose(drawn, [9.412, 8.997, 5.895, 3.143], atol=2e-3)
+    assert np.interp(8.133, *lines["printed"].T) == pytest.approx(0.952, abs=2e-3)
+    assert lines["printed"][-1] == pytest.approx([9.0364, 0.0], abs=5e-5)
+    assert lines["linear limit"][0, 0] == pytest.approx(bound[-1, 0])
+    for name, point in points.items():
+        np.testing.assert_array_equal(lines[name], [point])
+    shade = axes.collections[0].get_paths()[0]
+    assert [shade.contains_point(point) for point in points.values()] == [True, False]
+
+
+def test_a_gain_without_a_limit_does_not_flatten_the_picture():
+    found = stable_range(28.3, 0.055, 0.01)
+    near, free = (stability_figure(found, {"table": (3.0, k2)}).axes[0] for k2 in (16.0, 1000.0))
+    assert 16.0 < near.get_ylim()[1] < 20.0
+    assert free.get_ylim() == pytest.approx((0.0, 4 * 9.4125), abs=0.01)
+
+
+def test_the_drive_is_named():
+    done = hfc("--gain", 40, "--json")
+    assert json.loads(done.stdout)["drive"] == {
+        "gain": 40.0,
+        "time_constant": 0.055,
+        "sample_time": 0.01,
+    }
+    shown = " ".join(hfc("--gain", 40).stdout.split())
+    assert "K [(BLU/s)/unit]" in shown
+    assert "without friction" in shown

@@ -1,0 +1,83 @@
+"""Labels and numbers of a rule table, which cannot contradict one another, and its names."""
+
+import json
+
+import made_up
+import numpy as np
+import pytest
+
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json, named_design, parse_design
+
+FLC = "jee-koren-2004-flc"
+
+
+def parsed(design, **rules):
+    """The design after other rules were written into its file."""
+    data = json.loads(design_json(design))
+    data["controller"]["rules"] |= rules
+    for key in [key for key, value in rules.items() if value is None]:
+        del data["controller"]["rules"][key]
+    return parse_design(json.dumps(data), "mine.json").controller.rules
+
+
+def test_labels_may_be_left_out_and_follow_from_the_numbers():
+    """JK04 Table 3: the heights of the seven labels are 1, 1/2, 1/4 of the largest."""
+    own = named_design(FLC)
+    assert parsed(own, labels=None) == own.controller.rules
+    found = parsed(made_up.fuzzy("flc", 1, 2, 3), labels=None, centroids=[[-9, 0, 1], [4, 2.6, 9]])
+    assert found.labels == (("NL", "ZR", "ZR"), ("PM", "PS", "PL"))
+
+
+def test_a_larger_label_cannot_have_a_smaller_number():
+    own = named_design(FLC)
+    table = [list(row) for row in own.controller.rules.centroids]
+    table[1][2] = 9.0  # an NM above the PS of 8
+    told = r"mine.json: controller.rules.labels.1.2 = 'NM' is 9 and labels.\d.\d = 'NS' is -8: a"
+    with pytest.raises(UserError, match=told):
+        parsed(own, centroids=table)
+    assert parsed(own, centroids=table, labels=None).labels[1][2] == "PS"
+    table[1][2] = -9.0  # between its neighbours
+    assert parsed(own, centroids=table).labels == own.controller.rules.labels
+
+
+def test_a_named_singleton_is_one_number():
+    own = made_up.named(2, 2, 3)
+    rules = own.controller.rules
+    assert parsed(own, centroids=None) == rules
+    table = [list(row) for row in rules.centroids]
+    table[1][0] += 1.0
+    told = r"rules.centroids.1.0 = .*: its label (slow|fast) stands for .* in output_terms"
+    with pytest.raises(UserError, match=told):
+        parsed(own, centroids=table)
+    with pytest.raises(
+        UserError, match=r"labels.0.0 = 'PL': is no output term; there is slow, fast"
+    ):
+        parsed(own, labels=[["PL"] * 3] * 2)
+
+
+def test_what_adapts_is_labelled_by_what_it_is_by_now():
+    """Its numbers move past one another; a file of it from before is read all the same."""
+    own = named_design("jee-koren-2004-aflc")
+    table = np.array(own.controller.rules.centroids)
+    table[1, 2] = 20.0
+    moved = own.controller.rules.moved(table)
+    assert moved.labels[1][2] == "PM"
+    assert parsed(own, centroids=table.tolist()).labels == moved.labels
+    table[1, 2] = -15.0
+    assert own.controller.rules.moved(table).labels == own.controller.rules.labels
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"rules": {"centroids": [[0.0] * 3] * 4}}, r"has 4 x 3 entries; 5 error_terms and 3 err"),
+        ({"names": {"error": "a", "output": "A"}}, "two of error, error_change, output are called"),
+        ({"names": {"error": "e; DROP"}}, "controller.names.error = 'e; DROP'"),
+    ],
+)
+def test_shapes_and_names_that_do_not_fit(change, told):
+    data = json.loads(design_json(made_up.fuzzy("flc", 1, 5, 3)))
+    data["controller"] |= change
+    with pytest.raises(UserError, match=told):
+        parse_design(json.dumps(data), "mine.json")

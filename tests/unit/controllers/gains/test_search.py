@@ -1,0 +1,91 @@
+"""Controllers whose gains are a few numbers, by search: pd and pid."""
+
+import numpy as np
+import pytest
+
+from hfc_design import api
+from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.controllers.kinds import KINDS
+from hfc_design.search.loop import generations, searcher
+from hfc_design.search.strategies.race import RaceSettings
+from hfc_design.search.strategy import Task
+
+RANGES = {"k_p": (0.1, 1000.0), "k_i": (0.0, 8.0), "k_d": (-1.0, 3.0)}
+GENOME = GainsGenome(
+    KINDS.get("pid").settings(kind="pid", ranges=RANGES),
+    api.load_scenario("feed-drive-line").target,
+)
+
+
+def individuals(*places):
+    return GainVectors(np.zeros(len(places), int), np.array(places, float))
+
+
+def test_places_of_gains_in_their_ranges():
+    """0.1 to 1000 are four decades; the other two ranges reach to zero or below it."""
+    found = GENOME.gains(individuals([0.0, 0.0, 0.0], [0.25, 0.25, 0.25], [1.0, 1.0, 1.0]))
+    np.testing.assert_allclose(found.k_p, [0.1, 1.0, 1000.0])
+    np.testing.assert_allclose(found.k_i, [0.0, 2.0, 8.0])
+    np.testing.assert_allclose(found.k_d, [-1.0, 0.0, 3.0])
+    record = GENOME.record(individuals([0.5, 0.5, 0.5]))
+    assert record == {"kind": "pid", "pid": pytest.approx({"k_p": 10.0, "k_i": 4.0, "k_d": 1.0})}
+
+
+def test_nothing_leaves_the_ranges():
+    rng = np.random.default_rng(1)
+    found = GENOME.fresh(np.zeros(500, int), rng)
+    for _ in range(5):
+        mutated = GENOME.mutated(found, np.full(500, 1.0), rng)
+        share = rng.uniform(-0.25, 1.25, 500)
+        found = GENOME.nudged(GENOME.blended(mutated, found, share), rng)
+        assert found.places.min() >= 0.0
+        assert found.places.max() <= 1.0
+    assert len(np.unique(found.places)) > 1000
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_race_finds_the_best_gains(seed):
+    """Of a score that has its best at k_p = 30, k_i = 6, k_d = -0.5."""
+
+    def score(population, generation, needed=None):
+        gains = GENOME.gains(population)
+        off = np.log(gains.k_p / 30.0) ** 2 + (gains.k_i - 6.0) ** 2 + (gains.k_d + 0.5) ** 2
+        return 1.0 / (1.0 + off)
+
+    settings = RaceSettings(population=32, generations=150)
+    race = searcher(settings, Task(GENOME))
+    *_, search = generations(race, GENOME, 150, seed, score)
+    found = GENOME.gains(search.archive.population)
+    assert found.k_p[0] == pytest.approx(30.0, rel=1e-3)
+    assert found.k_i[0] == pytest.approx(6.0, abs=1e-3)
+    assert found.k_d[0] == pytest.approx(-0.5, abs=1e-3)
+
+
+NO_RANGE = "no range; those that 'pd' has are for c-axis, not for"
+
+
+@pytest.mark.parametrize(
+    ("plant", "kind", "told"),
+    [
+        (
+            "milling-table",
+            "pd",
+            rf"controller.ranges: kp, kd: {NO_RANGE} milling-table \(errors in",
+        ),
+        (
+            "c-axis",
+            "pid",
+            r"k_p, k_i, k_d: no range; .* not for c-axis \(errors in rad, commands in",
+        ),
+    ],
+)
+def test_ranges_are_for_plants_of_their_units(plant, kind, told):
+    scenario = {"plant": {"name": plant}, "controller": {"kind": kind}}
+    with pytest.raises(api.UserError, match=told):
+        api.load_scenario(scenario)
+    own = {key: [1.0, 2.0] for key in KINDS.get(kind).settings.own_ranges._fields}
+    part = dict(list(own.items())[1:])
+    with pytest.raises(api.UserError, match=f"controller.ranges: {next(iter(own))}: no range"):
+        api.load_scenario(scenario | {"controller": {"kind": kind, "ranges": part}})
+    found = api.load_scenario(scenario | {"controller": {"kind": kind, "ranges": own}})
+    assert set(found.controller.searched()) == {(1.0, 2.0)}

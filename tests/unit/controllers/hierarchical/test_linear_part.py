@@ -1,0 +1,223 @@
+"""A hierarchy on a linear part: its law by hand, what tells of it, what a search makes of it."""
+
+import json
+
+import made_up
+import numpy as np
+import pytest
+from sledge import hfc, refused
+
+from hfc_design import api
+from hfc_design.controllers.genome import taken
+from hfc_design.controllers.hierarchical.loop import open_loop, slopes
+from hfc_design.controllers.linear import model as linear
+from hfc_design.files.design import Design, design_json
+from hfc_design.files.machine import PlantSettings
+from hfc_design.runs.individuals import genome_of
+from hfc_design.runtime import Controller
+
+INPUTS = [
+    {"name": "error", "scale": 3000.0},
+    {"name": "error_rate", "scale": 50.0},
+    {"name": "reference_rate", "scale": 50.0},
+]
+SMALL = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 6}
+
+
+def on_linear(name="c-axis-ramp", part=None, **changes):
+    own = {"kind": "pd+hierarchical-fuzzy", "inputs": INPUTS, "linear": part or {}}
+    return api.load_scenario(name, {"controller": own, **SMALL, **changes})
+
+
+def alone(design):
+    """The same hierarchy beside its PD."""
+    data = design.model_dump(mode="json")
+    data["controller"].pop("linear")
+    return Design.model_validate(data | {"limits": {}})
+
+
+@pytest.mark.parametrize("limit", [None, 60.0])
+def test_the_command_by_hand(limit):
+    """PD and hierarchy as without a linear part; the rest, and when it is held, with NumPy."""
+    design = made_up.hierarchy_on_linear(7)
+    design = made_up.limited(design, limit) if limit else design
+    own, every = design.controller.linear, design.controller.sample_time_s
+    names = list(design.kind.reads(design.controller))
+    random = np.random.default_rng(0)
+    rows = np.cumsum(random.normal(0.0, 0.05, (300, len(names))), axis=0)
+    controller, other, integral, held = Controller(design), Controller(alone(design)), 0.0, 0
+    for row in rows.tolist():
+        told = dict(zip(names, row, strict=True))
+        ahead = own.feed_forward
+        direction = min(max(told["reference_rate"] / ahead.coulomb_width, -1.0), 1.0)
+        command = other.step(told) + integral
+        command += sum(gain * told[name] for name, gain in own.signals.items())
+        command += ahead.velocity * told["reference_rate"] + ahead.coulomb * direction
+        command += ahead.acceleration * told["reference_acceleration"]
+        command += ahead.load * ahead.expected_load
+        step = own.ki * every * told["error"]
+        if limit and abs(command) > limit and step * command > 0.0:
+            held += 1
+        else:
+            integral += step
+        expected = np.clip(command, -limit, limit) if limit else command
+        assert controller.step(told) == pytest.approx(expected, rel=1e-12, abs=1e-9)
+    assert bool(held) == bool(limit)
+
+
+def test_reset_forgets_the_integral():
+    controller = Controller(made_up.hierarchy_on_linear(7))
+    names = controller._whole.kind.reads(controller.design)
+    told = dict.fromkeys(names, 0.1)
+    first = controller.step(told)
+    assert controller.step(told) != first
+    controller.reset()
+    assert controller.step(told) == first
+
+
+def test_the_shares_add_up_to_the_command(tmp_path):
+    design = made_up.hierarchy_on_linear(7)
+    (tmp_path / "design.json").write_text(design_json(design))
+    names = design.kind.reads(design.controller)
+    at = ",".join(f"{name}={0.01 * k:g}" for k, name in enumerate(names, 1))
+    done = hfc("explain", tmp_path / "design.json", "--at", at, "--at", at, "--json")
+    found = json.loads(done.stdout)
+    own = design.controller.linear
+    assert sum(found["parts"].values()) == pytest.approx(found["command"], rel=1e-12)
+    assert found["parts"]["integral"] == pytest.approx(own.ki * 0.001 * 0.01)
+    for name, gain in own.signals.items():
+        assert found["parts"][name] == pytest.approx(gain * found["signals"][name])
+    velocity = own.feed_forward.velocity * found["signals"]["reference_rate"]
+    assert found["parts"]["feed-forward of velocity"] == pytest.approx(velocity)
+    assert found["parts"]["fuzzy"] == pytest.approx(10.0 * found["units"][-1]["output"])
+    assert (
+        "feed-forward of coulomb"
+        in hfc("explain", tmp_path / "design.json", "--at", at, "--at", at).stdout
+    )
+    assert found["units_of_signals"]["reference_acceleration"] == "rad/s2"
+
+
+@pytest.mark.parametrize("seed", [4, 5, 7])
+def test_slopes_are_those_of_the_command(seed):
+    """Of the runtime, from two small readings; of the sample before from two samples."""
+    design = alone(made_up.hierarchy_on_linear(seed, 6))
+    names = design.kind.reads(design.controller)
+    pd, rest = design.controller.pd, dict.fromkeys(names, 0.0)
+    gains, found = {"error": pd.kp, "error_rate": pd.kd}, slopes(design.controller)
+    for name, slope in found.items():
+        signal = name.removeprefix("previous_")
+        commands = []
+        for reading in (1e-5, -1e-5):
+            controller = Controller(design)
+            first = controller.step(rest | {signal: reading})
+            commands.append(first if name == signal else controller.step(rest))
+        numeric = (commands[0] - commands[1]) / 2e-5
+        expected = slope + (gains.get(name, 0.0) if name == signal else 0.0)
+        assert numeric == pytest.approx(expected, rel=1e-4, abs=1e-4 * pd.kp)
+
+
+def test_a_slope_counts_as_a_gain_and_the_sample_before_as_a_state():
+    """The loop of x = a x + b u with u = c x + d x_before has the poles of the larger matrix."""
+    design = made_up.hierarchy_on_linear(7)
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    loop = open_loop(design.controller, axis.drive, axis.parameters)
+    plain = linear.open_loop(design.controller.linear_part, axis.drive, axis.parameters)
+    assert len(loop.b) == len(plain.b) + 1  # previous_spindle_velocity
+    steep = slopes(design.controller)
+    model = linear.nominal(axis.drive, axis.parameters, 0.001)
+    size, row = len(model.b), model.outputs["spindle_velocity"]
+    more = loop.c[:size] - plain.c[:size]
+    expected = sum(
+        slope * model.outputs[name] for name, slope in steep.items() if name in model.outputs
+    )
+    np.testing.assert_allclose(more, expected, rtol=1e-9, atol=1e-6)
+    np.testing.assert_array_equal(loop.a[-1, :size], row)
+    assert loop.c[-1] == steep["previous_spindle_velocity"]
+
+
+@pytest.mark.parametrize(
+    ("part", "told"),
+    [
+        ({"signals": ["torque"]}, "controller.linear.signals: 'torque' is no signal of the c-axis"),
+        ({"ranges": {"kp": [1, 2]}}, "controller.linear.ranges.kp: unknown; there is integral"),
+        ({"tolerances": {"error": 1.0}}, "controller.linear.tolerances: need limits.command"),
+        ({"coulomb_width": 0.0}, "controller.linear.coulomb_width = 0.0"),
+        ({"kind": "lqr"}, "controller.linear.kind = 'lqr'"),
+        ({"signals": ["deflection_rate", "rotor_velocity"]}, "controller.linear.signals: 'rotor_"),
+    ],
+)
+def test_settings_that_cannot_be_searched_are_told_by_their_key(part, told):
+    with pytest.raises(api.UserError) as refusal:
+        genome_of(on_linear(part=part))
+    assert told in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"signals": {"torque": 1.0}}, "reads 'torque', no signal of the plant 'c-axis'; there is"),
+        ({"signals": {"error": 1.0}}, "linear.signals.error: has a gain of its own name"),
+        ({"feed_forward": {"coulomb": 1.0}}, "linear.feed_forward.coulomb_width: is missing"),
+        ({"feed_forward": {"load": "x"}}, "linear.feed_forward.load = 'x'"),
+        ({"kp": 1.0}, "linear.kp = 1.0"),
+    ],
+)
+def test_a_file_that_is_none_is_told_in_a_line(change, told, tmp_path):
+    data = json.loads(design_json(made_up.hierarchy_on_linear(7)))
+    data["controller"]["linear"] = change
+    (tmp_path / "mine.json").write_text(json.dumps(data))
+    assert told in refused("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
+
+
+def test_a_signal_may_be_an_input_too():
+    data = json.loads(design_json(made_up.hierarchy_on_linear(7)))
+    data["controller"]["linear"]["signals"] = {"spindle_velocity": 2.0}
+    both = Design.model_validate(data)
+    assert both.kind.reads(both.controller).count("spindle_velocity") == 1
+
+
+def test_the_paper_s_algorithm_searches_a_pd_alone():
+    with pytest.raises(api.UserError, match="beside a PD alone; use cma or race"):
+        on_linear(**{"search.preset": "lin-lee-1999"})
+
+
+def test_what_the_population_does_the_design_file_does():
+    """The load that is expected too, which the file holds as gain times load."""
+    own = {"expected_load": 5.0, "load_frequencies_rad_s": [1.0, 50.0]}
+    genome = genome_of(on_linear("c-axis-ramp-cutting", own))
+    found = genome.fresh(np.zeros(4, int), np.random.default_rng(1))
+    gains = genome.gains(found).linear
+    for k in range(4):
+        record = genome.record(taken(found, slice(k, k + 1)))
+        own = Design.model_validate(
+            {
+                "name": "one",
+                "plant": {"name": "c-axis", "parameters": {}},
+                "controller": {**record, "sample_time_s": 0.001},
+            }
+        ).controller
+        for name, value in own.linear_part.gains()._asdict().items():
+            np.testing.assert_allclose(
+                np.ravel(value), np.ravel(np.asarray(getattr(gains, name))[..., k]), rtol=1e-12
+            )
+    assert gains.load[0] != 0.0
+
+
+def test_a_blend_beyond_its_ends_is_a_design():
+    """Of a width of 1 and one of 2 mrad/s, a quarter and more beyond: none is 0 or below it."""
+    genome = genome_of(on_linear("c-axis-ramp-cutting", {}))
+    found = genome.fresh(np.zeros(9, int), np.random.default_rng(1))
+    width = genome.ends[-1] + 3
+    ends = []
+    for value in (1e-3, 2e-3):
+        linear = found.linear.copy()
+        linear[:, width] = value
+        ends.append(found._replace(linear=linear))
+    blended = genome.blended(*ends, np.linspace(-2.0, 2.0, 9))
+    expected = np.maximum(1e-3 + 1e-3 * np.linspace(-2.0, 2.0, 9), 1e-5)
+    np.testing.assert_allclose(blended.linear[:, width], expected)
+    for k in range(9):
+        record = {**genome.record(taken(blended, slice(k, k + 1))), "sample_time_s": 0.001}
+        plant = {"name": "c-axis", "parameters": {}}
+        Design.model_validate({"name": "one", "plant": plant, "controller": record})

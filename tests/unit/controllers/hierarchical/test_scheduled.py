@@ -1,0 +1,332 @@
+"""A law that the root of a hierarchy multiplies: its command by hand, and what tells of it."""
+
+import json
+
+import made_up
+import numpy as np
+import pytest
+from sledge import hfc, refused
+from wiring import units
+
+from hfc_design import api
+from hfc_design.controllers.hierarchical.loop import open_loop
+from hfc_design.controllers.hierarchical.schedule_section import schedule
+from hfc_design.controllers.hierarchical.units import SHARE, _universe, units_that_matter
+from hfc_design.controllers.linear import model as linear
+from hfc_design.files.design import Design, design_json
+from hfc_design.files.machine import PlantSettings
+from hfc_design.formats import FORMATS
+from hfc_design.runtime import Controller
+from hfc_design.stability.margins import margins
+
+
+def law(part, told, kp, kd):
+    """A linear law without its integral, term by term."""
+    ahead = part.feed_forward
+    direction = np.clip(told["reference_rate"] / (ahead.coulomb_width or 1.0), -1.0, 1.0)
+    found = kp * told["error"] + kd * told["error_rate"]
+    found += sum(gain * told[name] for name, gain in part.signals.items())
+    found += ahead.velocity * told["reference_rate"] + ahead.coulomb * direction
+    found += ahead.acceleration * told["reference_acceleration"]
+    return found + ahead.load * ahead.expected_load
+
+
+def root(design, told, before):
+    """The root's output by LL eq. 3 and 4 with exp and loops; ``before`` is the last sample."""
+    values = {}
+    for item in design.controller.inputs:
+        name = item.name
+        reading = before.get(name[9:], 0.0) if name.startswith("previous_") else told[name]
+        values[name] = min(max(item.scale * reading, -1.0), 1.0)
+    for unit in units(design):
+        values[unit.name] = unit.expected(values[unit.row], values[unit.column])
+    return values[unit.name]
+
+
+def changed(design, **parts):
+    data = design.model_dump(mode="json")
+    data["controller"] |= parts
+    return Design.model_validate(data)
+
+
+@pytest.mark.parametrize("seed", [3, 5, 7])
+@pytest.mark.parametrize("limit", [None, 60.0])
+def test_the_command_by_hand(seed, limit):
+    """linear(x) + output_scale root(inputs) scheduled(x); both integrals are one sum."""
+    design = made_up.scheduling(seed)
+    design = made_up.limited(design, limit) if limit else design
+    own, every = design.controller, design.controller.sample_time_s
+    names = list(design.kind.reads(own))
+    assert set(own.scheduled.signals) <= set(names)
+    rows = np.cumsum(np.random.default_rng(0).normal(0.0, 0.05, (200, len(names))), axis=0)
+    controller, integral, before, held = Controller(design), 0.0, {}, 0
+    for row in rows.tolist():
+        told = dict(zip(names, row, strict=True))
+        factor = own.output_scale * root(design, told, before)
+        command = law(own.linear, told, own.pd.kp, own.pd.kd) + integral
+        command += factor * law(own.scheduled, told, own.scheduled.kp, own.scheduled.kd)
+        step = (own.linear.ki + factor * own.scheduled.ki) * every * told["error"]
+        if limit and abs(command) > limit and step * command > 0.0:
+            held += 1
+        else:
+            integral += step
+        expected = np.clip(command, -limit, limit) if limit else command
+        assert controller.step(told) == pytest.approx(expected, rel=1e-11, abs=1e-9)
+        before = told
+    assert bool(held) == bool(limit)
+
+
+def test_a_root_of_nothing_leaves_the_linear_part_and_one_of_one_adds_the_law():
+    """Of the same gains twice a root that always says 1 makes the command twice as large."""
+    design = made_up.scheduling(7)
+    data = design.model_dump(mode="json")["controller"]
+    alike = data["linear"] | data["pd"]
+    for value, factor in ((0.0, 1.0), (1.0, 2.0)):
+        tables = [u | {"consequents": np.full((7, 7), value).tolist()} for u in data["units"]]
+        design = changed(design, scheduled=alike, units=tables, output_scale=1.0)
+        alone = changed(design, scheduled=None, output_scale=1e-300)
+        random = np.random.default_rng(1)
+        names = design.kind.reads(design.controller)
+        one, other = Controller(design), Controller(alone)
+        for row in random.normal(0.0, 0.1, (50, len(names))).tolist():
+            told = dict(zip(names, row, strict=True))
+            assert one.step(told) == pytest.approx(factor * other.step(told), rel=1e-12)
+
+
+def test_a_reading_that_is_none_is_a_fault_and_leaves_the_memory():
+    """Of every signal, those too that the scheduled law alone reads."""
+    design = made_up.scheduling(9)
+    own = design.controller
+    names = list(design.kind.reads(own))
+    inputs = {item.name.removeprefix("previous_") for item in own.inputs}
+    assert set(own.scheduled.signals) - set(own.linear.signals) - inputs
+    told = dict.fromkeys(names, 0.1)
+    controller, undisturbed = Controller(design), Controller(design)
+    assert controller.step(told) == undisturbed.step(told)
+    for name in names:
+        for odd in (np.nan, np.inf, -np.inf):
+            assert np.isnan(controller.step(told | {name: odd}))
+    assert controller._memory == undisturbed._memory
+    assert controller.step(told) == undisturbed.step(told)
+    controller.reset()
+    assert controller.step(told) == Controller(design).step(told)
+
+
+def explained(tmp_path, design, *arguments):
+    (tmp_path / "design.json").write_text(design_json(design))
+    names = design.kind.reads(design.controller)
+    at = ",".join(f"{name}={0.01 * k:g}" for k, name in enumerate(names, 1))
+    return hfc("explain", tmp_path / "design.json", "--at", at, "--at", at, *arguments).stdout
+
+
+def test_the_shares_add_up_to_the_command_and_to_the_law(tmp_path):
+    design = made_up.scheduling(7)
+    own = design.controller
+    found = json.loads(explained(tmp_path, design, "--json"))
+    assert sum(found["parts"].values()) == pytest.approx(found["command"], rel=1e-12)
+    told = found["signals"]
+    scheduled = law(own.scheduled, told, own.scheduled.kp, own.scheduled.kd)
+    assert sum(found["scheduled"].values()) == pytest.approx(scheduled, rel=1e-12)
+    for name, gain in own.scheduled.signals.items():
+        assert found["scheduled"][name] == pytest.approx(gain * told[name])
+    assert found["parts"]["fuzzy"] == pytest.approx(
+        10.0 * found["units"][-1]["output"] * scheduled, rel=1e-12
+    )
+    printed = explained(tmp_path, design)
+    assert "scheduled law [V]" in printed
+    assert "x 10 x scheduled law" in printed
+
+
+@pytest.mark.parametrize("seed", [2, 3, 9, 15])
+def test_the_loop_has_the_slopes_of_the_command(seed):
+    """Numerically from the runtime, about rest: d (root scheduled) has both of its terms."""
+    design = made_up.scheduling(seed, 6)
+    assert (design.controller.scheduled_part.gains().load != 0.0) == (seed != 3)
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    found = open_loop(design.controller, axis.drive, axis.parameters)
+    model = linear.nominal(axis.drive, axis.parameters, 0.001)
+    names, size = design.kind.reads(design.controller), len(model.b)
+    rest = dict.fromkeys(names, 0.0)
+    expected, sample_before = np.zeros(size), {}
+    for name in names:
+        commands, later = [], []
+        for reading in (1e-6, -1e-6):
+            controller = Controller(design)
+            commands.append(controller.step(rest | {name: reading}))
+            later.append(controller.step(rest))
+        if name in model.outputs:
+            expected += (commands[0] - commands[1]) / 2e-6 * model.outputs[name]
+            sample_before[name] = (later[0] - later[1]) / 2e-6
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(found.c[:size], expected, atol=1e-5 * scale)
+    # What the error leaves in the integral a sample later; of rates nothing is kept.
+    root_at_rest = design.controller.output_scale * root(design, rest, {})
+    ki = design.controller.linear.ki + root_at_rest * design.controller.scheduled.ki
+    np.testing.assert_allclose(found.a[size + 1, :size], ki * 0.001 * model.outputs["error"])
+    for k, name in enumerate(("spindle_velocity", "error")):
+        integrated = ki * 0.001 if name == "error" else 0.0
+        slope = sample_before[name] - integrated
+        assert found.c[size + 2 + k] == pytest.approx(slope, rel=1e-3, abs=1e-5 * scale)
+
+
+def test_margins_at_rest_are_those_of_the_law_that_holds_there(tmp_path):
+    """Tables that say c everywhere: the loop of ``pid+ff`` with the gains of both laws."""
+    design = made_up.scheduling(7)
+    own = design.controller.model_dump(mode="json")
+    tables = [u | {"consequents": np.full((7, 7), 0.02).tolist()} for u in own["units"]]
+    design = changed(design, units=tables)
+    sums = {}
+    for name in {*own["linear"]["signals"], *own["scheduled"]["signals"]}:
+        pair = (own[key]["signals"].get(name, 0.0) for key in ("linear", "scheduled"))
+        one, other = pair
+        sums[name] = one + 0.2 * other
+    one, other = own["linear"] | own["pd"], own["scheduled"]
+    gains = {key: one[key] + 0.2 * other[key] for key in ("kp", "ki", "kd")}
+    alike = made_up._design(
+        "c-axis", kind="pid+ff", sample_time_s=0.001, derivative_hz=0.0, signals=sums, **gains
+    )
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    found = margins(open_loop(design.controller, axis.drive, axis.parameters))
+    expected = margins(linear.open_loop(alike.controller, axis.drive, axis.parameters))
+    for key in ("stable", "gain_up", "gain_down", "phase", "delay"):
+        assert getattr(found, key) == pytest.approx(getattr(expected, key))
+    (tmp_path / "design.json").write_text(design_json(design))
+    told = " ".join(hfc("stability", tmp_path / "design.json").stdout.split())
+    assert "more or less of that law" in told
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"signals": {"torque": 1.0}}, "reads 'torque', no signal of the plant 'c-axis'; there is"),
+        ({"signals": {"error": 1.0}}, "scheduled.signals.error: has a gain of its own name"),
+        ({"feed_forward": {"coulomb": 1.0}}, "scheduled.feed_forward.coulomb_width: is missing"),
+        ({"kp": "x"}, "scheduled.kp = 'x'"),
+        ({"derivative_hz": 1.0}, "scheduled.derivative_hz = 1.0"),
+    ],
+)
+def test_a_file_that_is_none_is_told_in_a_line(change, told, tmp_path):
+    data = json.loads(design_json(made_up.scheduling(7)))
+    data["controller"]["scheduled"] = change
+    (tmp_path / "mine.json").write_text(json.dumps(data))
+    assert told in refused("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
+
+
+def test_without_a_linear_part_it_is_refused(tmp_path):
+    data = json.loads(design_json(made_up.scheduling(7)))
+    del data["controller"]["linear"]
+    (tmp_path / "mine.json").write_text(json.dumps(data))
+    told = refused("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
+    assert "scheduled: needs a linear part beside it" in told
+    inputs = [{"name": name, "scale": 10.0} for name in ("error", "error_rate")]
+    with pytest.raises(api.UserError, match=r"controller\.schedules: needs \[controller\.linear\]"):
+        api.load_scenario("c-axis-ramp", {"controller": {"inputs": inputs, "schedules": True}})
+
+
+@pytest.mark.parametrize("name", ["fll", "fcl", "fml", "fis"])
+def test_a_file_of_rules_says_what_it_lacks(name, tmp_path):
+    FORMATS[name].write(made_up.scheduling(7), tmp_path / "out")
+    (first, *_) = sorted((tmp_path / "out").glob("unit_*"))
+    assert "output multiplies a linear law" in first.read_text()
+    about = json.loads((tmp_path / "out" / "controller.json").read_text())
+    assert "* scheduled +" in about["steps"][-1]
+    assert about["scheduled"]["reads"].keys() >= about["scheduled"]["signals"].keys()
+
+
+def test_controller_m_names_every_signal(tmp_path):
+    """Those too that the scheduled law alone reads."""
+    design = made_up.scheduling(9)
+    FORMATS["fis"].write(design, tmp_path / "out")
+    lines = (tmp_path / "out" / "controller.m").read_text().splitlines()
+    (told,) = (line for line in lines if line.startswith("% Fields of signals: "))
+    named = {field.split()[0] for field in told.removeprefix("% Fields of signals: ").split(", ")}
+    assert named == set(design.kind.reads(design.controller))
+
+
+def test_without_exp_the_factor_s_deviation_is_told(tmp_path):
+    (tmp_path / "design.json").write_text(design_json(made_up.scheduling(7)))
+    arguments = (tmp_path / "design.json", "--to", "c", "--out", tmp_path / "c", "--lookup", 33)
+    told, command, _ = hfc("export", *arguments).stdout.splitlines()
+    assert told.startswith("largest deviation from the exact factor of the scheduled law: ")
+    assert "V" not in told
+    assert " V at most" in command
+    (source,) = (tmp_path / "c").glob("*.c")
+    assert "factor of the scheduled law that a search found" in source.read_text()
+
+
+def test_units_matter_by_what_they_do_to_the_whole_command():
+    """Against the law one point at a time, of inputs that are all that is read."""
+    names = ("error", "error_rate", "reference_rate")
+    data = made_up.scheduling(7, 3).model_dump(mode="json")["controller"]
+    text = json.dumps(data)
+    for old, new in zip((item["name"] for item in data["inputs"]), names, strict=True):
+        text = text.replace(f'"{old}"', f'"{new}"')
+    data = json.loads(text)
+    ahead = {"velocity": 700.0}
+    data["linear"] = {"feed_forward": {"velocity": 40.0}}
+    data["scheduled"] = {"kp": 90.0, "kd": -20.0, "feed_forward": ahead}
+    counts = []
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        for unit in data["units"]:
+            table = random.uniform(-1.0, 1.0, (7, 7)) * 10.0 ** random.uniform(-3.0, 0.3)
+            unit["consequents"] = table.tolist()
+        design = changed(made_up.scheduling(7, 3), **data)
+        counts.append(matter_by_hand(design))
+        gains = design.controller.gains()
+        assert units_that_matter(design.controller, population_of(gains)).tolist() == [counts[-1]]
+    assert len(set(counts)) > 1
+
+
+def matter_by_hand(design):
+    own = design.controller
+    points = _universe(len(own.inputs))[:, :, 0].T
+
+    def commands(design):
+        found = []
+        for point in points:
+            pairs = zip(own.inputs, point, strict=True)
+            told = {item.name: u / item.scale for item, u in pairs}
+            told["reference_acceleration"] = 0.0
+            found.append(Controller(design).step(told))
+        return np.array(found)
+
+    whole, count = commands(design), 0
+    for k in range(len(own.units)):
+        tables = design.model_dump(mode="json")["controller"]["units"]
+        mean = float(np.mean(tables[k]["consequents"]))
+        tables[k]["consequents"] = np.full((7, 7), mean).tolist()
+        off = whole - commands(changed(design, units=tables))
+        count += np.sqrt(np.mean(off**2)) > SHARE * np.sqrt(np.mean(whole**2))
+    return int(count)
+
+
+def population_of(gains):
+    """A population of one, its axis behind all others."""
+
+    def one(value):
+        if value is None or isinstance(value, float):
+            return value if value is None else np.array([value])
+        if hasattr(value, "_fields"):
+            return type(value)(*map(one, value))
+        return np.asarray(value)[..., None]
+
+    return one(gains)
+
+
+def test_the_drawing_is_of_the_root_s_output():
+    """Of each input, all others 0; what was a sample before is an input of its own."""
+    design = made_up.scheduling(9)
+    own = design.controller
+    names = {item.name: item.name for item in own.inputs}
+    (axes,) = schedule(own, names, dict.fromkeys(names, "rad")).figure.axes
+    assert len(axes.lines) == len(own.inputs)
+    for line, item in zip(axes.lines, own.inputs, strict=True):
+        u, found = line.get_data()
+        assert line.get_label() == f"{item.name}, 1 is {1.0 / item.scale:.3g} rad"
+        for k in range(0, len(u), 25):
+            told = dict.fromkeys(design.kind.reads(own), 0.0)
+            before = {}
+            where = before if item.name.startswith("previous_") else told
+            where[item.name.removeprefix("previous_")] = u[k] / item.scale
+            assert found[k] == pytest.approx(10.0 * root(design, told, before), rel=1e-12)

@@ -1,0 +1,137 @@
+"""Resonators beside a hierarchy, alone and shared with the law that its root multiplies."""
+
+import json
+
+import made_up
+import numpy as np
+import pytest
+from sledge import hfc, refused
+from wiring import units
+
+from hfc_design.controllers.hierarchical.loop import open_loop
+from hfc_design.controllers.linear import model as linear
+from hfc_design.files.design import Design, design_json
+from hfc_design.files.machine import PlantSettings
+from hfc_design.runtime import Controller
+from hfc_design.stability.margins import margins
+
+FREQUENCIES = (3.0, 700.0)
+
+
+def made(seed, **parts):
+    """Two laws with resonators and without integrals."""
+    data = made_up.resonating(made_up.scheduling(seed), seed, *FREQUENCIES).model_dump(mode="json")
+    for law in ("linear", "scheduled"):
+        data["controller"][law]["ki"] = 0.0
+    data["controller"] |= parts
+    return Design.model_validate(data)
+
+
+def without(design):
+    data = design.model_dump(mode="json")
+    for law in ("linear", "scheduled"):
+        data["controller"][law].pop("resonators")
+    return Design.model_validate(data)
+
+
+def root(design, told, before):
+    """The root's output by LL eq. 3 and 4."""
+    values = {}
+    for item in design.controller.inputs:
+        name = item.name
+        reading = before.get(name[9:], 0.0) if name.startswith("previous_") else told[name]
+        values[name] = min(max(item.scale * reading, -1.0), 1.0)
+    for unit in units(design):
+        values[unit.name] = unit.expected(values[unit.row], values[unit.column])
+    return values[unit.name]
+
+
+@pytest.mark.parametrize("limit", [None, 60.0])
+def test_the_command_by_hand(limit):
+    """What both laws drive is one phasor a frequency, r+ = r exp(-i w T) + T e (p - i q)."""
+    plain = made(5)
+    own, every = plain.controller, plain.controller.sample_time_s
+    gains = {
+        law: np.array([x.in_phase - 1j * x.quadrature for x in getattr(own, law).resonators])
+        for law in ("linear", "scheduled")
+    }
+    names = list(plain.kind.reads(own))
+    rows = np.cumsum(np.random.default_rng(0).normal(0.0, 0.05, (200, len(names))), axis=0)
+    controller, base = Controller(made_up.limited(plain, limit)), Controller(without(plain))
+    phasors, before, held = np.zeros(2, complex), {}, 0
+    for row in rows.tolist():
+        told = dict(zip(names, row, strict=True))
+        command = base.step(told) + phasors.real.sum()
+        expected = np.clip(command, -limit, limit) if limit else command
+        assert controller.step(told) == pytest.approx(expected, rel=1e-11, abs=1e-9)
+        factor = own.output_scale * root(plain, told, before)
+        steps = every * told["error"] * (gains["linear"] + factor * gains["scheduled"])
+        winds = (abs(command) > (limit or np.inf)) & (steps.real * command > 0.0)
+        phasors = phasors * np.exp(-1j * every * np.array(FREQUENCIES)) + ~winds * steps
+        held, before = held + winds.sum(), told
+    assert bool(held) == bool(limit)
+
+
+def test_the_shares_add_up_to_the_command(tmp_path):
+    design = made(7)
+    (tmp_path / "design.json").write_text(design_json(design))
+    names = design.kind.reads(design.controller)
+    at = ",".join(f"{name}={0.01 * k:g}" for k, name in enumerate(names, 1))
+    arguments = ("explain", tmp_path / "design.json", "--at", at, "--at", at)
+    found = json.loads(hfc(*arguments, "--json").stdout)
+    assert sum(found["parts"].values()) == pytest.approx(found["command"], rel=1e-12)
+    assert found["parts"]["resonator of 700 rad/s"] != 0.0
+    assert not [name for name in found["scheduled"] if "resonator" in name]
+    assert "resonator of 3 rad/s" in hfc(*arguments).stdout
+
+
+def test_margins_at_rest_are_those_of_the_law_that_holds_there():
+    """Tables that say 0.02 everywhere: the loop of ``pid+ff`` with the gains of both laws."""
+    design = made(7)
+    own = design.controller.model_dump(mode="json")
+    tables = [u | {"consequents": np.full((7, 7), 0.02).tolist()} for u in own["units"]]
+    design = made(7, units=tables)
+
+    def both(key, one, other):
+        return one[key] + 0.2 * other[key]
+
+    one, other = own["linear"] | own["pd"], own["scheduled"]
+    names = {*one["signals"], *other["signals"]}
+    every = [{key: law["signals"].get(key, 0.0) for key in names} for law in (one, other)]
+    pairs = list(zip(one["resonators"], other["resonators"], strict=True))
+    turning = [x | {k: both(k, x, y) for k in ("in_phase", "quadrature")} for x, y in pairs]
+    alike = made_up._design(
+        "c-axis",
+        kind="pid+ff",
+        sample_time_s=0.001,
+        kp=both("kp", one, other),
+        kd=both("kd", one, other),
+        signals={key: both(key, *every) for key in names},
+        resonators=turning,
+    )
+    axis = PlantSettings(**design.plant.model_dump()).each()[0]
+    loops = (
+        open_loop(design.controller, axis.drive, axis.parameters),
+        linear.open_loop(alike.controller, axis.drive, axis.parameters),
+    )
+    angles = np.linspace(0.01, 3.1, 40)
+    np.testing.assert_allclose(*(loop.transfer(angles) for loop in loops), rtol=1e-6)
+    found, expected = map(margins, loops)
+    assert found.delay == pytest.approx(expected.delay)
+
+
+@pytest.mark.parametrize(
+    ("law", "frequencies", "told"),
+    [
+        ("scheduled", [3.0], "scheduled.resonators: have to be of the frequencies of linear"),
+        ("linear", [], "scheduled.resonators: have to be of the frequencies of linear"),
+        ("linear", [3.0, 4000.0], "linear.resonators: 4000 rad/s has to be below 3141.59"),
+        ("linear", [700.0, 3.0], "linear.resonators = "),
+    ],
+)
+def test_a_file_that_is_none_is_told_in_a_line(law, frequencies, told, tmp_path):
+    data = json.loads(design_json(made(7)))
+    gains = {"in_phase": 1.0, "quadrature": 1.0}
+    data["controller"][law]["resonators"] = [{"frequency_rad_s": x, **gains} for x in frequencies]
+    (tmp_path / "mine.json").write_text(json.dumps(data))
+    assert told in refused("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")

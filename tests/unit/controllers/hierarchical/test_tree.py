@@ -1,0 +1,193 @@
+"""Trees, genes and their evaluation (LL section 3.2)."""
+
+from itertools import product
+
+import numpy as np
+import oracle
+import pytest
+from hierarchies import encode, valid
+
+from hfc_design.controllers.hierarchical.tree import (
+    Unit,
+    decode,
+    reachable,
+    trees,
+    unit_count,
+)
+from hfc_design.files.pairing import load_design
+
+COUNTS = {2: 1, 3: 3, 4: 15, 5: 105, 6: 945}  # (2 i - 3)!!
+
+
+def shape(node):
+    """A nested tree without order: which inputs come together, whatever is column or row."""
+    return node if isinstance(node, int) else frozenset(map(shape, node[:2]))
+
+
+def nested(tree):
+    """A ``Tree`` as nested triples with the unit's number in the place of a table."""
+    pairs = [(unit.column, unit.row) for unit in tree]
+    return oracle.nested(len(tree) + 1, pairs, range(len(tree)))
+
+
+def all_shapes(leaves):
+    """Every way to pair ``leaves`` up, by splitting them in two in every way."""
+    if len(leaves) == 1:
+        return {leaves[0]}
+    found = set()
+    for sides in product((0, 1), repeat=len(leaves)):
+        left = tuple(leaf for leaf, side in zip(leaves, sides, strict=True) if side)
+        right = tuple(leaf for leaf in leaves if leaf not in left)
+        if left and right:
+            found |= {frozenset(pair) for pair in product(all_shapes(left), all_shapes(right))}
+    return found
+
+
+@pytest.mark.parametrize("inputs", COUNTS)
+def test_trees_are_all_the_ways_to_pair_inputs(inputs):
+    found = [shape(nested(tree)) for tree in trees(inputs)]
+    assert len(found) == COUNTS[inputs]
+    assert set(found) == all_shapes(tuple(range(inputs)))
+
+
+@pytest.mark.parametrize("inputs", COUNTS)
+def test_decode_undoes_encode(inputs):
+    for tree in trees(inputs):
+        assert decode(encode(tree)) == tree
+
+
+def reduced(gene):
+    """The reduction of LL steps 2(ii) and 2(iii), read off the heap from the root; None if invalid.
+
+    A unit is what enters it and what its two children pass on.
+    """
+    units = 2 ** (len(gene) - 2)
+
+    def passed(unit):
+        """What leaves a unit: nothing, one input, or a pair; False where three come together."""
+        if unit >= units:
+            return None
+        parts = [leaf for leaf, place in enumerate(gene) if place == unit]
+        for child in (2 * unit + 1, 2 * unit + 2):
+            part = passed(child)
+            if part is False:
+                return False
+            if part is not None:
+                parts.append(part)
+        if len(parts) > 2:
+            return False
+        return frozenset(parts) if len(parts) == 2 else parts[0] if parts else None
+
+    found = passed(0)
+    return None if found is False else found
+
+
+# The space of genes, counted exhaustively.
+@pytest.mark.parametrize(("inputs", "genes", "good"), [(3, 8, 3), (4, 256, 48), (5, 32768, 6300)])
+def test_every_gene(inputs, genes, good):
+    every = np.array(list(product(range(2 ** (inputs - 2)), repeat=inputs)))
+    decoded = [decode(gene) for gene in every.tolist()]
+    assert len(decoded) == genes
+    assert sum(tree is not None for tree in decoded) == good
+    assert [tree is not None for tree in decoded] == valid(every).tolist()
+    assert [tree and shape(nested(tree)) for tree in decoded] == [
+        reduced(gene) for gene in every.tolist()
+    ]
+    assert set(decoded) == {None, *trees(inputs)}
+
+
+def test_valid_agrees_with_decode_for_six_inputs():
+    genes = np.random.default_rng(1).integers(0, 16, (3000, 6))
+    found = valid(genes)
+    assert 500 < found.sum() < 1100  # 26 % of them
+    assert found.tolist() == [decode(gene) is not None for gene in genes.tolist()]
+    assert found.tolist() == [reduced(gene) is not None for gene in genes.tolist()]
+
+
+# Inputs in the paper's order: e, delta, ddelta/dt, omega_c(t), omega_c(t-1) = 0 .. 4.
+E_, DELTA, RATE, NOW, BEFORE = range(5)
+
+
+def test_structure_of_table_1():
+    """omega_c(t), omega_c(t-1) -> 7; (7, delta) -> 3; (3, e) -> 1; (1, ddelta/dt) -> 0."""
+    tree = decode([1, 3, 0, 7, 7])
+    assert [unit.heap_id for unit in tree] == [7, 3, 1, 0]
+    assert tree == (Unit(7, NOW, BEFORE), Unit(3, 5, DELTA), Unit(1, 6, E_), Unit(0, 7, RATE))
+
+
+def test_structure_of_table_2():
+    """(e, omega_c(t-1)) -> 3; (omega_c(t), ddelta/dt) -> 2; (3, delta) -> 1; (1, 2) -> 0."""
+    tree = decode([3, 1, 2, 2, 3])
+    assert [unit.heap_id for unit in tree] == [3, 2, 1, 0]
+    three, two, one, root = tree
+    assert three == Unit(3, E_, BEFORE)
+    assert {two.column, two.row} == {NOW, RATE}
+    assert one == Unit(1, 5, DELTA)
+    assert root == Unit(0, 7, 6)
+
+
+def test_published_designs_have_the_printed_inputs():
+    """Input 1 stands over the columns of the paper's tables, input 2 beside the rows."""
+    printed = {
+        "lin-lee-1999-table-1": [
+            (7, "spindle_velocity", "previous_spindle_velocity", 0.4644, 0.4410),
+            (3, "unit-7", "deflection", 0.4958, 0.4434),
+            (1, "unit-3", "error", 0.4663, 0.4112),
+            (0, "unit-1", "deflection_rate", 0.5139, 0.4510),
+        ],
+        "lin-lee-1999-table-2": [
+            (3, "error", "previous_spindle_velocity", 1.5921, 1.5891),
+            (2, "spindle_velocity", "deflection_rate", 1.7269, 1.7209),
+            (1, "unit-3", "deflection", 1.5474, 1.6924),
+            (0, "unit-1", "unit-2", 1.5485, 1.6592),
+        ],
+    }
+    for name, units in printed.items():
+        found = load_design(name).controller.units
+        assert sorted(
+            (
+                unit.id,
+                unit.column_input,
+                unit.row_input,
+                unit.consequents[0][1],
+                unit.consequents[1][0],
+            )
+            for unit in found
+        ) == sorted(units)
+
+
+def test_unit_with_one_input_passes_it_on():
+    # A alone in unit 2 goes to the root; C and D meet in unit 3, which meets B in unit 1.
+    assert decode([2, 1, 3, 3]) == (Unit(3, 2, 3), Unit(1, 4, 1), Unit(0, 5, 0))
+    # Figure 5: D reaches B through unit 3 and C the root through unit 2, where three meet.
+    assert decode([0, 1, 2, 3]) is None
+    assert decode([0, 0, 0]) is None
+    assert decode([0, 1, 1]) == (Unit(1, 1, 2), Unit(0, 3, 0))
+
+
+def test_number_of_units():
+    assert [unit_count(inputs) for inputs in range(2, 7)] == [1, 2, 4, 8, 16]
+
+
+@pytest.mark.parametrize("gene", [[8, 0, 0, 0, 0], [-1, 0, 0], [0, 2, 1]])
+def test_gene_out_of_range_is_refused(gene):
+    with pytest.raises(ValueError, match=f"a gene of {len(gene)} inputs names units 0 to"):
+        decode(gene)
+
+
+@pytest.mark.parametrize("inputs", [0, 1, 7])
+def test_number_of_inputs_out_of_range_is_refused(inputs):
+    with pytest.raises(ValueError, match=f"a hierarchy has 2 to 6 inputs, not {inputs}"):
+        trees(inputs)
+    with pytest.raises(ValueError, match="a hierarchy has 2 to 6 inputs"):
+        decode([0] * inputs)
+
+
+@pytest.mark.parametrize("inputs", [2, 3, 4, 5, 6])
+def test_every_source_of_a_tree_is_reachable(inputs):
+    found = reachable(inputs)
+    for tree in trees(inputs):
+        for unit, (columns, rows) in zip(tree, found, strict=True):
+            assert unit.column in columns
+            assert unit.row in rows
+    assert [len(columns) for columns, _ in found][-1] <= 2

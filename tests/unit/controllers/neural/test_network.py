@@ -1,0 +1,60 @@
+"""Back-propagation against derivatives that JAX finds, momentum and the law by hand."""
+
+from math import tanh
+
+import numpy as np
+import pytest
+
+from hfc_design.controllers.neural.law import NeuralGains, neural
+from hfc_design.controllers.neural.network import Weights, changes, passed
+from hfc_design.controllers.neural.record import drawn
+from hfc_design.core.numbers import SCALARS
+
+RATE, SLOPE = 0.3, 0.7
+STILL = Weights([[0.0] * 3] * 5, [[0.0] * 6] * 2)
+
+
+def network(seed=0):
+    """Two inputs, five hidden units, two outputs."""
+    random = np.random.default_rng(seed)
+    return Weights(random.normal(size=(5, 3)).tolist(), random.normal(size=(2, 6)).tolist())
+
+
+def test_momentum_keeps_a_share_of_the_move_before():
+    weights, answer = network(), passed(SCALARS, network(), SLOPE, [0.4, -1.1])
+    alone = changes(SCALARS, weights, STILL, answer, [1.0, 0.5], RATE, 0.9, SLOPE)
+    again = changes(SCALARS, weights, alone, answer, [1.0, 0.5], RATE, 0.9, SLOPE)
+    for one, two in zip(alone, again, strict=True):
+        np.testing.assert_allclose(np.array(two), 1.9 * np.array(one), rtol=1e-12)
+
+
+def test_two_samples_of_the_law_by_hand():
+    """One hidden unit, errors counted in 2, changes in 4, commands in 10; limited to 12."""
+    gains = NeuralGains(2.0, 4.0, 10.0, rate=0.1, momentum=0.5, slope=0.5, xi=0.25)
+    law = neural(Weights([[1.0, -2.0, 0.5]], [[3.0, -1.0]]), 0.005, 12.0)
+    memory = law.initial_memory(0.0)
+    first, memory = law.step(SCALARS, gains, memory, {"error": 1.0})
+    h = tanh(0.5 * (0.5 * 1.0 - 2.0 * 0.25 + 0.5))  # e = 0.5, ce = 0.25
+    assert first == pytest.approx(10.0 * (3.0 * h - 1.0), rel=1e-14)
+    delta = 0.1 * (0.75 * 0.5 + 0.25 * 0.25)
+    back = delta * 3.0 * 0.5 * (1.0 - h * h)
+    hidden = [1.0 + back * 0.5, -2.0 + back * 0.25, 0.5 + back]
+    output = [3.0 + delta * h, -1.0 + delta]
+    assert memory.weights.hidden == [pytest.approx(hidden, rel=1e-14)]
+    assert memory.weights.output == [pytest.approx(output, rel=1e-14)]
+    # The second: the command would be beyond 12, and an error above 0 teaches nothing more.
+    second, after = law.step(SCALARS, gains, memory, {"error": 40.0})
+    assert second == 12.0
+    assert after.weights.output[0] == pytest.approx(
+        [w + 0.5 * (w - v) for w, v in zip(output, [3.0, -1.0], strict=True)], rel=1e-14
+    )
+
+
+def test_first_weights_are_uniform_and_the_seed_s():
+    found = [drawn(100, seed) for seed in (0, 0, 1)]
+    assert found[0] == found[1] != found[2]
+    values = np.concatenate([np.ravel(found[0].hidden), found[0].output])
+    assert values.size == 401
+    assert abs(values).max() <= 1.0
+    assert abs(values.mean()) < 0.1
+    assert values.std() == pytest.approx(1.0 / np.sqrt(3.0), rel=0.05)

@@ -1,0 +1,121 @@
+"""The self-organising controller: by hand, in the loop, and what Huang & Shy print."""
+
+import numpy as np
+import pytest
+
+from hfc_design.controllers.soc.law import SETS, SocGains, degrees, soc
+from hfc_design.controllers.soc.record import EMPTY
+from hfc_design.core.numbers import ARRAYS, SCALARS
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json, parse_design
+from hfc_design.files.pairing import load_design
+from hfc_design.runtime import Controller
+
+SOC = load_design("huang-soc")
+#: As printed, of an error in counts and a command in what the table holds.
+GAINS = SocGains(ge=1.0, gc=3.0, gu=0.5, gamma=0.5, xi=0.5)
+
+
+def stepped(errors, gains=GAINS, rules=EMPTY, limit=None):
+    """Commands, and the rules in the end."""
+    law = soc(rules, 0.005, limit)
+    memory, commands = law.initial_memory(0.0), []
+    for error in errors:
+        command, memory = law.step(SCALARS, gains, memory, {"error": error})
+        commands.append(command)
+    return commands, np.array(memory.rules)
+
+
+def test_degrees_are_linear_between_two_sets():
+    for value in np.linspace(-5.0, 5.0, 101):
+        found = np.array(degrees(SCALARS, float(value)))
+        assert found.sum() == pytest.approx(1.0)
+        assert (found > 0).sum() <= 2
+        assert found @ np.arange(-5, 6) == pytest.approx(value)
+
+
+def test_two_samples_by_hand():
+    """e = 1.25, ce = 3.75: a quarter of each lower set, and then the rules that this has moved.
+
+    The correction is 0.5 (0.5 * 1.25 + 0.5 * 3.75) = 1.25; the second sample, of the same error,
+    has ce = 0 and meets none of the four.
+    """
+    commands, rules = stepped([1.25, 1.25])
+    assert commands == [0.0, 0.0]
+    wanted = np.zeros((SETS, SETS))
+    wanted[6:8, 8:10] = 1.25 * np.outer([0.75, 0.25], [0.25, 0.75])
+    wanted[6:8, 5] = 0.5 * 0.5 * 1.25 * np.array([0.75, 0.25])
+    np.testing.assert_allclose(rules, wanted, atol=1e-15)
+    # Once more, from the table that it has learnt: 0.5 times the average of the four rules.
+    again, _ = stepped([1.25], rules=rules)
+    weights = np.outer([0.75, 0.25], [0.25, 0.75])
+    assert again[0] == pytest.approx(0.5 * (weights * wanted[6:8, 8:10]).sum())
+
+
+def test_an_error_beyond_the_sets_counts_as_the_outermost():
+    for error in (5.0, 80.0, 1e300):
+        _, rules = stepped([error])
+        wanted = np.zeros((SETS, SETS))
+        wanted[10, 10] = 0.5 * (0.5 * 5 + 0.5 * 5)
+        np.testing.assert_array_equal(rules, wanted)
+
+
+def test_rules_stop_where_the_command_does():
+    """At 2 V a rule of 4: it comes back at once, and does not wind up."""
+    commands, rules = stepped([3.0] * 50, limit=2.0)
+    assert rules.max() == 4.0
+    assert max(commands) == 2.0
+    _, after = stepped([-3.0, 3.0], rules=rules, limit=2.0)
+    assert after.max() == 4.0
+    free, unbound = stepped([3.0] * 50)
+    assert unbound.max() > 30.0
+    assert max(free) > 15.0
+
+
+def test_an_error_that_stays_is_integrated():
+    """Where one rule fires alone, it moves by gamma (1 - xi) e a sample."""
+    commands, _ = stepped([2.0] * 6)
+    assert np.diff(commands[1:]) == pytest.approx([0.5 * 0.5 * 0.5 * 2.0] * 4)
+
+
+def test_many_at_once_are_as_each_alone():
+    errors = np.cumsum(np.random.default_rng(1).normal(0, 1.0, (60, 4)), axis=0)
+    law = soc(EMPTY, 0.005, 3.0)
+    memory = law.initial_memory(np.zeros(4))
+    for k, row in enumerate(errors):
+        command, memory = law.step(ARRAYS, GAINS, memory, {"error": row})
+        if k == len(errors) - 1:
+            alone = [stepped(column, limit=3.0)[0][-1] for column in errors.T]
+            np.testing.assert_allclose(command, alone, rtol=1e-13)
+
+
+def test_what_was_learnt_is_a_design_that_goes_on():
+    """The runtime with the saved table does what it would have done without a break."""
+    errors = (0.2 * np.sin(np.arange(400) / 30.0)).tolist()
+    whole, first = Controller(SOC), Controller(SOC)
+    for error in errors[:200]:
+        whole.step({"error": error})
+        first.step({"error": error})
+    saved = SOC.model_copy(update={"controller": first.adapted()})
+    again = Controller(parse_design(design_json(saved), "again"))
+    again.remember({"error": errors[199]})
+    for error in errors[200:]:
+        assert again.step({"error": error}) == whole.step({"error": error})
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"controller.table": [[0.0] * 11] * 10}, "has to have at least 11 entries, not 10$"),
+        (
+            {"controller.table": [[0.0] * 12] * 11},
+            "controller.table.0 = .*at most 11 entries, not 12",
+        ),
+        ({"controller.table": [[0.0] * 10 + [float("inf")]] * 11}, "finite number"),
+        ({"controller.ge": 0.0}, "controller.ge = 0.0: has to be greater than 0"),
+        ({"controller.adaptation.xi": 1.2}, "controller.adaptation.xi = 1.2"),
+    ],
+)
+def test_bad_designs_are_one_line(change, told):
+    with pytest.raises(UserError, match=told):
+        load_design("huang-soc", change)

@@ -1,0 +1,121 @@
+"""A folder belongs to one process; dead holders block nobody, frozen ones lose it for good."""
+
+import os
+import socket
+import threading
+import time
+
+import pytest
+
+from hfc_design.core import lock
+from hfc_design.core.checkpoint import write_whole
+from hfc_design.core.lock import GRACE, LOCK, Overtaken, alone, check, claimed, in_use
+from hfc_design.core.records import RunError, UserError
+
+
+def old(path, seconds):
+    """Make a file look as if it had last been touched so long ago."""
+    os.utime(path, (time.time() - seconds,) * 2)
+
+
+def test_one_holder_and_nothing_is_left_behind(tmp_path):
+    folder = tmp_path / "new" / "run"
+    with alone(folder):
+        assert in_use(folder)
+        before = (folder / LOCK).stat()
+        with claimed(folder) as mine:
+            assert not mine
+        words = rf"{folder} is in use by process {os.getpid()} on {socket.gethostname()} since 2"
+        with pytest.raises(RunError, match=words) as refusal, alone(folder):
+            pass
+        assert refusal.value.exit_code == 1
+        assert (folder / LOCK).stat().st_ino == before.st_ino
+        check(folder / "result")
+    assert list(folder.iterdir()) == []
+    assert not in_use(folder)
+    assert not in_use(tmp_path / "none")
+    check(folder / "result")
+
+
+def test_of_many_who_take_a_silent_lock_one_has_it(tmp_path):
+    """Whoever else believes so for a moment is refused to write."""
+    for _ in range(5):
+        silent = lock._taken(tmp_path / LOCK)  # held, without a heart
+        old(tmp_path / LOCK, 1000)
+        gate, wrote = threading.Barrier(8), []
+
+        def take(gate=gate, wrote=wrote):
+            gate.wait()
+            with claimed(tmp_path) as mine:
+                gate.wait()  # all have tried
+                try:
+                    if mine:
+                        check(tmp_path / "result")
+                        wrote.append(mine)
+                except Overtaken:
+                    pass
+                gate.wait()
+
+        threads = [threading.Thread(target=take) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert len(wrote) == 1
+        assert list(tmp_path.iterdir()) == []
+        os.close(silent)
+
+
+def test_what_lies_in_the_place_of_a_lock(tmp_path):
+    """A link is not followed; whatever else is told in a line, or taken as a lock of nobody."""
+    path, target = tmp_path / LOCK, tmp_path / "target"
+    target.write_text("mine")
+    path.symlink_to(target)
+    with pytest.raises(RunError, match="cannot be written: "), alone(tmp_path):
+        pass
+    assert target.read_text() == "mine"
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(RunError, match="cannot be written: Is a directory"), alone(tmp_path):
+        pass
+    assert not in_use(tmp_path)
+    path.rmdir()
+    os.mkfifo(path)
+    assert not in_use(tmp_path)
+    path.unlink()
+    for text in (b"", b"\xff\x00\x1b[2J" * 100, b"x" * 10**6):
+        path.write_bytes(text)
+        with alone(tmp_path):
+            content = path.read_bytes()
+            path.write_bytes(text)
+            with pytest.raises(RunError) as refusal, alone(tmp_path):
+                pass
+            said = str(refusal.value).removeprefix(f"{tmp_path} is in use by ")
+            assert len(said) <= 200
+            assert said.isprintable()
+        assert content.endswith(b")\n")
+        assert not path.exists()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match="file/run: cannot be written"), alone(tmp_path / "file/run"):
+        pass
+
+
+def test_a_lock_that_a_user_has_removed_is_lost(tmp_path, tmp_path_factory):
+    other = tmp_path_factory.mktemp("other")
+    with alone(tmp_path):
+        (tmp_path / LOCK).unlink()
+        with pytest.raises(Overtaken, match="another process"):
+            write_whole(tmp_path / "result", b"")
+        (tmp_path / "tables").mkdir()
+        with pytest.raises(Overtaken):
+            write_whole(tmp_path / "tables" / "one", b"")
+        write_whole(other / "result", b"")
+    assert not (tmp_path / "result").exists()
+
+
+@pytest.mark.parametrize("value", ["", "soon", "0.5", "nan", "-1", "1e9"])
+def test_a_grace_that_is_none(value, tmp_path, monkeypatch):
+    monkeypatch.setenv(GRACE, value)
+    with pytest.raises(UserError, match=rf"{GRACE} = .*has to be a number"), alone(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,194 @@
+"""What the files of users say is read within limits; what is wrong is told in a line."""
+
+import bz2
+import gzip
+import json
+import lzma
+import os
+import threading
+from pathlib import Path
+
+import pytest
+
+from hfc_design.core.dotted import set_keys
+from hfc_design.core.records import LONGEST, UserError
+from hfc_design.core.texts import DEEPEST, LARGEST, MEGABYTE, json_of, read_text, read_toml, toml_of
+from hfc_design.files.design import design_json, named_design, parse_design
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.formats.reading import Wish, imported
+from hfc_design.motion.references import table_of
+
+
+def refused(read, *arguments):
+    with pytest.raises(UserError) as caught:
+        read(*arguments)
+    line = str(caught.value)
+    assert len(line) <= LONGEST == 520
+    assert line.isprintable()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x = " + "1" * 5000, "Exceeds the limit (4300 digits)"),
+        ("x = 0x" + "f" * 5000, "an integer is larger than any float"),
+        ("x = " + "[" * 3000, "lie in each other"),
+        ("x = " + "[" * 80 + "]" * 80, "lie in each other"),
+        ("x = " + "{a=" * 3000, "lie in each other"),
+        ("a" + ".a" * 50_000 + " = 1", "more than 64 parts"),
+        ('"a b"' + " . 'a'" * 50_000 + " = 1", "more than 64 parts"),
+        ("[" + "a." * 70 + "a]", "more than 64 parts"),
+        ('x = "\\ud800"', "not a Unicode scalar"),
+        ("x = 1\nx = 2", "Cannot overwrite"),
+    ],
+)
+def test_toml_that_breaks_its_parser_or_what_comes_after(text, words, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    line = refused(read_toml, file)
+    assert "mine.toml: is not valid TOML: " in line
+    assert words.lower() in line.lower()
+
+
+def test_dots_that_are_no_key():
+    dots = ", ".join(["0.5"] * 500)
+    text = f'a = [{dots}]\nb = "{"a." * 500}"\n# {"." * 300}\n' + ".".join("k" * 60) + " = 1"
+    assert toml_of(text)["a"] == [0.5] * 500
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"a": ' + "1" * 5000 + "}", "Exceeds the limit (4300 digits)"),
+        ("[" * 100_000, "lie in each other"),
+        ("[" * 80 + "]" * 80, "lie in each other"),
+        ('{"name": "\\ud800"}', "half a character"),
+        ('{"\\udfff": 1}', "half a character"),
+        ('{"a": 1, "b": {"c": 1, "c": 1}}', "'c' stands twice"),
+        ('{"a": NaN}', "NaN is no number"),
+        ('{"a": 1e999}', "inf is no number"),
+        ("", "Expecting value"),
+    ],
+)
+def test_json_that_breaks_its_parser_or_what_comes_after(text, words):
+    line = refused(parse_design, text, "mine.json")
+    assert line.startswith("mine.json: is not a whole JSON file: ")
+    assert words in line
+
+
+def test_as_deep_as_is_allowed():
+    assert json_of("[" * DEEPEST + "1" + "]" * DEEPEST)
+    assert toml_of("x = " + "[" * (DEEPEST - 1) + "]" * (DEEPEST - 1))
+
+
+@pytest.mark.parametrize(
+    "name", ["x" * 5000, "a\0b", "a\udcffb", "\x1b[31m\u202e", "/dev/zero", "/proc/self/mem", "/"]
+)
+@pytest.mark.parametrize("read", [load_scenario, named_design, read_text, read_toml])
+def test_names_that_no_file_can_have_and_files_without_end(read, name):
+    refused(read, name)
+
+
+@pytest.mark.parametrize("ending", [".fll", ".fis", "/rules.csv"])
+def test_names_of_imports(ending):
+    refused(imported, Path("x" * 5000 + ending), Wish())
+    refused(imported, Path("\0" + ending), Wish())
+
+
+@pytest.mark.parametrize("pack", [gzip, bz2, lzma], ids=lambda module: module.__name__)
+def test_what_is_packed_is_not_unpacked(pack, tmp_path):
+    """4 MB of zeros are 4 kB of gzip; a name that ends in .gz alone is a table as any other."""
+    packed = tmp_path / "table.csv.gz"
+    packed.write_bytes(pack.compress(b"0,1\n1,2\n" * 1000))
+    line = refused(load_scenario, {"load": {"file": str(packed)}})
+    assert "load.file" in line
+    assert "it is packed by " in line
+    assert line.endswith("; unpack it")
+    gcode = {"reference": {"kind": "gcode", "file": str(packed)}}
+    assert "; unpack it" in refused(load_scenario, gcode)
+    packed.write_bytes(b"0,1\n1,2\n")
+    assert table_of(packed)[1].tolist() == [1.0, 2.0]
+
+
+def test_too_large(tmp_path):
+    file = tmp_path / "large.toml"
+    with file.open("wb") as opened:
+        opened.truncate(10**12)  # takes no room
+    assert f"more than {LARGEST} MB" in refused(read_text, file)
+    file.write_bytes(b"#" * LARGEST * MEGABYTE)
+    assert read_toml(file) == {}
+
+
+def test_a_named_pipe_keeps_nobody_waiting_and_the_end_of_a_pipe_is_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert "named pipe" in refused(load_scenario, tmp_path / "pipe.toml")
+    read, write = os.pipe()
+    text = b'name = "piped"\nrun.seed = 7\n'
+    threading.Thread(target=lambda: (os.write(write, text), os.close(write))).start()
+    assert load_scenario(f"/dev/fd/{read}").run.seed == 7
+    os.close(read)
+
+
+def test_links_in_a_circle_and_files_that_can_be_read_once(tmp_path):
+    (tmp_path / "a.toml").symlink_to(tmp_path / "b.toml")
+    (tmp_path / "b.toml").symlink_to(tmp_path / "a.toml")
+    assert "cannot be read" in refused(read_text, tmp_path / "a.toml")
+    refused(load_scenario, tmp_path / "a.toml")
+    read, write = os.pipe()
+    os.write(write, b"0,1\n1,2\n")
+    os.close(write)
+    assert "read again" in refused(load_scenario, {"load": {"file": f"/dev/fd/{read}"}})
+    os.close(read)
+
+
+def test_changes_of_a_command_line():
+    name = "c-axis-ramp"
+    assert "more than 64 parts" in refused(load_scenario, name, ["a" + ".a" * 3000 + "=1"])
+    assert "half a character" in refused(load_scenario, name, ["description=\udcff"])
+    assert "half a character" in refused(load_scenario, {"description": "\udcff"})
+    refused(load_scenario, name, ["run.seed=" + "1" * 5000])
+    refused(load_scenario, name, ["run.seed=" + "[" * 3000])
+    assert set_keys(['a="b"\nfoo=3'], "--set") == {"a": '"b"\nfoo=3'}
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["sample_time_s=1e-320", "duration_s=1e308", "duration_s=1e300", "sample_time_s=1e-300"],
+)
+def test_steps_beyond_all_numbers(change):
+    line = refused(load_scenario, "c-axis-ramp", [f"simulation.{change}"])
+    assert "allowed are 1 to 10000000" in line
+
+
+def test_a_long_message_keeps_both_ends():
+    line = str(UserError("mine.toml: " + "x" * 5000 + ": has to be small"))
+    assert line.startswith("mine.toml: xxx")
+    assert " ... xxx" in line
+    assert line.endswith("xxx: has to be small")
+    assert str(UserError("a\n\tb \x1b[31m\u202e\ud800")) == "a b ?[31m??"
+
+
+def test_texts_in_a_design_keep_their_blanks():
+    told = {"a  b": "1   2", "c": ["NL", "  A  A  "], "d": "[ 1,   2 ]", "e": ["NL", 'x\\"  [ 1 ]']}
+    data = json.loads(design_json(named_design("jee-koren-2004-flc"))) | {"provenance": told}
+    written = design_json(parse_design(json.dumps(data), "mine"))
+    assert json.loads(written)["provenance"] == told
+    assert '["NL", "NM", ' in written
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text"),
+    [
+        ("fll", "Engine: a\nInputVariable: x\n  range: " + "1" * 100_000 + "x 3\n"),
+        ("fll", "a" + " " * 100_000 + "b"),
+        ("fis", "[System]\na" + " " * 100_000 + "b"),
+        ("fis", "[System]\n" + "".join(f"k{k}=1\n" for k in range(15_000))),
+        ("fis", "[System]\n[Rules]\n1" + " ," * 50_000 + "b"),
+    ],
+)
+def test_100_kb_take_no_time(suffix, text, tmp_path):
+    """Each took from seconds to minutes; a test that hangs says it."""
+    file = tmp_path / f"mine.{suffix}"
+    file.write_text(text)
+    refused(imported, file, Wish())

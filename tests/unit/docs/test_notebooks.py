@@ -1,0 +1,45 @@
+"""The notebooks are as they come out: run from the top they put out what is stored."""
+
+import json
+from pathlib import Path
+
+import pytest
+from doc_pages import ROOT
+
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+
+
+def texts(book):
+    """Of every cell whose numbers do not hang on a search, what it prints and what it is."""
+    for cell in book["cells"]:
+        if cell["cell_type"] == "code" and "varies" not in cell["metadata"].get("tags", []):
+            outputs = [one for one in cell["outputs"] if one.get("name") != "stderr"]
+            shown = (one.get("text") or one["data"]["text/plain"] for one in outputs)
+            yield "".join("".join(part) for part in shown)
+
+
+def stored(path):
+    return json.loads(path.read_text("utf-8"))
+
+
+def test_there_are_three():
+    assert len(NOTEBOOKS) == 3
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_cell_was_run_in_order_and_is_small(path):
+    code = [cell for cell in stored(path)["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in code] == [*range(1, len(code) + 1)]
+    kinds = {one["output_type"] for cell in code for one in cell["outputs"]}
+    assert kinds == {"stream", "execute_result"}
+    streams = {one.get("name") for cell in code for one in cell["outputs"]}
+    assert "stderr" not in streams
+    text = path.read_text("utf-8")
+    assert len(text) < 190_000
+    assert str(Path.home()) not in text
+
+
+def test_what_varies_is_seldom():
+    """Else nothing would be compared."""
+    for path in NOTEBOOKS:
+        assert sum(map(len, texts(stored(path)))) > 150, path

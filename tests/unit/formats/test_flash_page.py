@@ -1,0 +1,144 @@
+"""The page on a design names what to connect, how it was measured, and what it does."""
+
+import re
+from html import unescape
+
+import made_up
+import numpy as np
+import pytest
+from flash_folders import ALL, FEW, page, vectors, written
+from markdown_it import MarkdownIt
+
+from hfc_design.files.design import named_design
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.formats import code, machine_code
+from hfc_design.formats.flash.folder import with_check
+from hfc_design.formats.writing import plain
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return written(tmp_path_factory.mktemp)
+
+
+def sensed(name, **sensors):
+    """A built-in design whose scenario has these sensors."""
+    design = named_design(name)
+    scenario = load_scenario(design.provenance["scenario"]).model_dump(
+        mode="json", exclude_none=True
+    )
+    scenario["sensors"] = sensors
+    return design.model_copy(update={"provenance": {"scenario": scenario}})
+
+
+def test_the_page_says_how_velocities_were_formed():
+    text = page(
+        sensed("pd-only", velocity="encoder", difference_samples=3, encoder_resolution=1e-5)
+    )
+    assert "velocity = (position[0] - position[3]) / 0.003;" in text
+    assert "read in steps of 1e-05 rad" in text
+    text = page(sensed("pd-only", velocity="observer", observer_hz=100.0))
+    assert "The velocities in `error_rate` come from a tracking observer of 100.0 Hz" in text
+    pole = np.exp(-2.0 * np.pi * 100.0 * 0.001)  # docs/sensors.md
+    alpha, gain = map(float, re.findall(r"= (?:expected|velocity) \+ ([\d.]+) \* off;", text))
+    assert alpha == pytest.approx(1.0 - pole**2, rel=1e-12)
+    assert gain == pytest.approx((1.0 - pole) ** 2 / 0.001, rel=1e-12)
+
+
+def test_the_page_says_which_signals_are_made_of_velocities(folder):
+    text = (folder("lin-lee-1999-table-1") / "README.md").read_text()
+    assert "velocities in `error_rate`, `deflection_rate`, `spindle_velocity` were the true" in text
+    assert "ideal tachometer" in text
+
+
+def test_the_page_says_what_is_filtered_and_limited():
+    filtered = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
+    own = filtered.controller.model_copy(update={"derivative_hz": 90.0})
+    text = page(filtered.model_copy(update={"controller": own}))
+    assert "`error_rate` passes a low-pass of the first order at 90.0 Hz" in text
+    assert "The command keeps to 40.0 V of either sign" in text
+    assert "The command is not limited" in page(named_design("pd-only"))
+
+
+def test_the_page_ends_with_what_counts_of_the_score():
+    score = {"scenario": "two moves", "fitness": 3.0, "judged_by": "x", "chaotic": True}
+    score |= {f"{move}_rms_error_mm": x for move, x in {"there": 1.5e-3, "back": -2.5e-3}.items()}
+    score |= {"there_peak_voltage_V": 6.0, "back_settling_time_s": 1.0, "there_stick_events": 4.0}
+    score |= {"usable": {"share": 0.984, "spread": 0.03, "machines": 1000}}
+    text = page(named_design("pd-only").model_copy(update={"score": score}))
+    assert text.index("## Connect") < text.index("## Check") < text.index("## Where it comes from")
+    assert text.index("## Where it comes from") < text.index("- made by hfc-design")
+    rows = re.findall(r"\n\| `(\w+)` \| (\S+) \| `(\w+)` \|(?=\n)", text)
+    assert rows == [("rms_error_mm", "-0.0025", "back"), ("peak_voltage_V", "6", "there")]
+    assert "usable on 98.4 % of 1000 machines whose parameters are off by up to 3 %" in text
+    assert "- chaotic where it was scored" in text
+    assert "misses" not in text
+    missed = {"rms_error": {"times": 910.0, "motion": "there"}}
+    score["usable"]["missed"] = missed
+    text = page(named_design("pd-only").model_copy(update={"score": score}))
+    assert "by up to 3 %; but it misses its own tolerance: rms_error 910 times in there" in text
+    score["usable"]["missed"] = {"rms_error": 3}  # has been edited
+    assert "misses" not in page(named_design("pd-only").model_copy(update={"score": score}))
+    for left_out in ("fitness", "settling", "stick", "judged"):
+        assert left_out not in text
+    assert "measure" not in page(named_design("pd-only"))
+
+
+def test_a_signal_whose_gain_is_zero_is_said_not_to_be_used():
+    design = made_up.limited(made_up.linear("pid+ff", 4), 40.0)
+    gains = design.controller.feed_forward
+
+    def idle(**own):
+        changes = {"feed_forward": gains.model_copy(update=own)}
+        controller = design.controller.model_copy(update=changes)
+        text = page(design.model_copy(update={"controller": controller}))
+        return re.findall(r"\| `(\w+)` \| in \| \S+ \| not used, gain 0 \|", text)
+
+    assert idle(acceleration=1.0, velocity=1.0) == []
+    assert idle(acceleration=0.0, velocity=1.0) == ["reference_acceleration"]
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_the_page_says_how_large_signals_were(name, folder):
+    names, numbers, _ = vectors(folder(name))
+    text = (folder(name) / "README.md").read_text()
+    largest = dict(zip(names, np.abs(numbers).max(axis=0), strict=True))
+    rows = re.findall(r"\| `(\w+)` \| (?:in|out) \| \S+ \| (\S+) \|", text)
+    assert {signal for signal, _ in rows} == {*code.signals(ALL[name]), "command"}
+    for signal, told in rows:
+        ends = [x for key, x in largest.items() if key.rpartition(".")[2] == signal]
+        assert float(told) == pytest.approx(max(ends), rel=6e-3)
+
+
+TEXTS = ("<b>*/ #include [x](y) `", "a_b and _c_ __d__ \\ ~~e~~ &lt; | f", "2*3*4 ![p](q) <!-- r")
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_text_is_read_as_it_was_written(text):
+    read = MarkdownIt("commonmark").enable(["table", "strikethrough"]).render
+    assert unescape(read(f"of {plain(text)}")) == f"<p>of {text}</p>\n"
+    (cell,) = re.findall("<td>(.*)</td>", read(f"| x |\n|---|\n| {plain(text)} |"))
+    assert unescape(cell) == text
+
+
+def test_only_what_would_be_markup_is_escaped():
+    for text in ("gear_ratio > 1", "k_p 33.3 1/s, Jee & Koren (2004)", "no. #3 [of", "C-axis"):
+        assert plain(text).replace("\\[", "[") == text
+
+
+def test_nothing_that_a_user_wrote_is_markup_or_code():
+    evil = "<b>*/ #include [x](y) `"
+    design = named_design("pd-only")
+    found = with_check(
+        design.model_copy(
+            update={"name": evil, "score": {evil: 1.0}, "provenance": {"source": evil}}
+        ),
+        machine_code.sources(design.model_copy(update={"name": evil})),
+    )
+    read = MarkdownIt("commonmark").enable("table").render(found["README.md"])
+    tags = {"h1", "h2", "p", "ul", "li", "code", "pre", "table", "thead", "tbody", "tr", "th", "td"}
+    assert set(re.findall(r"<(\w+)", read)) <= tags
+    assert "&lt;b&gt;*/ #include [x](y) `" in read
+    for text in (found["Makefile"], found["check"]["check.c"], found["check"]["vectors.csv"]):
+        assert "<b>" not in text
+        assert "#include [" not in text

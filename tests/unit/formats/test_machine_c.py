@@ -1,0 +1,127 @@
+"""C code of controllers of a whole machine against the runtime, sanitized; learned state in it."""
+
+import subprocess
+from math import nan
+
+import numpy as np
+import pytest
+from c_program import WARNINGS
+from whole_machines import (
+    DESIGNS,
+    happenings,
+    in_c,
+)
+
+from hfc_design.core.records import UserError
+from hfc_design.formats import FORMATS, saving
+from hfc_design.formats.machine_code import sources
+from hfc_design.formats.writing import write
+
+MAIN = """
+#include <stdio.h>
+#include <string.h>
+#include "{name}.h"
+static {name}_real numbers[4096];
+int main(int count, char **files)
+{{
+    {name}_state state;
+    {name}_inputs inputs[{name}_AXES];
+    {name}_real command[{name}_AXES];
+    PATH
+    FILE *file;
+    int taken = 1;
+    {name}_init(&state);
+    if (count == 3 && strcmp(files[1], "-") != 0) {{
+        file = fopen(files[1], "rb");
+        const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
+        fclose(file);
+        taken = LOAD(&state, numbers, size);
+    }}
+    while (fread(inputs, sizeof inputs, 1, stdin) == 1 && READ) {{
+        {name}_step(&state, inputs, GIVEcommand);
+        fwrite(command, sizeof command, 1, stdout);
+    }}
+    if (count == 3 && strcmp(files[2], "-") != 0) {{
+        SAVE(&state, numbers);
+        file = fopen(files[2], "wb");
+        fwrite(numbers, sizeof numbers[0], SIZE, file);
+        fclose(file);
+    }}
+    return taken ? 0 : 3;
+}}
+"""
+SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"
+LEARNING = [name for name, design in DESIGNS.items() if saving.learns(design)]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The program of a design, compiled once, with whatever looks at it while it runs."""
+    known = {}
+
+    def of(name):
+        if name in known:
+            return known[name]
+        folder = tmp_path_factory.mktemp("c") / "c"
+        write(folder, sources(DESIGNS[name]))
+        own = DESIGNS[name].name
+        sees = f"{own}_path" in (folder / f"{own}.h").read_text()
+        main = MAIN.replace("PATH", "{name}_path path;" if sees else "double path[4];")
+        main = main.replace("READ", "fread(&path, sizeof path, 1, stdin) == 1")
+        main = main.replace("GIVE", "&path, " if sees else "")
+        words = {"SAVE": "{name}_save", "LOAD": "{name}_load", "SIZE": "{name}_NUMBERS"}
+        none = {"SAVE": "(void)", "LOAD": "(void)", "SIZE": "0"}
+        for word, by in (words if name in LEARNING else none).items():
+            main = main.replace(word, by)
+        if name not in LEARNING:
+            main = main.replace("(void)(&state, numbers, size)", "size == 0")
+            main = main.replace("(void)(&state, numbers);", "")
+        (folder / "main.c").write_text(main.format(name=own))
+        flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
+        command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", folder / "program"]
+        subprocess.run(command, check=True)
+        known[name] = folder / "program"
+        return known[name]
+
+    return of
+
+
+def commands(program, design, samples, *files):
+    done = subprocess.run(
+        [program, *map(str, files)],
+        input=in_c(design, samples).tobytes(),
+        capture_output=True,
+        check=True,
+    )
+    assert not done.stderr
+    return np.frombuffer(done.stdout).reshape(-1, 2)
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, built, tmp_path):
+    """Of any of the controllers inside: none has taken its part of them then."""
+    run, kept, end, fresh = built(name), *(tmp_path / own for own in ("kept", "end", "fresh"))
+    commands(run, DESIGNS[name], happenings(DESIGNS[name])[:100], "-", kept)
+    subprocess.run([run, "-", fresh], input=b"", check=True)
+    good = np.fromfile(kept)
+    odd = [good[:-1], np.append(good, 0.0), good[:0], good.copy(), good.copy()]
+    odd[-2][0] = odd[-1][-1] = nan
+    for numbers in odd:
+        numbers.tofile(kept)
+        done = subprocess.run([run, kept, end], input=b"", capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (3, b"")
+        assert end.read_bytes() == fresh.read_bytes()
+
+
+def test_axes_that_have_the_same_share_code(built):
+    files = {path.name for path in built("both learn").parent.glob("*.[ch]")}
+    assert files == {"main.c", "coupled.c", "coupled.h", "coupled_axis.c", "coupled_axis.h"}
+    files = {path.name for path in built("nested").parent.glob("*.c")}
+    wanted = ["main", "nested", "nested_inner", "nested_inner_x", "nested_inner_y"]
+    assert files == {f"{name}.c" for name in wanted}
+
+
+def test_hal_has_no_component_of_a_whole_machine(tmp_path):
+    with pytest.raises(UserError, match="kind cross-coupled: commands a whole machine, a compo"):
+        FORMATS["linuxcnc"].write(DESIGNS["pid"], tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,198 @@
+"""Rule bases of every kind, Mamdani's too, sampled to a table; see tests/interop/test_import.py.
+
+The oracle of a single output is SciPy's quadrature of the aggregated set, written out here.
+"""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from imported_files import CHANGE, MAMDANI_FIS, MAMDANI_FLL, MAMDANI_SUM, TEXTS
+from scipy.integrate import quad
+
+from hfc_design.cli import main
+from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json, parse_design
+from hfc_design.formats import FORMATS
+from hfc_design.formats.reading import Wish, any_fis, any_fll, imported
+from hfc_design.runtime import Controller
+
+SIGNALS = {
+    ".fll": {"level": "error", "rate": "error_change"},
+    ".fis": {"Position error": "error", "d/dt error": "error_change"},
+}
+
+
+def taken(file, **wish):
+    return imported(file, Wish(signals=SIGNALS[file.suffix], **wish))
+
+
+def output(runtime, error, change):
+    runtime.remember({"error": error - change})
+    return runtime.step({"error": error})
+
+
+def test_a_centroid_is_that_of_quadrature():
+    """Minimum, maximum: two cut triangles of the file, at an input that fires both."""
+    base = any_fis.rule_base(MAMDANI_FIS.read_text())
+    error, change = 8.0, 0.0
+    zero, pos = 1.0 - error / 40.0, error / 40.0
+    near = np.exp(-0.5 * (8.0 / 3.0) ** 2)  # neg and pos of the change, zero is 1
+    heights = {5.0: pos, 0.0: max(zero, min(pos, near)), -5.0: min(zero, near)}
+    heights |= {10.0: min(pos, near)}
+    heights[5.0] = max(pos, min(zero, near))
+
+    def whole(y):
+        return max(min(h, max(1.0 - abs(y - c) / 5.0, 0.0)) for c, h in heights.items())
+
+    corners = np.linspace(-10.0, 10.0, 81)
+    area = sum(quad(whole, a, b)[0] for a, b in pairwise(corners))
+    moment = sum(quad(lambda y: y * whole(y), a, b)[0] for a, b in pairwise(corners))
+    found = base.outputs(np.array([error]), np.array([change]))
+    assert found[0] == pytest.approx(moment / area, rel=2e-3)  # evalfis has 101 places
+
+
+@pytest.mark.parametrize("file", [MAMDANI_FLL, MAMDANI_FIS], ids=lambda file: file.name)
+@pytest.mark.parametrize("terms", [None, (2, 2), (5, 4), (9, 7), (11, 11)])
+def test_the_deviation_is_that_of_the_design_from_the_file(file, terms):
+    reader = {".fll": any_fll, ".fis": any_fis}[file.suffix]
+    base, design = reader.rule_base(file.read_text()), taken(file, terms=terms)
+    controller, told = design.controller, design.provenance["sampled"]
+    shape = terms or tuple(len(variable.terms) for variable in base.inputs)
+    assert controller.rules.shape() == shape
+    assert told["terms"] == f"{shape[0]} x {shape[1]}"
+    runtime = Controller(design)
+    centres = [
+        [term.centre for term in terms]
+        for terms in (controller.error_terms, controller.error_change_terms)
+    ]
+    for i, error in enumerate(centres[0]):
+        for j, change in enumerate(centres[1]):
+            (wanted,) = base.outputs(np.array([error]), np.array([change]))
+            assert output(runtime, error, change) == pytest.approx(wanted, abs=1e-12)
+            assert controller.rules.centroids[i][j] == pytest.approx(wanted, abs=1e-12)
+    most = told["largest_deviation"]
+    x, y = told["at"].values()
+    off = output(runtime, x, y) - base.outputs(np.array([x]), np.array([y]))[0]
+    assert abs(off) == pytest.approx(most, rel=1e-9)
+    random = np.random.default_rng(4)
+    points = [random.uniform(v.low, v.high, 500) for v in base.inputs]
+    found = [output(runtime, *pair) for pair in zip(*map(np.ndarray.tolist, points), strict=True)]
+    assert np.abs(found - base.outputs(*points)).max() <= 1.03 * most
+
+
+def test_more_terms_are_nearer():
+    counts = ((3, 3), (5, 5), (7, 7), (11, 11))
+    found = [taken(MAMDANI_FIS, terms=terms) for terms in counts]
+    off = [design.provenance["sampled"]["largest_deviation"] for design in found]
+    assert off == sorted(off, reverse=True)
+    assert off[-1] < 0.3 * off[0]
+
+
+def test_a_middle_term_stays_on_0_as_a_search_needs_it():
+    for terms in ((3, 5), (7, 9), (11, 11)):
+        controller = taken(MAMDANI_FIS, terms=terms).controller
+        assert controller.error_terms[terms[0] // 2].centre == 0.0
+        assert controller.error_change_terms[terms[1] // 2].centre == 0.0
+
+
+def test_sugeno_rules_of_other_norms_are_sampled_when_asked_for(tmp_path):
+    file = tmp_path / "mine.fis"
+    file.write_text(TEXTS["fis"].replace("AndMethod='prod'", "AndMethod='min'"))
+    with pytest.raises(UserError, match="only prod"):
+        imported(file, Wish(signals=CHANGE))
+    found = imported(file, Wish(signals=CHANGE, terms=(11, 11)))
+    assert found.provenance["sampled"]["largest_deviation"] > 1.0  # singletons up to 40 at random
+
+
+def test_names_are_kept_and_made_identifiers():
+    design = taken(MAMDANI_FIS)
+    controller = design.controller
+    assert dict(controller.names) == {
+        "error": "Position_error",
+        "error_change": "d_dt_error",
+        "output": "drive_current",
+        "engine": "pos",
+    }
+    assert [term.label for term in controller.error_terms] == ["neg", "zero", "pos"]
+    assert parse_design(design_json(design), "again") == design
+
+
+def test_the_command_tells_the_deviation(tmp_path):
+    out = tmp_path / "mine.json"
+    named = [f"--signal={name}={signal}" for name, signal in SIGNALS[".fis"].items()]
+    arguments = ["import", str(MAMDANI_FIS), "--out", str(out), *named]
+    done = CliRunner().invoke(main, [*arguments, "--terms", "5x3"])
+    line, assumed, path = done.stdout.splitlines()
+    told = json.loads(out.read_text())["provenance"]["sampled"]
+    assert line.startswith("sampled to 5 x 3 terms: output off by ")
+    assert f"{told['largest_deviation']:.3g} at most (7.3 % of its range), at Position" in line
+    assert "--terms" not in line  # which was given
+    assert assumed.startswith("plant feed-drive, sample time 0.01 s assumed")
+    assert path == str(out)
+    line = CliRunner().invoke(main, [*arguments, "--force"]).stdout.splitlines()[0]
+    assert line.startswith("sampled to 3 x 3 terms: output off by 1.42 at most")
+    assert line.endswith("points; more terms, --terms up to 11, usually make that smaller")
+    for wrong in ("1", "12", "5x", "3x12", "many"):
+        done = CliRunner().invoke(main, [*arguments, "--force", "--terms", wrong])
+        assert done.exit_code == 2
+        assert f"--terms {wrong}: has to be N or NxM of 2 to 11" in done.stderr
+
+
+FAULTS = [
+    (MAMDANI_FIS, "'centroid'", "'bisector'", 12, "only centroid or mom"),
+    (MAMDANI_FIS, "NumOutputs=1", "NumOutputs=2", 6, "NumOutputs = '2' cannot be imported"),
+    (MAMDANI_FIS, "'gaussmf',[3 0]", "'sinmf',[3 0]", 27, "only trimf or trapmf"),
+    (MAMDANI_FIS, "'gaussmf',[3 0]", "'gaussmf',[0 0]", 27, "its widths not to be 0"),
+    (MAMDANI_FIS, "[-40 0 40]", "[-40 0 -41]", 19, "corners have to rise"),
+    (MAMDANI_FIS, "Range=[-8 8]", "Range=[8 -8]", 22, "its range has to rise"),
+    (MAMDANI_FIS, "3 3, 5 (1) : 1", "0 0, 5 (1) : 1", 49, "needs a term of an input"),
+    (MAMDANI_FIS, "3 3, 5 (1) : 1", "3 4, 5 (1) : 1", 49, "term 4 in a rule; allowed is 1 to 3"),
+    (MAMDANI_FIS, "3 3, 5 (1) : 1", "3 3, 5 (2) : 1", 49, "a rule of weight 2; allowed is 0"),
+    (MAMDANI_FLL, "Centroid 200", "Centroid 1e9", 22, "allowed are 2 to 10000 places"),
+    (MAMDANI_FLL, "aggregation: Maximum", "aggregation: none", 22, "needs an implication and an"),
+    (MAMDANI_FLL, "-1.000 1.500", "-inf 1.5", 4, "range of level: has to be finite"),
+    (MAMDANI_FLL, "-1.000 1.500", "-1e308 1e308", 2, "has to lie within -1e+09 and 1e+09"),
+    (MAMDANI_FLL, "is not rising", "is never rising", 34, "hedge = 'never' cannot be imported"),
+    (MAMDANI_FLL, "then valve is close", "then valve is very close", 37, "a hedge before a concl"),
+    (MAMDANI_FLL, "or rate is very", "or rate is odd and rate is very", 37, "both and and or"),
+    (
+        MAMDANI_FLL,
+        "if level is fine",
+        "if speed is fine",
+        36,
+        "'speed' is no input; there",
+    ),
+    (MAMDANI_FLL, "disjunction: AlgebraicSum", "disjunction: none", 37, "has not: none"),
+]
+
+
+@pytest.mark.parametrize(("file", "old", "new", "line", "message"), FAULTS)
+def test_what_cannot_be_sampled_is_refused_with_its_line(tmp_path, file, old, new, line, message):
+    text = file.read_text()
+    assert old in text
+    copy = tmp_path / file.name
+    copy.write_text(text.replace(old, new, 1))
+    with pytest.raises(UserError) as caught:
+        taken(copy)
+    assert str(caught.value).startswith(f"{copy}: line {line}: ")
+    assert message in str(caught.value)
+
+
+def test_where_no_rule_fires_is_named(tmp_path):
+    copy = tmp_path / "mine.fll"
+    text = MAMDANI_FLL.read_text().replace("Bell 0.100 0.300 2.500", "Triangle -0.2 0.1 0.4")
+    copy.write_text(text.replace("if level is high or rate is very rising", "if level is high"))
+    copy.write_text(copy.read_text().replace("high Sigmoid 0.700 12.000", "high Ramp 0.6 0.9"))
+    with pytest.raises(UserError, match=r"no rule fires at level = .*: there is no output"):
+        taken(copy)
+    copy.write_text(copy.read_text().replace("default: nan", "default: 0.25"))
+    assert taken(copy).controller.rules.shape() == (3, 4)
+
+
+def test_files_whose_tables_stay_as_they_are(tmp_path):
+    FORMATS["csv"].write(taken(MAMDANI_SUM.with_name("mamdani.fis")), tmp_path / "t")
+    with pytest.raises(UserError, match=r"terms: tables of \.csv have as many as they have"):
+        imported(tmp_path / "t", Wish(terms=(3, 3)))

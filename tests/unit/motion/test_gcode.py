@@ -1,0 +1,305 @@
+"""G-code programs of known geometry, and what a bad one is told."""
+
+import re
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hfc_design.core.records import Record, UserError, checked
+from hfc_design.files.named_scenario import BUILTIN
+from hfc_design.motion import gcode
+from hfc_design.motion.limits import AxisLimits, MovedAxis
+from hfc_design.motion.paths import Path
+from hfc_design.motion.program import program as planned
+from hfc_design.motion.trajectories import GCode, PathReference
+
+# Two straights of 20 mm and two half circles of radius 5, one by its centre, one by its radius.
+SLOT = """%
+O1234 (a slot: G1 X99 Y99 is a comment)
+N10 g21 G17 G90 G40 G94 T1 M6 ; head
+N20 M3 S1200
+G0 X10 Y0 Z2.
+G1 Z-1 F100
+X30. F600
+G3 X30 Y10 I0 J5
+G1 X 10
+G91 G3 Y-10 R5.
+G90 G0 Z5 M9
+M30
+G1 X0
+"""
+
+
+@pytest.fixture
+def program(tmp_path):
+    def write(text):
+        file = tmp_path / "part.ngc"
+        file.write_text(text)
+        return file
+
+    return write
+
+
+@pytest.fixture
+def path_of(program):
+    return lambda text: Path.of(gcode.read(program(text), rapid=1500.0))
+
+
+def ends(path):
+    """Where each segment ends: (segments, 2)."""
+    return path.on(np.arange(len(path.length)), path.length).position.T
+
+
+def test_slot_with_arcs_in_both_forms(path_of):
+    path = path_of(SLOT)
+    assert path.length.tolist() == pytest.approx([10.0, 20.0, 5 * pi, 20.0, 5 * pi])
+    assert path.curvature.tolist() == pytest.approx([0.0, 0.0, 0.2, 0.0, 0.2])
+    assert path.feed.tolist() == [1500.0, 600.0, 600.0, 600.0, 600.0]
+    wanted = np.array([[10, 0], [30, 0], [30, 10], [10, 10], [10, 0]])
+    np.testing.assert_allclose(ends(path), wanted, atol=1e-12)
+    assert not path.corners().any()
+
+
+@pytest.mark.parametrize(
+    ("block", "turn"),
+    [
+        ("G3 X0 Y10 I-10", pi / 2),
+        ("G3 X0 Y10 R10", pi / 2),
+        ("G2 X0 Y10 I-10 J0", -3 * pi / 2),
+        ("G2 X0 Y10 R-10 ", -3 * pi / 2),
+        ("G2 X0 Y10 R10", -pi / 2),  # about (10, 10)
+        ("G3 X0 Y10 R-10", 3 * pi / 2),
+        ("G3 X-10 Y0 R10", pi),
+        ("G3 X10 Y0 I-10", 2 * pi),
+        ("G2 I-10", -2 * pi),
+        ("G91 G3 X-10 Y10 I-10", pi / 2),
+    ],
+)
+def test_arcs_of_radius_10_from_10_0(path_of, block, turn):
+    path = path_of(f"G0 X10\nF300 {block}\n")
+    assert path.length[1] == pytest.approx(10 * abs(turn))
+    assert path.curvature[1] == pytest.approx(np.sign(turn) / 10)
+    whole = abs(turn) == 2 * pi
+    wanted = [10, 0] if whole else [-10, 0] if abs(turn) == pi else [0, 10]
+    np.testing.assert_allclose(ends(path)[1], wanted, atol=1e-6)
+
+
+def test_arc_whose_radii_differ_by_rounding_leaves_no_accumulated_error(path_of):
+    """Radii 10 and 10.008: the arc ends 8 um off, the line after it where it should."""
+    path = path_of("F300 G0 X10\nG3 X0 Y10.008 I-10\nG1 X-5\n")
+    np.testing.assert_allclose(ends(path)[1:], [[0, 10], [-5, 10.008]], atol=1e-12)
+    assert path.start[:, 2].tolist() == pytest.approx([0.0, 10.0], abs=1e-12)
+
+
+def test_relative_and_absolute_say_the_same(path_of):
+    absolute = path_of("G1 X1 Y2 F60\nX4\nG2 X6 Y0 J-2\nG1 Y-3")
+    relative = path_of("G91 G1 X1 Y2 F60\nX3\nG2 X2 Y-2 J-2\nG1 Y-3")
+    np.testing.assert_allclose(ends(relative), ends(absolute), atol=1e-12)
+    np.testing.assert_allclose(relative.length, [np.sqrt(5), 3.0, pi, 3.0])
+
+
+def test_feed_is_modal_and_moves_to_the_same_place_are_none(path_of):
+    path = path_of("G1 F60 X1\nX1\nX2\nF90\nX3\nG0 X3\n")
+    assert path.feed.tolist() == [60.0, 60.0, 90.0]
+
+
+#: Lin & Gai 2009, fig. 4, as the scan of it reads.
+PRINTED = """G61G05.1Q1F10000
+X-1.513 Y215.223 Z-164.657 A86.462 C-91.007
+X-1.426 Y216.091 Z-165.266 A86.556 C-91.002
+X-1.339 Y216.975 Z-165.907 A86.659 C-91.992
+X-1.253 Y217.874 Z-166.575 A86.77 C-90.976
+X-1.166 Y218.784 Z-167.264 A86.887 C-90.956
+X-1.08 Y219.706 Z-167.976 A87.011 C-90.929
+X- .992 Y220.635 Z-168.701 A87.139 C-90.898
+X- .905 Y221.572 Z-169.443 A87.272 C-90.86
+X- 82 Y222.512 Z-170.194 A87.408 C-90.815
+X- .733 Y223.458 Z-170.958 A87.548 C-90.765
+X- .648 Y224.408 Z-171.732 A87.691 C-90.707
+M2
+"""
+
+
+def test_blanks_in_numbers_mean_nothing():
+    """As in RS274/NGC, 3.3: so X- 82, which was to be -.82, is -82."""
+    found = gcode.blocks(PRINTED, (-1.0, 215.0, -150.0, 86.0, 0.0, -91.0))
+    x = [-1.513, -1.426, -1.339, -1.253, -1.166, -1.08, -0.992, -0.905, -82.0, -0.733, -0.648]
+    assert [block.end[0] for block in found] == x
+    assert [block.end[5] for block in found][2] == -91.992
+    assert {block.feed for block in found} == {10000.0}
+    assert found[0].length == pytest.approx(np.hypot(np.hypot(0.513, 0.223), 14.657))
+    (block,) = gcode.blocks("g1 x +0. 12 34 y 7 f6 0")
+    assert (*block.end[:2], block.feed) == (0.1234, 7.0, 60.0)
+
+
+@pytest.mark.parametrize("name", ["printed", "corrected"])
+def test_programs_of_the_paper_are_what_they_say(name):
+    """Only what their comments tell of differs from the scan."""
+    text = (BUILTIN / f"five-axis-program-{name}.ngc").read_text()
+    scan = PRINTED.replace("X- 82", "X- .82")
+    if name == "corrected":
+        scan = scan.replace("C-91.992", "C-90.992")
+    start = (-1.0, 215.0, -150.0, 86.0, 0.0, -91.0)
+    first = text.split("\n").index(next(x for x in text.split("\n") if x.startswith("G61")))
+    found = [block._replace(line=block.line - first) for block in gcode.blocks(text, start)]
+    assert found == [*gcode.blocks(scan, start)]
+
+
+def test_a_mode_is_straight_until_a_program_says_another():
+    """As the program above wants it; without any feed nobody knows what is meant."""
+    assert gcode.blocks("F60\nA5")[0].end[3] == 5.0
+    with pytest.raises(ValueError, match="line 1: moves before any of G0, G1, G2, G3"):
+        gcode.blocks("A5")
+
+
+def test_windows_files_are_read(program):
+    file = program("")
+    file.write_bytes(b"\xef\xbb\xbfG1 F60 X1\r\n(caf\xe9)\r\nX2\r\n")
+    assert len(gcode.read(file, rapid=1500.0)) == 2
+
+
+def test_m2_ends_the_program(path_of):
+    assert len(path_of("G1 F60 X1\nX2 M2\nX3\nG77\n").length) == 2
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(*[st.floats(-999, 999)] * 2), min_size=1, max_size=9))
+def test_any_points_come_back(tmp_path_factory, points):
+    file = tmp_path_factory.getbasetemp() / "points.ngc"
+    lines = [f"G1 X{x:.6f} Y{y:.6f}" for x, y in points]
+    file.write_text("\n".join(["F100", *lines]))
+    corners = np.round(np.array([(0.0, 0.0), *points]), 6)
+    moved = np.hypot(*np.diff(corners, axis=0).T) >= 1e-6
+    if moved.any():
+        path = Path.of(gcode.read(file, rapid=1.0))
+        total = np.hypot(*np.diff(corners, axis=0).T).sum()
+        assert path.knots[-1] == pytest.approx(total, abs=1e-4)
+        np.testing.assert_allclose(ends(path)[-1], corners[-1], atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("G1 F60 X1\nG1 X2 Q3\n", "line 2: Q3: unknown word; there is A, B, C, F"),
+        ("G1 F60 X1\n\nX\n", "line 3: X has no number"),
+        ("G1 F60 X Y2\n", "line 1: X has no number"),
+        ("G1 F60 X1 E5\n", "line 1: E5: unknown word"),
+        ("G1 F60 X1e5\n", "line 1: E5: unknown word"),
+        ("G1 F60 Xnan\n", "line 1: X has no number"),
+        ("G1 F60 Xinf\n", "line 1: X has no number"),
+        (f"G1 F60 X{'9' * 400}\n", "line 1: Xinf: more than 1e+06 is no machine's"),
+        (f"F60\nG2 X1 R1{'0' * 200}\n", "line 2: R1e+200: more than 1e+06"),
+        ("G1 F60 X1 X2\n", "line 1: X stands there twice"),
+        ("G1 F60 X1,5\n", "line 1: cannot be understood at column 10"),
+        ("G1 F60 X1\n#1=5\n", "line 2: cannot be understood at column 1"),
+        ("(never closed\nG1 F60 X1\n", "line 1: cannot be understood at column 1"),
+        ("/G1 F60 X1\n", "line 1: cannot be understood at column 1"),
+        ("G1 F60 X1. .5\n", "line 1: cannot be understood at column 12"),
+        ("G1 F60 X1 Q1\n", "line 1: Q1: unknown word"),
+        ("G5.1 Q0\nG1 F60 X1\n", "line 1: G5.1 Q0: look-ahead is always on here (Q1)"),
+        ("G64\nG1 F60 X1\n", "line 1: G64: corners are not rounded here"),
+        ("G61.1\nG1 F60 X1\n", "line 1: G61.1: a stop after every block is not simulated"),
+        ("G93 F2\nG1 X1\n", "line 2: G1 without an F of its own, which G93 asks for"),
+        ("F60\nG93 G1 X1 F2\nG94\nX2\n", "line 4: G1 before any F"),
+        ("G93 G1 X1 F0\n", "line 1: F0: a feed has to be more than 0 per minute"),
+        ("G1 F60 X1\nA5\n", "line 2: A moves; only motion in X-Y is read"),
+        ("G20\nG1 F60 X1\n", "line 1: G20: inches are not read, only millimetres (G21)"),
+        ("G18\nG1 F60 X1\n", "line 1: G18: unknown code"),
+        ("G91.1\nG1 F60 X1\n", "line 1: G91.1: unknown code"),
+        ("M98\nG1 F60 X1\n", "line 1: M98: unknown code"),
+        ("G0 X1\nG1 X2\n", "line 2: G1 before any F"),
+        ("G0 X1\nG2 X2 I1\n", "line 2: G2 before any F"),
+        ("F0\nG1 X2\n", "line 1: F0: a feed has to be more than 0 mm/min"),
+        ("G1 F-5 X2\n", "line 1: F-5: a feed has to be more than 0 mm/min"),
+        ("X1\n", "line 1: moves before any of G0, G1, G2, G3"),
+        ("G0 G1 X1\n", "line 1: G0 and G1 in one block"),
+        ("G1 F60 X1 Z1\n", "line 1: Z moves together with X or Y"),
+        ("G1 F60 X1 I1\n", "line 1: I, J or R with G1"),
+        ("G1 F60 Z1\nX1 Z1\nX2 Z0\n", "line 3: Z moves together with X or Y"),
+        ("F60\nG2 I1 Z1\n", "line 2: Z moves together with X or Y"),
+        ("F60\nG2 X1\n", "line 2: an arc without a centre"),
+        ("F60\nG2 X1 I0 J0\n", "line 2: an arc without a centre"),
+        ("F60\nG2 X2 I1 R1\n", "line 2: an arc with R as well as I or J"),
+        ("F60\nG2 X0 R1\n", "line 2: an arc with R has to end elsewhere"),
+        ("F60\nG2 X3 R1.48\n", "line 2: R1.48 is too small for ends 3 mm apart"),
+        (
+            "F60\nG2 X2.02 I1\n",
+            "line 2: the arc's radii differ: 1 mm at its start, 1.02 mm at its end",
+        ),
+        ("", "has no motion in X or Y"),
+        ("G21 G90 (nothing)\nM30\n", "has no motion in X or Y"),
+        ("G0 X0 Y0\nG1 F5 Z-3\nM2\nX5\n", "has no motion in X or Y"),
+    ],
+)
+def test_bad_program_is_one_line(program, text, message):
+    file = program(text)
+    with pytest.raises(UserError) as caught:
+        gcode.read(file, rapid=1500.0)
+    assert str(caught.value).startswith(f"{file}: {message}")
+    assert "\n" not in str(caught.value)
+
+
+@settings(deadline=None)
+@given(st.text(alphabet="GXYIJRFM0123.- \n(;%Zg", max_size=60))
+def test_any_text_is_read_or_refused_with_one_line(tmp_path_factory, text):
+    file = tmp_path_factory.getbasetemp() / "any.ngc"
+    file.write_text(text)
+    try:
+        path = Path.of(gcode.read(file, rapid=1500.0))
+    except UserError as error:
+        assert str(error).startswith(f"{file}: ")
+    else:
+        assert (path.length > 0).all()
+        assert np.isfinite(path.at(path.knots).position).all()
+
+
+@settings(deadline=None)
+@given(
+    st.text(alphabet="GXYZABCIJRFM0123459.- \n(;%Q", max_size=80).map(lambda text: f"G1 F60 {text}")
+)
+def test_any_text_can_be_run_on_six_axes_or_is_refused(text):
+    try:
+        found = gcode.blocks(text)
+    except ValueError as error:
+        assert re.match(r"line \d+: ", str(error))
+        return
+    if found:
+        axes = tuple(MovedAxis(axis, 1.0, axis in "abc", 500.0) for axis in "xyzabc")
+        limits = {axis.name: AxisLimits(acceleration_per_s2=800.0) for axis in axes}
+        run = planned(found, axes, limits, 0.002)
+        assert run.motion.finite
+        assert run.path.at(run.path.knots[-1:]).position[:, 0] == pytest.approx(found[-1].end)
+
+
+def test_missing_file_and_folder(tmp_path):
+    with pytest.raises(UserError, match=r"none\.ngc: cannot be read: No such file"):
+        gcode.read(tmp_path / "none.ngc", rapid=1500.0)
+    with pytest.raises(UserError, match=r"cannot be read: "):
+        gcode.read(tmp_path, rapid=1500.0)
+
+
+class Holder(Record):
+    reference: PathReference
+
+
+def test_reference_finds_its_program_beside_the_scenario(program):
+    file = program(SLOT)
+    data = {"reference": {"kind": "gcode", "file": "part.ngc", "acceleration_mm_s2": 1e6}}
+    held = checked(Holder, data, "mine.toml", file.parent).reference
+    assert isinstance(held, GCode)
+    # 1 m/s2 and more: what is left of the ramps is 0.1 ms.
+    assert held.duration_s == pytest.approx(0.4 + 4 + 2 * pi / 2, abs=1e-3)
+    file.write_text("G1 X1\n")
+    with pytest.raises(UserError, match=r"mine.toml: reference.file = .*: line 1: G1 before any F"):
+        checked(Holder, data, "mine.toml", file.parent)
+    data["reference"]["kind"] = "spiral"
+    with pytest.raises(UserError, match=r"mine.toml: reference"):
+        checked(Holder, data, "mine.toml", file.parent)
+
+
+def test_a_program_that_would_be_read_for_long_is_refused():
+    with pytest.raises(ValueError, match="has 50001 lines; allowed are 50000"):
+        gcode.segments("G1 X1 F100\n" + "\n" * 49_999 + "X2", 1000.0)

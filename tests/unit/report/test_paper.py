@@ -1,0 +1,199 @@
+"""Figures and tables of pages for a paper: sizes, letters, texts, and where they lie."""
+
+import os
+import re
+import subprocess
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import tex
+from click.testing import CliRunner
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from run_folders import HOSTILE, batch_folder
+
+from hfc_design.cli import main
+from hfc_design.core.records import UserError
+from hfc_design.pictures.column import in_column
+from hfc_design.pictures.figure import WIDTH, above, distinct, finish, framed
+from hfc_design.pictures.files import image
+from hfc_design.pictures.heat_map import heat_map
+from hfc_design.report.paper import Paper
+
+NAME = "lin-lee-1999-table-1"
+SHORT = "--set", "simulation.duration_s=0.2"
+#: How matplotlib makes a percent sign print itself, which no simple reader knows.
+PERCENT = r"\catcode`\%=\active\def%{\%}"
+INJECTED = r"\input{evil}%$x_1$"
+
+
+def hfc(*arguments):
+    return CliRunner().invoke(main, [*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """What ``hfc report`` of a design on another scenario than its own writes for a paper."""
+    found = tmp_path_factory.mktemp("paper")
+    done = hfc("report", NAME, "--scenario", "c-axis-sine", *SHORT, "--out", found / "sine.html",
+               "--figures", "svg", "--width", "8cm", "--latex")  # fmt: skip
+    assert done.exit_code == 0, done.output
+    return found
+
+
+def test_a_figure_has_the_width_and_letters_of_7_to_9_points(folder):
+    for path in (folder / "sine-figures").iterdir():
+        root = ElementTree.parse(path).getroot()
+        assert root.get("width") == f"{80 / 25.4 * 72:.6f}pt"
+        sizes = {float(x) for x in re.findall(r"font(?:-size)?: ([\d.]+)px", path.read_text())}
+        assert sizes, path
+        assert 7 <= min(sizes) <= max(sizes) <= 9, path
+
+
+def test_nothing_is_overwritten_without_force(folder):
+    before = (folder / "sine-latex" / "scores.tex").read_bytes()
+    arguments = ("report", NAME, "--out", folder / "other.html", "--figures", "svg")
+    (folder / "other-figures").mkdir()
+    done = hfc(*arguments)
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert "other-figures: exists already" in done.stderr
+    assert not (folder / "other.html").exists()
+    assert (folder / "sine-latex" / "scores.tex").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (("--width", "88mm"), "--width: is that of figures; add --figures pdf|svg|pgf"),
+        (
+            ("--figures", "png"),
+            "--figures png: is none of them; did you mean pgf? there is pdf",
+        ),
+        (("--figures", "pdf", "--width", "88"), "has to be a number with a unit (mm, cm, in, pt)"),
+        (("--figures", "pdf", "--width", "3mm"), "40 to 400 mm in all"),
+    ],
+)
+def test_what_cannot_be_is_a_line(arguments, why):
+    done = hfc("report", NAME, *arguments)
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+    assert why in done.stderr
+
+
+def drawn():
+    """A figure with long numbers, a legend of long names, and one that is a command to TeX."""
+    figure = framed(3.0, top=0.6)
+    axes = figure.subplots()
+    for k, name in enumerate([INJECTED, "a" * 45, "b" * 45]):
+        axes.plot([0, 1], [k, 1234567.8 * k], label=name)
+    finish(axes, "largest error [µrad]", "time [s]")
+    above(figure, axes)
+    return figure
+
+
+def extents(figure, *artists):
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    return [artist.get_window_extent(renderer) for artist in artists]
+
+
+@pytest.mark.parametrize("width", [3.3, 3.5, 7.1])
+def test_nothing_leaves_the_figure_or_lies_on_something_else(width):
+    figure = drawn()
+    in_column(figure, width)
+    (axes,), (legend,) = figure.axes, figure.legends
+    label, first, title = axes.yaxis.label, axes.get_yticklabels()[-2], axes.yaxis.get_offset_text()
+    names, panel, words, number, power = extents(figure, legend, axes, label, first, title)
+    assert figure.get_figwidth() == width
+    for box in (names, words, number):
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+        assert 0 <= box.y0 < box.y1 <= figure.bbox.height
+    assert words.x1 < number.x0 < number.x1 < panel.x0
+    assert names.y0 > panel.y1 > power.y1 > panel.y1 - 5  # inside, not on the panel above
+
+
+def test_small_panels_keep_room_for_their_numbers():
+    figure = framed(3.0, top=0.4, left=0.6)
+    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
+    right.plot([0, 1], [0.1, 0.5])
+    before = right.get_position().x0 - left.get_position().x1
+    in_column(figure, 3.5)
+    gap = right.get_position().x0 - left.get_position().x1
+    assert gap * 3.5 == pytest.approx(0.9 * before * WIDTH)
+    assert left.get_position().width == pytest.approx(right.get_position().width)
+    assert right.get_position().x1 * 3.5 == pytest.approx(3.5 - 0.8 * 0.15)
+
+
+def test_numbers_in_cells_do_not_touch():
+    labels = [f"N{k}" for k in range(7)]
+    figure = heat_map(np.full((7, 7), -8.0), (labels, labels), "row", "column", "t", "command [V]")
+    in_column(figure, 3.5)
+    boxes = extents(figure, *figure.axes[0].texts[:7])
+    assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
+    assert figure.axes[0].texts[0].get_fontsize() >= 5
+
+
+def test_a_pdf_has_its_size_letters_that_publishers_take_and_the_same_bytes():
+    figure, again = drawn(), drawn()
+    for one in (figure, again):
+        in_column(one, 3.5)
+    content = image(figure, "pdf")
+    assert content == image(again, "pdf")
+    (box,) = re.findall(rb"/MediaBox \[([^\]]*)\]", content)
+    assert [float(x) for x in box.split()][2] == pytest.approx(3.5 * 72)
+    assert b"/Type3" not in content
+    assert b"CreationDate" not in content
+
+
+def test_a_pgf_needs_no_tex_and_holds_no_command_of_a_user(monkeypatch):
+    monkeypatch.setattr(subprocess, "Popen", None)  # what asks a TeX program would fail
+    monkeypatch.setitem(os.environ, "PATH", "")
+    figure = drawn()
+    in_column(figure, 3.5)
+    text = image(figure, "pgf").decode()
+    assert text == image(figure, "pgf").decode()
+    text = text.replace(PERCENT, "")
+    assert tex.depth(text) == (0, 0)
+    assert r"\input" not in text
+    shown = [tex.printed(part) for part in re.findall(r"\\else\\\^\{\}\\fi\}(.*)\}\}%", text)]
+    assert INJECTED in shown
+    assert "largest error [µrad]" in shown
+    assert rf"\pgfqpoint{{3.500000in}}{{{figure.get_figheight():f}in}}" in text
+    assert text.count(r"\begin{pgfscope}") == text.count(r"\end{pgfscope}") > 10
+
+
+def test_an_image_is_no_pgf(tmp_path):
+    figure = framed(2.0, top=0.2)
+    figure.subplots().imshow(np.eye(3))
+    paper = Paper("pgf", 88.9, tmp_path / "figures", None)
+    with pytest.raises(UserError, match=r"^own: a figure with an image .* take pdf$"):
+        paper.write(type("Page", (), {"figures": {"own": figure}, "tables": {}}))
+    assert not (tmp_path / "figures").exists()
+
+
+def test_a_batch_has_them_too_whatever_its_settings_are(tmp_path):
+    batch_folder(tmp_path, [({"label": f"{HOSTILE}{k}"}, [k, 9.0]) for k in (2, 3)])
+    done = hfc("report", tmp_path, "--figures", "pgf", "--latex")
+    assert done.exit_code == 0, done.output
+    names = {path.name for path in (tmp_path / "latex").iterdir()}
+    assert {"groups.tex", "runs.tex"} <= names
+    groups = tex.rows((tmp_path / "latex" / "groups.tex").read_text())
+    assert groups[1][1].startswith('<script>alert("1")</script> & $x^$ ?')
+    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == {".pgf"}
+    again = hfc("report", tmp_path, "--latex")
+    assert "latex: exists already" in again.stderr
+    assert hfc("report", tmp_path, "--latex", "--force").exit_code == 0
+
+
+def test_labels_that_are_cut_stay_apart():
+    names = ["runs/of/a/long/path/1", "runs/of/a/long/path/2", "pd-only"]
+    labels = distinct(names, 16)
+    assert [*labels] == names
+    assert len(set(labels.values())) == 3
+    assert all(len(label) <= 16 for label in labels.values())
+    assert labels["pd-only"] == "pd-only"
+    assert labels[names[0]].endswith("path/1")
+    same = distinct(["a" * 30 + "Ω" + "b" * 30, "a" * 30 + "漢" + "b" * 30], 16)
+    assert len(set(same.values())) == 2

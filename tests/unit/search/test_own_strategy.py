@@ -1,0 +1,76 @@
+"""Search strategies of a user's own: one file, known by an option, a script or a package."""
+
+import numpy as np
+import pytest
+from own_strategies import MODULE
+from sledge import hfc, imported, installed, refused
+
+from hfc_design import api
+from hfc_design.runs import individuals
+
+SIZES = {"simulation.duration_s": 0.1, "search.population": 12, "search.generations": 5}
+
+
+@pytest.fixture
+def searching(own):
+    """The current folder, with a module of strategies that nobody has imported."""
+    (own / "hunt.py").write_text(MODULE)
+    return own
+
+
+def test_a_hierarchy_keeps_the_bounds_that_a_strategy_sets(searching):
+    strategies = imported("hunt")
+
+    class Narrow(strategies.ClimbSettings):
+        kp_range: tuple[float, float] = (500.0, 501.0)
+        scale_range: float = 1.0
+        root_limit: float = 0.5
+
+    api.register(strategies.CLIMB._replace(settings=Narrow))
+    scenario = api.load_scenario("c-axis-ramp", {"search.preset": "climb", **SIZES})
+    genome = individuals.genome_of(scenario)
+    found = genome.fresh(np.arange(105), np.random.default_rng(0))
+    assert 500.0 <= found.gains[:, 0].min() <= found.gains[:, 0].max() <= 501.0
+    assert found.gains[:, 1].max() > 1000.0  # the default
+    assert (found.scales == found.scales[0]).all()
+    assert abs(found.consequents[:, -1]).max() == 0.5
+
+
+def test_one_that_is_known_and_not_asked_for_is_refused(searching):
+    for others in ((), ("--preset", "l-shade")):
+        line = refused("design", "c-axis-ramp", "--strategy", "hunt:CLIMB", *others)
+        assert line.endswith(f"would be {others[1] if others else 'race'}; add --preset climb\n")
+
+
+def test_a_package_brings_a_strategy(searching):
+    installed(searching, "[hfc_design.strategies]", "climb = hunt:CLIMB")
+    scenario = api.load_scenario("c-axis-ramp", {"search.preset": "climb", **SIZES})
+    assert scenario.search.step == 0.3
+    assert "a hill climber" in hfc("list", "strategies").stdout
+
+
+def test_names_of_strategies(searching):
+    assert list(api.strategies) == ["cma", "l-shade", "lin-lee-1999", "nsga-ii", "race"]
+    climb = api.register(imported("hunt").CLIMB)
+    assert api.strategies["climb"] is climb
+    assert api.load_scenario("c-axis-ramp").search.preset == "race"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"search.preset": "swarm"}, ["search.preset = 'swarm'", " race,", "hfc.register"]),
+        ({"search.preset": 3}, ["search.preset = 3"]),
+        ({"search.preset": "climb", "search.step": "far"}, ["search.step = 'far'"]),
+        ({"search.preset": "climb", "search.tournament": 3}, ["search.tournament = 3"]),
+        ({"search.preset": "climb", "search.population": 0}, ["search.population = 0"]),
+        ({"search.kp_range": [5.0, 1.0]}, ["search.kp_range", "[low, high]"]),
+        ({"search": 5}, ["search = 5"]),
+    ],
+)
+def test_searches_that_cannot_be(change, words, searching):
+    api.register(imported("hunt").CLIMB)
+    with pytest.raises(api.UserError) as error:
+        api.load_scenario("c-axis-ramp", change)
+    for word in words:
+        assert word in str(error.value)

@@ -1,0 +1,72 @@
+"""What the controller is told and what becomes of its command, against SciPy and plain loops."""
+
+import numpy as np
+import pytest
+from sledge import refused
+
+import hfc_design.api as hfc
+from hfc_design.files.design import Limits, design_json
+from hfc_design.files.machine import measured_apart
+from hfc_design.simulation.sensors import largest_command, observer_gains
+from plants import C_AXIS, FEED_DRIVE
+
+PERIOD = 1e-3
+
+
+def scenario(*changes, seconds=0.5):
+    return hfc.load_scenario("c-axis-ramp", [f"simulation.duration_s={seconds}", *changes])
+
+
+def test_observer_has_two_equal_poles():
+    for bandwidth in (1.0, 30.0, 400.0):
+        alpha, beta = observer_gains(bandwidth, PERIOD)
+        poles = np.roots([1.0, alpha + beta - 2.0, 1.0 - alpha])
+        assert poles == pytest.approx(np.exp(-2 * np.pi * bandwidth * PERIOD), abs=1e-6)
+
+
+def test_largest_command_is_a_whole_number_of_steps():
+    for command, resolution, wanted in (
+        (120.0, 0.06, 120.0),
+        (10.0, 0.6, 9.6),
+        (1e300, 1e-20, 1e300),
+    ):
+        limits = Limits(command=command, resolution=resolution)
+        assert largest_command(limits) == pytest.approx(wanted, rel=1e-15)
+    assert largest_command(Limits(resolution=2.0)) is None
+
+
+def test_signals_that_no_encoder_forms():
+    assert measured_apart(C_AXIS) == ["current"]
+    assert measured_apart(FEED_DRIVE) == []
+
+
+def test_a_design_file_says_no_more_of_its_limits_than_it_has_to():
+    assert Limits(command=5.0).model_dump() == {"command": 5.0}
+    found = scenario("limits.resolution=0.5", "limits.delay_samples=1")
+    text = design_json(hfc.with_gains(found, "pd", {"kp": 1.0, "kd": 1.0}))
+    assert '"resolution": 0.5' in text
+    plain = design_json(hfc.with_gains(scenario(), "pd", {"kp": 1.0, "kd": 1.0}))
+    assert 'resolution"' not in plain.split('"provenance"')[0]
+    assert "delay_samples" not in plain
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("sensors.velocity='observer'", ["sensors", "observer_hz: is missing"]),
+        ("sensors.observer_hz=0", ["sensors.observer_hz = 0", "greater than 0"]),
+        ("sensors.velocity='resolver'", ["sensors.velocity = 'resolver'", "'observer'"]),
+        ("sensors.readings.deflection.noise=1", ["readings.deflection", "encoders", "current"]),
+        ("sensors.readings.mood.noise=1", ["sensors.readings.mood", "has current"]),
+        ("sensors.readings.error.noise=1", ["sensors.readings.error", "has current"]),
+        ("sensors.readings.current.noise=-1", ["readings.current.noise = -1"]),
+        ("limits.delay_samples=2", ["limits.delay_samples = 2", "0 or 1"]),
+        ("limits.resolution=-1", ["limits.resolution = -1"]),
+        ("limits={command=1,resolution=2}", ["resolution = 2.0", "at most command = 1.0"]),
+        ("limits.axes.axis.delay_samples=2", ["limits", "axes.axis.delay_samples = 2"]),
+    ],
+)
+def test_sensors_and_limits_that_are_not_allowed(change, words, tmp_path):
+    line = refused("design", "c-axis-ramp", "--out", tmp_path / "run", "--set", change)
+    for word in words:
+        assert word in line

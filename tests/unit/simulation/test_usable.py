@@ -1,0 +1,25 @@
+"""Whether a design can be used: against runs of its own, poles, and the constraints by hand."""
+
+import numpy as np
+import pytest
+
+from hfc_design.simulation.gain_range import gain_range, gain_told
+
+
+@pytest.mark.parametrize(
+    ("gain", "words"),
+    [
+        ((0.5, 2.0), "from 0.5 to 2 times the command"),
+        ((0.5, 16.0), "from 0.5 to at least 16 times the command"),
+        ((16.0 ** (-31 / 32), 2.0), "from at most 0.0682 to 2 times the command"),
+    ],
+)
+def test_beyond_the_ends_of_the_scan_nothing_is_said(gain, words):
+    assert gain_told(gain) == words
+
+
+def test_the_range_of_gains_is_that_of_a_threshold():
+    found = gain_range(lambda factors: np.append(1.0, factors) * 3.0 < 10.0)
+    assert found[1] == pytest.approx(10.0 / 3.0, rel=3e-3)
+    assert found[0] == pytest.approx(16.0 ** (-31 / 32))
+    assert gain_range(lambda factors: np.append(1.0, factors) > 1.5) is None
