@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from hfc_design.controllers.controller import AxisLaw, Signals
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.tree import Reach, Sources, reachable
@@ -80,7 +82,9 @@ class Grid(NamedTuple):
     table: tuple[tuple[float, ...], ...]  # (points, 7)
 
     def between(self, u: Scalar) -> list[Scalar]:
-        """Degrees of a number of the runtime: linear in between, constant beyond."""
+        """Degrees of numbers of the runtime: linear in between, constant beyond."""
+        if isinstance(u, np.ndarray):
+            return [*np.transpose([self.between(one) for one in u])]
         place = max(0.0, min(float(len(self.table) - 1), (u - self.low) * self.per_unit))
         k = min(int(place), len(self.table) - 2)
         part, pairs = place - k, zip(self.table[k], self.table[k + 1], strict=True)

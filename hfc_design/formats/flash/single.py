@@ -3,21 +3,24 @@
 C in float sums in another order, so that its commands are about as far off as these, not equal.
 """
 
-from collections.abc import Iterable
-from math import exp, isfinite, tanh
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
 from hfc_design.controllers.controller import AxisLaw, Controller, PerAxis, View, rate_limited
-from hfc_design.core.numbers import SCALARS, Plain
+from hfc_design.core.numbers import ARRAYS, Floats, Gains, Mask, Memory, Plain
 from hfc_design.files.design import Design
 from hfc_design.formats.flash.driving import RESETS
 
-#: Functions that the law asks for whose results would be of Python's floats.
-SINGLE = SCALARS._replace(
-    bell=lambda rate, distance: np.float32(exp((-rate * distance) * distance)),
-    tanh=lambda x: np.float32(tanh(x)),
+#: Those of C's float are no less exact than these.
+SINGLE = ARRAYS._replace(
+    bell=lambda rate, distance: _rounded(np.exp, (-rate * distance) * distance),
+    tanh=lambda x: _rounded(np.tanh, x),
 )
+
+
+def _rounded(function: np.ufunc, x: Floats) -> np.ndarray:
+    return np.asarray(function(np.asarray(x, np.float64)), np.float32)
 
 
 def single(value: Plain) -> Plain:
@@ -36,25 +39,60 @@ def single(value: Plain) -> Plain:
 
 
 def commands(
-    design: Design, axes: tuple[str, ...], views: Iterable[View], law: AxisLaw | None = None
-) -> list[list[float]]:
-    """(samples, axes) commands of a design; the views are in single precision.
+    design: Design,
+    axes: tuple[str, ...],
+    rows: np.ndarray,
+    view_of: Callable[[np.ndarray], View],
+    law: AxisLaw | None,
+) -> Floats:
+    """(tries, samples, axes) commands of a design for the ``rows`` (samples, inputs, tries).
 
-    ``law`` as of ``runtime.Controller``. Where a command would not be finite the past is kept, as
-    in C.
+    ``view_of`` makes a view of a sample (inputs, any); ``law`` as of ``runtime.Controller``. Where
+    a command would not be finite the past is kept, as in C.
     """
-    controller = design.commanding(axes)
-    if law is not None:
-        own: Controller = PerAxis(design.kind.name, (law,))
-        controller = rate_limited(own, design.limits.commands(axes), design.changes(axes))
-    gains = single(design.kind.gains(design.controller))
-    found: list[list[float]] = []
+    begins = np.array(sorted(RESETS))
+    lengths = np.diff(begins, append=len(rows))
+    # What begins anew does not hang on the samples before: all parts run beside each other.
+    steps = begins + np.minimum(np.arange(lengths.max())[:, None], lengths - 1)  # (longest, parts)
+    lanes = rows[steps].swapaxes(1, 2).reshape(len(steps), rows.shape[1], -1)
+    views = map(view_of, lanes.astype(np.float32))
+    found = _stepped(
+        _controller(design, axes, law),
+        single(design.kind.gains(design.controller)),
+        views,
+        lanes.shape[-1],
+    )
+    parts = found.reshape(len(steps), len(begins), rows.shape[2], -1)
+    each = [parts[:length, k] for k, length in enumerate(lengths)]
+    return np.concatenate(each).swapaxes(0, 1)
+
+
+def _controller(design: Design, axes: tuple[str, ...], law: AxisLaw | None) -> Controller:
+    if law is None:
+        return design.commanding(axes)
+    own = PerAxis(design.kind.name, (law,))
+    return rate_limited(own, design.limits.commands(axes), design.changes(axes))
+
+
+def _stepped(controller: Controller, gains: Gains, views: Iterable[View], lanes: int) -> Floats:
+    """(steps, lanes, axes)."""
+    zero, found = np.zeros(lanes, np.float32), []
+    memory = controller.initial_memory(zero)
     with np.errstate(all="ignore"):
-        for k, view in enumerate(views):
-            if k in RESETS:
-                memory = single(controller.initial_memory(0.0))
+        for view in views:
             told, after = controller.step(SINGLE, gains, memory, view)
-            found.append(list(map(float, told)))
-            if all(map(isfinite, found[-1])):
-                memory = after
-    return found
+            found.append(np.stack([zero + command for command in told], axis=1))
+            finite = np.isfinite(found[-1]).all(axis=1)
+            memory = after if finite.all() else _where(finite, after, memory)
+    return np.stack(found, dtype=np.float64)
+
+
+def _where(finite: Mask, after: Memory, before: Memory) -> Memory:
+    """What is remembered of each try."""
+    if hasattr(after, "_fields"):
+        return type(after)(*map(_where, [finite] * len(after), after, before))
+    if isinstance(after, dict):
+        return {key: _where(finite, own, before[key]) for key, own in after.items()}
+    if isinstance(after, list | tuple):
+        return type(after)(map(_where, [finite] * len(after), after, before))
+    return after if after is None else np.where(finite, after, before)

@@ -56,8 +56,8 @@ def _disturbed(inputs: Floats, noise: float, tries: int) -> Iterator[Floats]:
             yield (inputs * (1.0 + side * 2.0**-23 * off)).astype(np.float32).astype(float)
 
 
-def tolerance(commands: Floats, near: list[Floats], far: list[Floats]) -> Tolerance:
-    """Of the commands (samples, axes), and what they are in single precision.
+def tolerance(commands: Floats, near: Floats, far: Floats) -> Tolerance:
+    """Of the commands (samples, axes), and what they are in single precision, (tries, ...).
 
     ``near`` are those of ``rounded``, ``far`` those of ``disturbed`` inputs.
     """
@@ -79,7 +79,7 @@ def tolerance(commands: Floats, near: list[Floats], far: list[Floats]) -> Tolera
     return Tolerance(DOUBLE * largest, MARGIN * worst, tuple(map(bool, alike)))
 
 
-def _off(commands: Floats, tried: list[Floats]) -> Floats:
+def _off(commands: Floats, tried: Floats) -> Floats:
     """(samples,) the largest difference."""
-    found: Floats = np.abs(np.array(tried) - commands).max(axis=(0, 2))
+    found: Floats = np.abs(tried - commands).max(axis=(0, 2))
     return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from hfc_design.controllers.controller import AxisLaw, PathView, View
 from hfc_design.controllers.rules import identifier
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Scalar
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import axes_of
 from hfc_design.formats.flash import driving, single
@@ -71,12 +71,10 @@ def vectors(design: Design, law: AxisLaw | None = None) -> Vectors:
     views = [_view(row, axes, names) for row in inputs]
     commands = _commands(design, axes, views, law)
 
-    def in_single(rows: Floats) -> Floats:
-        views = (single.single(_view(row, axes, names)) for row in rows.tolist())
-        return np.array(single.commands(design, axes, views, law))
-
-    off, further = (list(map(in_single, tried(np.array(inputs)))) for tried in (rounded, disturbed))
-    found = tolerance(np.array(commands), off, further)
+    near, far = ([*tried(np.array(inputs))] for tried in (rounded, disturbed))
+    rows = np.stack([*near, *far], axis=-1)  # (samples, inputs, tries)
+    in_single = single.commands(design, axes, rows, lambda row: _view([*row], axes, names), law)
+    found = tolerance(np.array(commands), in_single[: len(near)], in_single[len(near) :])
     resets = tuple(k in driving.RESETS for k in range(len(inputs)))
     return Vectors(("",) if kind.law else axes, names, path, resets, inputs, commands, found)
 
@@ -142,7 +140,7 @@ def _inputs(
     return [list(chain.from_iterable(row)) for row in zip(*parts, strict=True)]
 
 
-def _view(row: list[float], axes: tuple[str, ...], names: tuple[str, ...]) -> View:
+def _view(row: list[Scalar], axes: tuple[str, ...], names: tuple[str, ...]) -> View:
     """A row of the inputs as the runtime takes it."""
     count = len(names)
     told = [row[k * count : (k + 1) * count] for k in range(len(axes))]
