@@ -32,7 +32,7 @@ from hfc_design.controllers.kind import (
     Template,
 )
 from hfc_design.controllers.neural.training import Lesson
-from hfc_design.core.numbers import Xp, clipped, total
+from hfc_design.core.numbers import Constant, Xp, clipped, total
 from hfc_design.core.plugins import group_of
 from hfc_design.core.records import RunError, UserError
 from hfc_design.files.design import Design
@@ -113,4 +113,4 @@ __all__ += ["Genome", "Strategy", "StrategySettings", "Task", "taken"]
 __all__ += ["AxisLaw", "Law", "View", "genome_of_gains", "held", "settings_of"]
 __all__ += ["ControllerRecord", "ControllerSettings", "Explain", "Kind", "Member", "Saved"]
 __all__ += ["Drawing", "Listing", "Section", "Shown", "Target", "Template"]
-__all__ += ["Xp", "clipped", "total"]
+__all__ += ["Constant", "Xp", "clipped", "total"]
