@@ -12,7 +12,10 @@ from pydantic import ValidationError
 
 #: Packages in which a user's mistake ends, and is not made.
 OURS = {"hfc_design", "plants", "jax", "jaxlib", "numpy", "scipy", "equinox", "optimistix"}
-_WRITE = "write jnp.sin for math.sin or np.sin, and alike every function, jnp.asarray for float"
+_WRITE = (
+    "write jnp.sin for math.sin or np.sin, and alike every function, jnp.asarray for float; "
+    "a float of an AxisLaw that Python has to know is hfc.Constant"
+)
 #: What to write where JAX says that code needs a number and there is none yet.
 INSTEAD = {
     "TracerBoolConversionError": "write jnp.where(condition, a, b) for if (xp.where in a control "
