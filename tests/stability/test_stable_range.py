@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
+from shaken import shaken
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.stable_range import stable_range
@@ -257,3 +258,10 @@ def test_stability_and_sectors_do_not_import_jax():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
+
+
+@pytest.mark.parametrize(("every", "tau"), [(2.1e-5, 0.021), (0.45, 0.009), (0.001, 1.0)])
+def test_a_ratio_just_at_an_end_is_within(every, tau):
+    """2.1e-5 / 0.021 is less than 0.001 by its last bit."""
+    bounds = [stable_range(28.3, tau, x).k1_bound for (x,) in shaken(every)]
+    np.testing.assert_allclose(bounds, bounds[0], rtol=1e-9)
