@@ -45,8 +45,9 @@ Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 #: that. ``SAME_SINGLE`` is the same of what has been in float32.
 SAME, SAME_SINGLE = 1e-9, 1e-6
 
-#: JAX has never fewer devices. A program for one is cut into other pieces than one for several and
-#: rounds otherwise: a search on one core would not find the bits of one on many.
+#: JAX has never fewer devices, whatever JAX_NUM_CPU_DEVICES says. A program for one is not passed
+#: through the partitioner, is fused into other pieces than one for several and rounds otherwise: a
+#: search on one core would not find the bits of one on many.
 FEWEST_DEVICES = 2
 
 
