@@ -5,7 +5,9 @@ import json
 import made_up
 import numpy as np
 import pytest
+from shaken import shaken
 
+from hfc_design.controllers.flc.rules import nearest_labels
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, named_design, parse_design
 from hfc_design.files.named_scenario import load_scenario
@@ -129,3 +131,11 @@ def test_a_search_varies_tables_of_any_odd_size_within_the_stable_range(rows, co
 def test_a_search_needs_a_middle_term(tmp_path):
     with pytest.raises(UserError, match=r"has 2 error_terms; a search keeps the middle one on 0"):
         genome_of(made_up.named(2, 2, 11), tmp_path)
+
+
+def test_a_number_between_two_labels_has_the_lower_one_of_both():
+    """12 of 32 is as near to 8 as to 16, but for its last bits."""
+    for largest, between in shaken(32.0, 12.0):
+        assert nearest_labels([[-largest, -between, between, largest]]) == [
+            ["NL", "NM", "PS", "PL"]
+        ]
