@@ -191,7 +191,7 @@ FEED_DRIVE = Drive(
     accepted=accepted,
     # the linear encoder reports the nearest whole BLU
     measured=lambda c, x: x._replace(position=jnp.round(x.position)),
-    commanded=np.round,
+    commanded=lambda reference: np.round(reference * (1.0 + 1e-9)),  # a half is not by a last bit
     millimetres=lambda p: p.blu,
     top_speed=lambda p: p.gain * max(min(p.highest_command, -p.lowest_command) - p.coulomb, 0.0),
     linear=lambda p: (p.gain, p.time_constant),

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import mannwhitneyu
 
 from hfc_design.batch.groups import Group
+from hfc_design.core.numbers import digits
 from hfc_design.core.shown import line
 from hfc_design.core.statistics import holm
 
@@ -50,12 +51,12 @@ def compared(groups: Sequence[Group]) -> list[Comparison]:
     a12, p = np.empty(len(pairs)), np.empty(len(pairs))
     alike: dict[tuple[int, int, bool], list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(pairs):
-        both = np.concatenate([first.scores, second.scores])
+        both = digits([*first.scores, *second.scores])
         ties = len(np.unique(both)) < len(both)
         alike[len(first.scores), len(second.scores), ties].append(k)
     for (own, other, ties), places in alike.items():  # one call for thousands of pairs
-        x = np.stack([pairs[k][0].scores for k in places])
-        y = np.stack([pairs[k][1].scores for k in places])
+        x = np.stack([digits(pairs[k][0].scores) for k in places])
+        y = np.stack([digits(pairs[k][1].scores) for k in places])
         exact = min(own, other) <= EXACT and not ties
         found = mannwhitneyu(x, y, axis=1, method="exact" if exact else "asymptotic")
         a12[places], p[places] = found.statistic / (own * other), found.pvalue

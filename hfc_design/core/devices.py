@@ -37,8 +37,8 @@ def configure() -> None:
         os.environ["XLA_FLAGS"] = f"{flags} --xla_backend_extra_options={','.join(_LOOPS)}".strip()
     config: Any = jax.config
     config.update("jax_enable_x64", True)
-    if config.jax_num_cpu_devices == -1:  # nobody has chosen yet
-        count = max(FEWEST_DEVICES, len(os.sched_getaffinity(0)))
+    if (chosen := config.jax_num_cpu_devices) < FEWEST_DEVICES:  # -1: nobody has chosen yet
+        count = max(FEWEST_DEVICES, len(os.sched_getaffinity(0)) if chosen == -1 else chosen)
         try:
             config.update("jax_num_cpu_devices", count)
         except RuntimeError:

@@ -41,8 +41,13 @@ Integers: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 Indices: TypeAlias = NDArray[np.intp]  # numbers of elements, from 0 on
 
-#: JAX has never fewer devices. A program for one is cut into other pieces than one for several and
-#: rounds otherwise: a search on one core would not find the bits of one on many.
+#: What differs by a smaller share is one number that was rounded otherwise: nothing may hang on
+#: that. ``SAME_SINGLE`` is the same of what has been in float32.
+SAME, SAME_SINGLE = 1e-9, 1e-6
+
+#: JAX has never fewer devices, whatever JAX_NUM_CPU_DEVICES says. A program for one is not passed
+#: through the partitioner, is fused into other pieces than one for several and rounds otherwise: a
+#: search on one core would not find the bits of one on many.
 FEWEST_DEVICES = 2
 
 
@@ -104,6 +109,31 @@ def finite(value: Plain) -> bool:
         return bool(np.isfinite(value).all())
     except TypeError:
         return True
+
+
+def passed(moments: Floats, now: Floats) -> Indices:
+    """How many of rising ``moments`` (n,) each of ``now`` has come to, but for its last bits."""
+    return np.searchsorted(moments, now + SAME * np.abs(now), side="right")
+
+
+def first_at(time: Floats, moment: float) -> int:
+    """The first of rising times (n,) that is not before a moment, but for its last bits."""
+    return int(np.searchsorted(time, moment - SAME * abs(moment)))
+
+
+def within(low: float, value: float, high: float) -> bool:
+    """Whether a value is between two, an end or one beside it among them."""
+    return low * (1.0 - SAME_SINGLE) <= value <= high * (1.0 + SAME_SINGLE)
+
+
+def floored(value: float) -> int:
+    """The whole part of a number that is not negative; 0.29 * 100 has 29."""
+    return int(value * (1.0 + SAME))
+
+
+def digits(values: Iterable[float]) -> Floats:
+    """Values with those digits alone that rounding leaves, so that equal ones are equal."""
+    return np.array([float(f"{value:.9g}") for value in values])
 
 
 def clipped(xp: Xp, value: Scalar, low: Scalar, high: Scalar) -> Scalar:

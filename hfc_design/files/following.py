@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hfc_design.core.numbers import SAME
 from hfc_design.files.machine import Axis, PlantSettings, check_axes
 from hfc_design.files.motions import AnyReference
 from hfc_design.motion.program import Program, top_speed_fault
@@ -107,8 +108,8 @@ def _check_speed(axis: Axis, reference: Reference, simulation: Simulation) -> No
     speed = float(np.abs(told.reference_rate).max())
     substeps = simulation.substeps
     limit = axis.drive.fastest(axis.parameters, simulation.sample_time_s / substeps)
-    if speed > limit:
-        needed = np.ceil(substeps * speed / limit)
+    if speed > limit * (1.0 + SAME):
+        needed = np.ceil(substeps * speed / limit * (1.0 - SAME))
         raise ValueError(
             f"simulation.substeps = {substeps}: a reference of up to "
             f"{speed:.3g} {axis.drive.units['error_rate']} needs at least {needed:.15g} with "

@@ -11,6 +11,7 @@ from pydantic import Field, SerializeAsAny, model_validator
 
 from hfc_design.controllers.kind import ControllerSettings, Target
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.numbers import SAME
 from hfc_design.core.plugins import chosen
 from hfc_design.core.records import Asked, Name, Record, UserError
 from hfc_design.core.shown import line, table
@@ -315,7 +316,9 @@ class Scenario(Record, metaclass=Asked):
             own = {"loads": loads, "noise": np.vstack([noise, *others])}
             own |= {"sliding": settled * slides(motion.reference_rate)}
             end = motion.target[-1]
-            ends = np.full_like(time, end), np.full_like(time, np.sign(end - places[axis.name]))
+            gone = end - places[axis.name]  # but for rounding nothing, where it has come back
+            heading = np.sign(gone) if abs(gone) > SAME * np.ptp(motion.target) else 0.0
+            ends = np.full_like(time, end), np.full_like(time, heading)
             if isinstance(path, Program):
                 ends = turned_back(motion.target)
             own |= dict(zip(("end", "heading"), ends, strict=True))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Scalar
+from hfc_design.core.numbers import Floats, Scalar, digits, within
 from hfc_design.identify.certainty import Certainty, errors_of, root_of
 from hfc_design.identify.fit import Fit
 from hfc_design.identify.free import Free
@@ -69,19 +69,19 @@ def advice(found: Found, known: Certainty, told: Recording, substeps: int) -> Ad
     if not wanted.size and known.error.max() < ENOUGH:
         return None
     if not wanted.size:
-        wanted = np.argsort(-known.error, kind="stable")[:SHOWN]
+        wanted = np.argsort(-digits(known.error), kind="stable")[:SHOWN]
     gains = np.log(known.error[wanted] / np.array(after)[:, wanted])
     total = np.where(allowed & np.isfinite(gains).all(axis=1), gains.sum(axis=1), -np.inf)
     k = int(total.argmax())
     if not np.isfinite(total[k]) or gains[k].max() < WORTH:
         return None
-    best = wanted[np.argsort(-gains[k], kind="stable")[:SHOWN]]
+    best = wanted[np.argsort(-digits(gains[k]), kind="stable")[:SHOWN]]
     errors = {free.names[i]: (float(known.error[i]), float(after[k][i])) for i in best}
     return Advice(*pairs[k], steps * every, float(going[0][k]), float(going[1][k]), errors)
 
 
 def _shapes(largest: float, every: float, steps: int) -> list[tuple[float, float]]:
-    allowed = [f for f in FREQUENCIES if 1.0 / (steps * every) <= f <= FASTEST / every]
+    allowed = [f for f in FREQUENCIES if within(1.0 / (steps * every), f, FASTEST / every)]
     return [(share * largest, f) for share in AMPLITUDES for f in allowed]
 
 

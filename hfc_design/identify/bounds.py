@@ -6,7 +6,7 @@ torque is no machine's. No interval that slopes tell is true there.
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Mask, digits
 from hfc_design.identify.certainty import Certainty
 from hfc_design.identify.fit import VAGUE, Fit
 from hfc_design.identify.free import Free
@@ -66,7 +66,7 @@ def _blamed(fit: Fit, error: Floats) -> int | None:
     """The least known parameter with which, where it began, the others are a machine."""
     if fault(fit.free, fit.numbers) is None:
         return None
-    for k in np.argsort(-error, kind="stable").tolist():
+    for k in np.argsort(-digits(error), kind="stable").tolist():
         numbers = fit.numbers.copy()
         numbers[k] = fit.free.begun[k]
         if fault(fit.free, numbers) is None:

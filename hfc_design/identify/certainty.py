@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.stats import norm
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import Floats, Mask, digits
 from hfc_design.identify.fit import VAGUE, Fit
 
 #: The share of repeats in which an interval holds the true value.
@@ -146,7 +146,7 @@ def _untold(fit: Fit, covariance: Floats) -> tuple[Combination, ...]:
     lengths, directions = np.linalg.eigh(covariance * np.outer(shares, shares))
     found = []
     for length, direction in zip(np.sqrt(np.maximum(lengths, 0.0)), directions.T, strict=True):
-        most = np.abs(direction).argmax()
+        most = digits(np.abs(direction)).argmax()  # of two that change alike the first
         if length * abs(direction[most]) < TOLD:
             continue
         own = direction / direction[most]

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import chi2
 
-from hfc_design.core.numbers import Floats, Scalar
+from hfc_design.core.numbers import Floats, Scalar, digits
 from hfc_design.identify.certainty import CONFIDENCE, Certainty, root_of
 from hfc_design.identify.fit import VAGUE, Fit, Problem, costs
 from hfc_design.identify.search import Found
@@ -47,7 +47,7 @@ class Profile(NamedTuple):
 def profiles(found: Found, known: Certainty) -> tuple[Profile, ...]:
     """Of the parameters that are known least."""
     fit = found.fit
-    worst = np.argsort(-known.error, kind="stable")[:WORST]
+    worst = np.argsort(-digits(known.error), kind="stable")[:WORST]
     error = np.sqrt(np.diag(known.covariance))
     root = np.vstack([root_of(fit.jacobian, fit.scale), np.eye(len(fit.numbers)) / VAGUE])
     lanes, held = [], []

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import SAME, Floats
 from hfc_design.logs.signals import Signals
 from plants import Drive
 
@@ -45,7 +45,8 @@ def recording(found: Signals, drive: Drive) -> Recording:
     place = found.values[seen]
     time = found.sample_time * np.arange(len(place[:BEGINNING]))
     (*_, rate, _), errors = np.polyfit(time, place[:BEGINNING], 3, cov=True)
-    if abs(rate) < CLEAR * np.sqrt(errors[2, 2]):  # no more than its noise: it begins at rest
+    noise = max(CLEAR * np.sqrt(errors[2, 2]), SAME * np.ptp(place) / time[-1])
+    if abs(rate) < noise:  # it begins at rest
         rate = 0.0
     measured = [seen, *(name for name in outputs_of(drive) if name in found.values)]
     return Recording(

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Parameters, Scalar, State
+from hfc_design.core.numbers import SAME, Floats, Parameters, Scalar, State
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from plants import Drive
@@ -100,7 +100,7 @@ def replay(free: Free, told: Recording, bandwidth: float, substeps: int) -> Repl
     rise, bend = between(told.load)
     unknown = zeros(dict(body), names, [] if not bandwidth else [drive.seen[0]])
     # An observer finds out how the log began; when it has forgotten what it took it for, it counts.
-    periods = bandwidth * every * np.arange(len(told.usable))
+    periods = bandwidth * every * np.arange(len(told.usable)) * (1.0 + SAME)
     waits = FORGOTTEN if told.rate else RESTED
     counted = np.where(periods < waits, 0.0, told.usable) if bandwidth else told.usable
     outputs = np.stack([*told.outputs.values()], axis=-1)

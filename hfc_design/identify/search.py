@@ -6,8 +6,8 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
-from hfc_design.identify.fit import Fit, Problem, fitted, offs, searched, settled
+from hfc_design.core.numbers import Floats, Mask, within
+from hfc_design.identify.fit import NOTHING, Fit, Problem, fitted, offs, searched, settled
 from hfc_design.identify.free import Free
 from hfc_design.identify.recording import Recording
 from hfc_design.identify.replay import Residual, replay
@@ -53,6 +53,8 @@ def by_command(
         numbers = first if best is None else best.fit.numbers
         if best is not None and not _worth(best, residual):
             break
+        if best is not None and best.fit.rms[0] <= NOTHING * np.std(told.place):
+            break  # of which observer there is less is rounding
         name = f"observer of {hz:g} Hz" if hz else "open loop"
         how = Way(told, residual, name, True)
         fit, problem = _fit(free, how, numbers, seed, tell)
@@ -72,20 +74,22 @@ def bandwidths(told: Recording, wanted: float | None) -> list[float]:
     low = PERIODS / told.duration
     if wanted is not None:
         high = LARGEST_SHARE / told.sample_time
-        if wanted and not low <= wanted <= high:
+        if wanted and not within(low, wanted, high):
             raise ValueError(
                 f"an observer of {wanted:g} Hz does not suit it: {low:.3g} to {high:.3g} Hz, by "
                 "how long it lasts and how it is sampled"
             )
         return [wanted]
     high = SHARE / told.sample_time
-    if low > high:
+    if not within(0.0, low, high):
         fewest = int(np.ceil(PERIODS / SHARE))
         raise ValueError(
             f"has {len(told.place)} samples, an observer needs {fewest}: record more, or replay "
             "it with --open-loop"
         )
-    return [hz for hz in BANDWIDTHS if low <= hz <= high] or [min(high, max(low, BANDWIDTHS[-1]))]
+    return [hz for hz in BANDWIDTHS if within(low, hz, high)] or [
+        min(high, max(low, BANDWIDTHS[-1]))
+    ]
 
 
 def by_loop(free: Free, told: Recording, residual: Residual, seed: int, tell: Tell) -> Found:

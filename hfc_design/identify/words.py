@@ -65,7 +65,7 @@ def untold_lines(found: "Identified") -> list[str]:
 
 def _untold(one: Combination) -> str:
     change = f"{100 * one.change:.2g} %" if one.change < 10.0 else f"a factor of {one.change:.2g}"
-    (first, _), *others = sorted(one.shares.items(), key=lambda item: -abs(item[1]))
+    (first, _), *others = sorted(one.shares.items(), key=lambda item: -abs(round(item[1], 9)))
     if not others:
         return f"{first} is only known to {change}"
     rest = f" and {len(others) - TOGETHER} more" if len(others) > TOGETHER else ""

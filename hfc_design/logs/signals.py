@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import SAME_SINGLE, Floats, Mask
 from hfc_design.logs import travel
 from hfc_design.logs.columns import (
     Column,
@@ -148,6 +148,7 @@ def at_an_end(values: Floats) -> Mask:
         held = np.flatnonzero(np.diff(np.r_[0, values == extreme, 0]))
         for begin, end in zip(held[::2], held[1::2], strict=True):
             arrives = change[max(begin - 2, 0) : begin].max(initial=0.0)
-            if end - begin >= STAYS and arrives > ARRIVES * typical:
+            # In whole steps of an encoder one of them may be just that share of four.
+            if end - begin >= STAYS and arrives > ARRIVES * typical * (1.0 + SAME_SINGLE):
                 found[begin:end] = True
     return found

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import SAME, Floats
 
 #: A step is told by so many of the least changes; noise by what is this much of a step at least.
 LOOKED_AT, SEEN = 50, 0.1
@@ -33,9 +33,8 @@ def noise_of(off: Floats, place: Floats, step: float | None) -> float | None:
     """
     counts = (off[2:] != 0) & (off[1:-1] != 0) & (off[:-2] != 0)
     speed = np.abs(place[2:] - place[:-2])
-    bend = (
-        np.diff(off, 2)[counts & (speed <= np.quantile(speed, SLOW))] if counts.any() else off[:0]
-    )
+    slow = speed <= np.quantile(speed, SLOW) + SAME * speed.max() if counts.any() else counts
+    bend = np.diff(off, 2)[counts & slow]
     if not bend.size:
         return None
     usual = max(float(np.median(np.abs(bend))) / 0.6745, step or 0.0)  # of a normal distribution

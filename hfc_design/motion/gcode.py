@@ -124,7 +124,7 @@ def segments(text: str, rapid: float) -> tuple[Segment, ...]:
     for block in blocks(text):
         planar = block.centre is not None or dist(block.start[:2], block.end[:2]) >= SAME_PLACE
         for axis, a, b in zip(AXES[2:], block.start[2:], block.end[2:], strict=True):
-            if a == b or (axis == "Z" and (block.feed is None or not planar)):
+            if abs(a - b) < SAME_PLACE or (axis == "Z" and (block.feed is None or not planar)):
                 continue
             told = f"{axis} moves together with X or Y" if planar else f"{axis} moves"
             raise ValueError(f"line {block.line}: {told}; only motion in X-Y is read")
@@ -263,7 +263,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
         if chord < SAME_PLACE:
             raise ValueError("an arc with R has to end elsewhere; a full circle needs I or J")
         radius = abs(words["R"])
-        if radius < chord / 2 - ROUNDING:
+        if radius < chord / 2 - ROUNDING - SAME_PLACE:
             raise ValueError(f"R{words['R']:g} is too small for ends {chord:.6g} mm apart")
         height = sqrt(max(radius**2 - chord**2 / 4, 0.0))
         left = height if ccw == (words["R"] > 0) else -height
@@ -272,7 +272,7 @@ def _centre(start: Point, end: Point, words: Words, ccw: bool) -> Point:
     first, last = dist(start, centre), dist(end, centre)
     if min(first, last) < SAME_PLACE:
         raise ValueError("an arc without a centre: neither I, J nor R, or all are 0")
-    if abs(first - last) > ROUNDING:
+    if abs(first - last) > ROUNDING + SAME_PLACE:
         raise ValueError(
             f"the arc's radii differ: {first:.6g} mm at its start, {last:.6g} mm at its end"
         )

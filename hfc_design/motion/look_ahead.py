@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices
+from hfc_design.core.numbers import SAME, Floats, Indices
 from hfc_design.motion.axis_path import AxisPath
 from hfc_design.motion.paths import Motion, Speeds, phased, reachable
 
@@ -71,7 +71,7 @@ def _pieces(
     what lies between them the largest speed.
     """
     count, near = len(path.length), most * cycle
-    long = path.length > 4.0 * near
+    long = path.length > 4.0 * near * (1.0 + SAME)
     block = np.repeat(np.arange(count), np.where(long, 3, 1))
     first = np.flatnonzero(np.diff(block, prepend=-1))
     length = path.length[block]
@@ -119,7 +119,7 @@ def _corners(
             half = CORNER * length / strain
             square = 2.0 * half * (half / (more + np.hypot(more, 2.0 * half)))
             speed = np.where(strain > 0.0, np.minimum(speed, np.sqrt(square)), speed)
-    slow = speed < CYCLES * cycle * np.minimum(rate[:-1], rate[1:])
+    slow = speed * (1.0 + SAME) < CYCLES * cycle * np.minimum(rate[:-1], rate[1:])
     other = path.linear[:-1] != path.linear[1:]  # mm are no degrees
     speed = np.where(slow | other, 0.0, speed)
     peaks = [np.minimum(top, np.sqrt(speed**2 + more)) for _, more, top in sides]

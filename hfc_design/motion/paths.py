@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Mask
+from hfc_design.core.numbers import Floats, Indices, Mask, passed
 
 Point = tuple[float, float]
 
@@ -43,8 +43,9 @@ def arc(start: Point, centre: Point, sweep: float, feed: float) -> Segment:
 
 #: Points nearer than this are the same place [mm].
 SAME_PLACE = 1e-6
-#: A change of direction below this is no corner [deg]; programs print three digits of a mm.
-CORNER = 1.0
+#: A change of direction up to this is no corner [deg]; programs print three digits of a mm. A
+#: circle of 360 lines changes it by 1, but for the last bits, and has none.
+CORNER = 1.000001
 
 
 class Places(NamedTuple):
@@ -77,13 +78,14 @@ class Path(NamedTuple):
 
     def at(self, distance: Floats) -> Places:
         """Where the path is after ``distance`` (points,) [mm]; beyond its ends it holds."""
+        distance = np.clip(distance, 0.0, self.knots[-1])
         k = self.segment(distance)
-        return self.on(k, np.clip(distance - self.knots[k], 0.0, self.length[k]))
+        return self.on(k, distance - self.knots[k])
 
     def segment(self, distance: Floats) -> Indices:
         """(points,) the segment that a ``distance`` (points,) [mm] along the path is on."""
         last = len(self.length) - 1
-        return np.clip(np.searchsorted(self.knots, distance, side="right") - 1, 0, last)
+        return np.clip(passed(self.knots, distance) - 1, 0, last)
 
     def on(self, k: Indices, s: Floats) -> Places:
         """Where segment ``k`` (points,) is after the length ``s`` (points,) [mm] of its own."""
@@ -140,8 +142,8 @@ class Motion(NamedTuple):
 
         In closed form from the phase.
         """
-        k = np.maximum(np.searchsorted(self.start, time, side="right") - 1, 0)
-        since = np.maximum(time - self.start[k], 0.0)
+        k = np.maximum(passed(self.start, time) - 1, 0)
+        since = np.maximum(time, 0.0) - self.start[k]
         acceleration = self.acceleration[k]
         way = self.distance[k] + (self.speed[k] + 0.5 * acceleration * since) * since
         speed = np.maximum(self.speed[k] + acceleration * since, 0.0)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import SAME, Floats, Mask
 from hfc_design.motion import gcode
 from hfc_design.motion.axis_path import AxisPath, other_axis_fault, travel_fault
 from hfc_design.motion.limits import AxisLimits, MovedAxis, bounds_of
@@ -93,7 +93,7 @@ def top_speed_fault(found: Program) -> str | None:
     """A line if a program asks an axis for more than its drive's speed."""
     wanted = found.path.fastest * found.motion.peak
     reached = np.array([[axis.top_speed] for axis in found.axes])
-    if not (wanted > reached).any():
+    if not (wanted > reached * (1.0 + SAME)).any():
         return None
     k, block = map(int, np.unravel_index(int((wanted / reached).argmax()), wanted.shape))
     axis, unit = found.axes[k], "deg" if found.axes[k].rotary else "mm"

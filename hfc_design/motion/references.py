@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from hfc_design.core.carried import WRITTEN, AnyFile, content_of, readable_by
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, passed
 from hfc_design.core.records import Finite, Label, NotNegative, Positive, Record
 from hfc_design.core.texts import LARGEST_TABLE, decoded
 from hfc_design.motion.samples import AxisSamples
@@ -71,12 +71,14 @@ class Table(Profile):
         if self.interpolation == "cubic":
             from hfc_design.motion.splines import spline  # SciPy takes a while to import
 
-            way, moves = spline(times, values), (time >= times[0]) & (time < times[-1])
+            way, begun = spline(times, values), passed(times, time)
             place = way(np.clip(time, times[0], times[-1]))
-            rate, change = (np.where(moves, way(time, order), 0.0) for order in (1, 2))
+            moves = (begun > 0) & (begun < len(times))
+            now = np.maximum(time, times[begun - 1])  # of a row that it has come to the next piece
+            rate, change = (np.where(moves, way(now, order), 0.0) for order in (1, 2))
             return place, rate, change
         slopes = np.concatenate([[0.0], np.diff(values) / np.diff(times), [0.0]])
-        rate = slopes[np.searchsorted(times, time, side="right")]  # at a corner the next slope
+        rate = slopes[passed(times, time)]  # at a corner the next slope
         return np.interp(time, times, values), rate, np.zeros_like(time)
 
 
@@ -113,7 +115,8 @@ class Step(Profile):
 
     def _motion(self, time: Floats) -> tuple[Floats, Floats, Floats]:
         still = np.zeros_like(time)
-        return np.where(time >= self.time_s, self.height, 0.0), still, still
+        begun = passed(np.array([self.time_s]), time) > 0
+        return np.where(begun, self.height, 0.0), still, still
 
 
 class Trapezoidal(Profile):
@@ -148,8 +151,8 @@ class Trapezoidal(Profile):
 
         falling = 2 * rise + cruise - time
         slope = self.acceleration * np.minimum(time, falling)
-        rises, falls = (time >= 0) & (time < rise), (falling > 0) & (falling <= rise)
-        change = way * self.acceleration * (1.0 * rises - falls)
+        phase = passed(np.array([0.0, rise, rise + cruise, 2.0 * rise + cruise]), time)
+        change = way * self.acceleration * np.array([0.0, 1.0, 0.0, -1.0, 0.0])[phase]
         return way * path, way * np.clip(slope, 0.0, peak), change
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Mask
+from hfc_design.core.numbers import Floats, Indices, Mask, first_at
 from hfc_design.motion.samples import PathSamples
 
 #: From a sign change of an axis' velocity on, its quadrant glitch is looked for so long [s].
@@ -95,4 +95,4 @@ def _reversals(velocity: Floats, largest: float) -> Indices:
 
 
 def _soon_after(time: Floats, index: int) -> slice:
-    return slice(index, int(np.searchsorted(time, time[index] + GLITCH_TIME)))
+    return slice(index, first_at(time, time[index] + GLITCH_TIME))

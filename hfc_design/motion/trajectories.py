@@ -22,7 +22,7 @@ from pydantic import (
 )
 
 from hfc_design.core.carried import WRITTEN, readable_by
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import SAME, Floats, floored
 from hfc_design.core.records import Finite, Label, Positive, Record
 from hfc_design.core.texts import about
 from hfc_design.motion import gcode
@@ -119,8 +119,9 @@ class Line(Trajectory):
 
     def _segments(self) -> Iterable[Segment]:
         angle = radians(self.angle_deg)
-        end = (self.length_mm * cos(angle), self.length_mm * sin(angle))
-        return [line((0.0, 0.0), end, self.feed_mm_min)]
+        shares = cos(angle), sin(angle)  # at 90 deg X rests
+        x, y = (self.length_mm * share * (abs(share) > SAME) for share in shares)
+        return [line((0.0, 0.0), (x, y), self.feed_mm_min)]
 
 
 Vertex = tuple[Finite, Finite]
@@ -237,13 +238,13 @@ def speed_fault(trajectory: Trajectory, drive_speeds: Sequence[float]) -> str | 
     share = path.largest_components()  # (2, segments)
     wanted = share * trajectory.motion.peak
     reached = np.broadcast_to(np.reshape(drive_speeds, (2, 1)), wanted.shape)
-    too_fast = wanted > reached
+    too_fast = wanted > reached * (1.0 + SAME)
     if not too_fast.any():
         return None
     none = np.where(too_fast, np.inf, 0.0)  # of a drive that friction keeps at rest
     excess = np.divide(wanted, reached, out=none, where=too_fast & (reached > 0.0))
     axis, k = map(int, np.unravel_index(int(excess.argmax()), excess.shape))
-    allowed = np.floor(60.0 * drive_speeds[axis] / share[axis, k])
+    allowed = floored(60.0 * drive_speeds[axis] / share[axis, k])
     return (
         f"a feed of {path.feed[k]:g} mm/min asks the {'XY'[axis]} axis for "
         f"{wanted[axis, k]:.4g} mm/s, but its drive reaches {drive_speeds[axis]:.4g} mm/s; "

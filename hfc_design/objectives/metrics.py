@@ -5,7 +5,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import SAME, Floats, Mask, first_at
 from hfc_design.core.records import NotNegative, Positive, Record
 from hfc_design.motion.samples import Simulation
 from hfc_design.objectives.stick_share import is_stuck
@@ -26,8 +26,8 @@ class Window(Record):
     def part(self, simulation: Simulation) -> slice:
         """Its samples."""
         time = simulation.time
-        end = None if self.to_s is None else int(np.searchsorted(time, self.to_s))
-        return slice(int(np.searchsorted(time, self.from_s)), end)
+        end = None if self.to_s is None else first_at(time, self.to_s)
+        return slice(first_at(time, self.from_s), end)
 
 
 def meanings(drive: Drive) -> dict[str, str]:
@@ -52,7 +52,8 @@ def meanings(drive: Drive) -> dict[str, str]:
 
 def settled_samples(time: Floats, settled_after: float) -> Mask:
     """The samples at which the loop should have settled; all, if the motion ends before that."""
-    return time >= (settled_after if time[-1] > settled_after else 0.0)
+    goes_on = time[-1] > settled_after * (1.0 + SAME)
+    return np.arange(len(time)) >= (first_at(time, settled_after) if goes_on else 0)
 
 
 def late_samples(time: Floats) -> Floats:
@@ -64,7 +65,7 @@ def late_samples(time: Floats) -> Floats:
 def slides(rate: Floats) -> Mask:
     """Where an axis is to move at half its largest speed at least: not at rest or a reversal."""
     speed = np.abs(rate)
-    return (speed > 0.0) & (speed >= 0.5 * speed.max(initial=0.0))
+    return (speed > 0.0) & (speed * (1.0 + SAME) >= 0.5 * speed.max(initial=0.0))
 
 
 def metrics(

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Integers, Mask
+from hfc_design.core.numbers import SAME, SAME_SINGLE, Floats, Integers, Mask, floored
 from hfc_design.objectives.constraints import Constraint
 from hfc_design.objectives.judge import Judged
 
@@ -72,7 +72,7 @@ class Ensemble(NamedTuple):
         ``judged`` are the first of them. The others may cost nothing and break nothing, and those
         that are forgiven may be the worst of the first.
         """
-        found, forgiven = self.verdict(judged), int(self.forgiven * (machines - 1))
+        found, forgiven = self.verdict(judged), floored(self.forgiven * (machines - 1))
         asked, left = machines - forgiven, max(judged.failed.shape[1] - 1 - forgiven, 0)
         violation = self._violation(found.broken, machines)
         least = violation[:, 0] + np.sort(violation[:, 1:], axis=1)[:, :left].sum(axis=1)
@@ -92,11 +92,12 @@ class Ensemble(NamedTuple):
         As merits become one: means of the motions, and of the machines what is kept.
         """
         weights = self.shares(values.shape[1])[..., None]
+        low = self.quantile * (1.0 + SAME)  # to be among (n - 1) others, but for rounding
         with np.errstate(all="ignore"):
             each = np.where(weights > 0.0, weights * values, 0.0).sum(axis=2)
             ways = {
                 "worst": lambda: each.max(axis=1),
-                "quantile": lambda: np.quantile(each, 1 - self.quantile, axis=1, method="higher"),
+                "quantile": lambda: np.quantile(each, 1 - low, axis=1, method="higher"),
                 "mean": lambda: each.mean(axis=1),
             }
             return np.asarray(ways[self.keep]())
@@ -116,7 +117,7 @@ class Ensemble(NamedTuple):
         """(designs, some) machines that have to keep everything, the nominal one always."""
         others = violation.shape[1] - 1
         order = np.argsort(violation[:, 1:], axis=1, kind="stable") + 1
-        order = np.sort(order[:, : others - int(self.forgiven * others)], axis=1)
+        order = np.sort(order[:, : others - floored(self.forgiven * others)], axis=1)
         return np.concatenate([np.zeros_like(order, shape=(len(order), 1)), order], axis=1)
 
     def _violation(self, broken: Floats, machines: int) -> Floats:
@@ -143,17 +144,20 @@ class Ensemble(NamedTuple):
         values = judged.values[..., judged.values.shape[-1] - len(self.constraints) :]
         most = np.array([one.most for one in self.constraints])
         scale = np.where(most > 0.0, most, 1.0)
-        over = np.nan_to_num(np.maximum(values - most, 0.0) / scale, nan=np.inf)
+        # 0.1 in float32 is more than 0.1, and a drive that stands at such a limit keeps to it.
+        over = np.where(values <= most * (1.0 + SAME_SINGLE), 0.0, values - most)
+        over = np.nan_to_num(over / scale, nan=np.inf)
         # More is always worse, but of what runs away only that it does counts, not how fast.
         over = 1.0 - 1.0 / (1.0 + over)
         return np.concatenate([failed, np.where(failed, 1.0, over)], axis=-1)
 
     def _kept(self, merit: Floats) -> Floats:
         """(designs,) one merit of all machines."""
+        low = self.quantile * (1.0 + SAME)
         with np.errstate(all="ignore"):
             ways = {
                 "worst": lambda: merit.min(axis=1),
-                "quantile": lambda: np.quantile(merit, self.quantile, axis=1, method="lower"),
+                "quantile": lambda: np.quantile(merit, low, axis=1, method="lower"),
                 "mean": lambda: 1.0 / (1.0 / merit).mean(axis=1),
             }
             return np.asarray(ways[self.keep]())

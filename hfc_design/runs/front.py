@@ -157,4 +157,4 @@ def nearest(front: Front, wanted: Mapping[str, float | str], scenario: Scenario)
         except ValueError as error:
             raise UserError(str(error)) from None
         away += np.square((scaled(front.costs)[:, k]) - (value - low[k]) / (width[k] or 1.0))
-    return int(np.argmin(away))
+    return int(np.argmin(np.round(away, 9)))  # of two that are as near the first

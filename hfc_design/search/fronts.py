@@ -6,7 +6,7 @@ and B, and constrained domination of section VI. All costs are such that less is
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Indices, Integers, Mask
+from hfc_design.core.numbers import SAME, Floats, Indices, Integers, Mask
 
 #: Individuals that are compared with all others at once; a row of truths for each.
 BLOCK = 256
@@ -108,9 +108,11 @@ def knee(costs: Floats) -> int:
     """Which point of a front (n, m) bends most: a little less of one cost takes much of another.
 
     It is the farthest below the line, or plane, through the ends of the front, each cost scaled
-    from 0 at its best to 1 at its worst (Das, Structural Optimization 18, 1999).
+    from 0 at its best to 1 at its worst (Das, Structural Optimization 18, 1999). Of some that bend
+    alike, as on a straight front all do, the first.
     """
-    return int(np.argmin(scaled(costs).sum(axis=1)))
+    total = scaled(costs).sum(axis=1)
+    return int(np.argmax(total <= total.min() + SAME))
 
 
 def scaled(costs: Floats) -> Floats:

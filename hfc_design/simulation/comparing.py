@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hfc_design.core.numbers import SAME
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import holm, paired, share_interval
 from hfc_design.files.design import Design
@@ -169,8 +170,8 @@ def _difference(bout: Bout, key: str, first: str, second: str) -> Difference:
     one, other = bout.sides[first], bout.sides[second]
     a, b = one.costs(key), other.costs(key)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # Two without a number, that never settle say, are equal.
-        both = np.where(a == b, 0.0, np.log(a) - np.log(b))
+        # Two without a number, that never settle say, are equal, as are two but for rounding.
+        both = np.where((a == b) | np.isclose(a, b, SAME, 0.0), 0.0, np.log(a) - np.log(b))
     alone = np.where(one.stable, -np.inf, np.inf)
     logarithms = np.where(one.stable & other.stable, both, alone)[one.stable | other.stable]
     stable = (

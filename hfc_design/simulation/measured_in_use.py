@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Gains, Mask
+from hfc_design.core.numbers import SAME_SINGLE, Floats, Gains, Mask
 from hfc_design.files.design import Design
 from hfc_design.files.pairing import controller_of
 from hfc_design.files.scenario import Scenario
@@ -51,7 +51,7 @@ def not_kept(scenario: Scenario, judged: Judged) -> dict[str, Mask]:
     failed = np.asarray(judged.failed)
     found = faults(np.asarray(judged.values), failed, scenario.each_motion())
     for name, (bound, values) in _bounds(scenario, judged).items():
-        found[f"breaks {name}"] = ~(values <= bound.most) & ~failed
+        found[f"breaks {name}"] = ~(values <= bound.most * (1.0 + SAME_SINGLE)) & ~failed
     return found
 
 

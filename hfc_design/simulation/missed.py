@@ -3,7 +3,7 @@
 Plain numbers, as ``usable.json`` and design files have them. Never imports JAX.
 """
 
-from hfc_design.core.numbers import Json
+from hfc_design.core.numbers import SAME_SINGLE, Json
 
 
 def missed(motions: Json) -> Json:
@@ -17,7 +17,7 @@ def missed(motions: Json) -> Json:
         which = "nominal" if one["asked_of"] == "nominal" else "median"
         for name, told in one["tolerances"].items():
             times = (told[which] or 0.0) / told["allowed"]  # None: nothing finite, which is no yes
-            if times > found.get(name, {"times": 1.0})["times"]:
+            if times > found.get(name, {"times": 1.0 + SAME_SINGLE})["times"]:
                 found[name] = {"times": times, "motion": motion}
     return found
 

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from hfc_design.core.arguments import share, wanted, whole
-from hfc_design.core.numbers import Floats, Json, Mask
+from hfc_design.core.numbers import SAME, Floats, Json, Mask
 from hfc_design.core.records import UserError
 from hfc_design.core.shown import line, table
 from hfc_design.core.statistics import share_interval
@@ -238,7 +238,8 @@ def _check_steps(scenario: Scenario, machines: Machines) -> None:
     step = scenario.simulation.sample_time_s / substeps
     for drive, own, happens in zip(drives, machines.true, scenario.samples().axes, strict=True):
         limit = min(drive.fastest(type(own)(*row), step) for row in zip(*own, strict=True))
-        needed = max(needed, np.ceil(substeps * np.abs(happens.reference_rate).max() / limit))
+        speed = np.abs(happens.reference_rate).max() * (1.0 - SAME)
+        needed = max(needed, np.ceil(substeps * speed / limit))
     if needed > substeps:
         raise UserError(
             f"scenario {scenario.name}: simulation.substeps = {substeps}: "

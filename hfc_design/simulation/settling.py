@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from hfc_design.core.numbers import Floats, Mask
+from hfc_design.core.numbers import SAME_SINGLE, Floats, Mask
 from hfc_design.files.scenario import Scenario
 from hfc_design.objectives.constraints import constraints_on
 from hfc_design.objectives.measures import MEASURES, Measure
@@ -57,7 +57,7 @@ def faults(measured: Floats, failed: Mask, motions: Sequence[Scenario]) -> dict[
     """
     unsettled, limited, late = np.moveaxis(measured[..., -len(STABILITY) :], -1, 0)
     axes = len(motions[0].plant.machine.axes)  # a share is their mean, and each is to be in control
-    swings, held = ~(unsettled <= UNSETTLED), ~(limited <= LIMITED / axes)
+    swings, held = ~(unsettled <= UNSETTLED), ~(limited <= LIMITED / axes * (1.0 + SAME_SINGLE))
     settles, off = ~(failed | swings | held), np.ones_like(failed)
     for k, motion in enumerate(motions):
         largest = _largest_reference(motion)
@@ -83,7 +83,8 @@ def several(reason: str) -> str:
 
 def _largest_reference(motion: Scenario) -> float:
     each = zip(motion.samples().axes, motion.places.values(), strict=True)
-    return max(float(np.abs(axis.reference - place).max()) for axis, place in each) or np.inf
+    largest = max(float(np.abs(axis.reference - place).max()) for axis, place in each)
+    return largest * (1.0 + SAME_SINGLE) or np.inf  # that is what one is off that never moves
 
 
 def _tolerance(motion: Scenario, largest: float) -> float:

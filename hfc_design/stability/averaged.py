@@ -24,6 +24,8 @@ PLACES = 1024
 WAYS = 1.618 * 10.0 ** np.arange(-6.0, 6.5, 0.5)
 #: A force has the mean 0 along a way where so much of its slope is left.
 LEFT = 1e-3
+#: Ways that leave less are alike: what is left there is rounding, of which a longer way has more.
+NOTHING = 1e-9
 
 
 class Averaged(Slides):
@@ -42,6 +44,7 @@ class Averaged(Slides):
         moved = np.array([float(name in places) for name in fields]) if along is None else along
         shares = (np.arange(PLACES) + 0.5) / PLACES - 0.5
         self._shifts = way * np.outer(shares, moved)
+        self.reach = np.abs(self._shifts).max(0)
         self._mean = partial(_mean, drive, parameters)
         self.along = along
 
@@ -87,7 +90,7 @@ def averaged(drive: Drive, parameters: Parameters, dt: float) -> Averaged | None
     for way in WAYS:
         along = Averaged(drive, parameters, way).found(dt)[1]
         one = Averaged(drive, parameters, way, along)
-        if (left := one.found(dt)[0]) < least:
+        if (left := max(one.found(dt)[0], NOTHING)) < least:
             best, least = one, left
     return best
 

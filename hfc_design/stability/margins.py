@@ -8,8 +8,11 @@ from scipy.optimize import brentq
 
 from hfc_design.core.numbers import Floats
 
-#: A pole so near to 1 is that of an integrator.
+#: A singular value of ``a - 1`` so near to 0 is an integrator's. Its poles do not tell: those of
+#: two or three in a row are found at 1 +- 1e-8 or 1e-5, by their last bits.
 INTEGRATES = 1e-9
+#: A gain margin beyond that, either way, is of a response that is 0 or infinite but for rounding.
+NO_MARGIN = 1e9
 #: Frequencies that are looked at, in shares of half the sampling frequency.
 FREQUENCIES = np.geomspace(1e-7, 1.0, 4001)
 #: The same on either side of a resonance, in shares of its frequency: where the loop is large there
@@ -76,15 +79,16 @@ def margins(loop: OpenLoop) -> Margins:
         found = []
         for angles, response in pieces:
             for k, (left, right) in enumerate(pairwise(_parts(response, of))):
-                if np.isfinite([left, right]).all() and left * right < 0.0:
-                    ends = angles[k : k + 2]
-                    found.append(float(brentq(lambda x: _part(loop, x, of), *ends)))
+                if np.isfinite([left, right]).all() and (left < 0.0) != (right < 0.0):
+                    ends = {float(angles[k]): left, float(angles[k + 1]): right}
+                    found.append(_crossing(loop, of, ends))
         return found
 
     real = [*crossings("imag"), np.pi]  # at pi it always is
-    if np.abs(np.linalg.eigvals(loop.a) - 1.0).min() > INTEGRATES:
+    if np.linalg.svd(loop.a - np.eye(len(loop.b)))[1][-1] > INTEGRATES:
         real.append(0.0)
-    factors = [-1.0 / x for x in loop.transfer(np.array(real)).real if x < 0.0]
+    sizes = -loop.transfer(np.array(real)).real
+    factors = [1.0 / x for x in sizes if 1.0 / NO_MARGIN < x < NO_MARGIN]
     unity = crossings("log")
     lags = np.angle(loop.transfer(np.array(unity)), deg=True) + 180.0 if unity else np.empty(0)
     ahead = lags % 360.0  # what a delay may still turn it, one way only
@@ -104,5 +108,15 @@ def _parts(response: Floats, of: str) -> Floats:
     return np.asarray(response.imag if of == "imag" else np.log(np.abs(response)))
 
 
-def _part(loop: OpenLoop, angle: float, of: str) -> float:
-    return float(_parts(loop.transfer(np.array([angle])), of)[0])
+def _crossing(loop: OpenLoop, of: str, ends: dict[float, float]) -> float:
+    """Angle between two ``ends`` at which a part changes its sign.
+
+    By the values that it was seen to have there: found alone, one near 0 may have another sign.
+    """
+
+    def part(angle: float) -> float:
+        if angle in ends:
+            return ends[angle]
+        return float(_parts(loop.transfer(np.array([angle])), of)[0])
+
+    return float(brentq(part, min(ends), max(ends)))

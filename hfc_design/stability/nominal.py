@@ -20,7 +20,7 @@ from hfc_design.core.numbers import Floats, Parameters
 from hfc_design.core.plugins import own_code
 from hfc_design.core.records import UserError
 from hfc_design.stability.averaged import averaged
-from hfc_design.stability.sliding import RANK, Motion, Slides, Steady, Step
+from hfc_design.stability.sliding import RANK, Motion, Slides, Steady, Step, balanced
 from plants import Drive
 
 #: Integration steps in a control sample, at first and at most.
@@ -119,6 +119,8 @@ def _sampled(one: Step, substeps: int) -> tuple[Floats, Floats, Floats]:
 
 def _controllable(a: Floats, b: Floats) -> bool:
     """Whether the command moves everything that does not settle by itself (Hautus' test)."""
+    a, units = balanced(a)
+    b = b / units
     largest = np.abs(b).max()
     if largest == 0.0:
         return False

@@ -114,6 +114,7 @@ def _gains(terms: Triangles, values: Iterable[float], offset: float) -> tuple[fl
     for ends in pairwise(sorted(finite | {0.0})):
         degrees = np.array([[membership(term, x) for term in terms] for x in ends])
         p, q = degrees @ levels, degrees.sum(axis=1)
+        p[np.abs(p) <= ROUNDING * (degrees @ np.abs(levels))] = 0.0  # at x = 0 it would be infinite
         found += _ratio_piece(ends, p, q) if q.all() else _flat_piece(ends, p, q, offset)
     for x in (min(finite), max(finite)):  # and all the way from there to infinity
         degree = np.array([membership(term, x) for term in terms])

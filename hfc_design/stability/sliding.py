@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.linalg import matrix_balance
 
 from hfc_design.core.numbers import Floats, Parameters
 from plants import Drive
@@ -14,8 +15,15 @@ from plants import Drive
 SPEEDS = 10.0 ** np.arange(6.0, -6.25, -0.25)
 #: Newton's steps towards a steady motion, and the change [1] at which it has come.
 TRIES, SETTLED = 20, 1e-9
-#: Singular values below this share of the largest count as 0.
+#: A motion is none that rounding leaves open by more than this [1].
+OPEN = 1e-3
+#: What a dozen roundings make of a number of size 1, at most.
+ROUNDED = 1e-14
+#: Singular values that count as 0 beside numbers of size 1.
 RANK = 1e-9
+#: Parts of a command that differ by no more are alike: with friction of round numbers they are so
+#: at a round speed, and the last bit is not to decide whether it is that one or the next.
+ALIKE = 1.0 + 1e-6
 
 
 class Step(NamedTuple):
@@ -56,6 +64,8 @@ class Slides:
         self.outputs = {"error": -self.seen, "error_rate": -rate, **told}
         rates = {drive.velocity, drive.seen[1], *drive.encoders.values()}
         self._moving = np.array([float(name in rates) for name in kind._fields])
+        #: (states,) how far from its state a step may begin.
+        self.reach = np.zeros(size)
         self._step = partial(differentiated, drive, parameters)
 
     def step(self, state: Floats, command: float, dt: float) -> Step:
@@ -76,7 +86,7 @@ class Slides:
         return found
 
     def _from(self, state: Floats, command: float, speed: float, dt: float) -> Motion | None:
-        unit = np.eye(len(self.seen))
+        unit, moved = np.eye(len(self.seen)), np.inf
         for _ in range(TRIES):
             one = self.step(state, command, dt)
             if not all(np.isfinite(part).all() for part in one):
@@ -91,17 +101,33 @@ class Slides:
             except np.linalg.LinAlgError:
                 return None
             state, command = state + move[:-1], command + float(move[-1])
-            if np.abs(move).max() <= SETTLED * max(np.abs(state).max(), abs(command)):
-                return Motion(speed, state, command, along)
+            scale = max(np.abs(state).max(), abs(command))
+            before, moved = moved, np.abs(move).max() / scale
+            if moved <= SETTLED or moved >= before:
+                left = self._left_open(one, np.linalg.inv(matrix), state, command)
+                come = moved <= SETTLED or (np.abs(move) <= left).all()
+                if come and left.max() <= OPEN * scale:
+                    return Motion(speed, state, command, along)
         return None
+
+    def _left_open(self, one: Step, inverse: Floats, state: Floats, command: float) -> Floats:
+        """(states + 1,) how far the rounding of a step moves a state and a command at most.
+
+        Newton's method comes no nearer, and moves on by so much for ever: a stiff drive, or one
+        whose steps begin far away, by more than ``SETTLED``.
+        """
+        size = np.abs(state) + self.reach
+        lost = np.abs(one.a) @ size + np.abs(one.b * command) + size
+        return np.asarray(np.abs(inverse) @ np.append(ROUNDED * lost, 0.0))
 
     def _along(self, a: Floats) -> Floats | None:
         """The direction in which all of the drive can be shifted and nothing changes: a d = d."""
+        a, units = balanced(a)
         _, sizes, rows = np.linalg.svd(a - np.eye(len(a)))
-        free = rows[sizes <= RANK * sizes[0]]
+        free = rows[sizes <= RANK]
         shift = free.T @ (free @ self.seen)
         moved = float(self.seen @ shift)
-        return shift / moved if moved > RANK else None
+        return units * shift / (moved * (units @ self.seen)) if moved > RANK else None
 
     def asks(self, a: Floats, b: Floats, change: Floats) -> Steady:
         """State at position 0 and command with ``(a - 1) x + b u = change``."""
@@ -123,10 +149,20 @@ class Slides:
                 continue
             one = self.step(motion.state, motion.command, dt)
             growing = speed * self.asks(one.a, one.b, dt * motion.along).command
-            if found is not None and abs(motion.command - growing) > abs(growing):
+            if found is not None and abs(motion.command - growing) > ALIKE * abs(growing):
                 break
             found = motion
         return found
+
+
+def balanced(a: Floats) -> tuple[Floats, Floats]:
+    """A step's matrix with its states in units that make it even, and those units (states,).
+
+    With the units of the drive, metres beside radians, or with one part of it far stiffer than the
+    others, what is not 0 lies as deep below the largest singular value as what is only rounding.
+    """
+    even, (units, _) = matrix_balance(a, permute=False, separate=True)
+    return np.asarray(even, float), np.asarray(units, float)
 
 
 @partial(jax.jit, static_argnums=0)

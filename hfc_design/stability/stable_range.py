@@ -25,7 +25,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 from scipy.special import hyp1f1
 
-from hfc_design.core.numbers import Floats
+from hfc_design.core.numbers import Floats, within
 from hfc_design.core.records import UserError
 from hfc_design.stability.sectors import stationary
 
@@ -87,7 +87,7 @@ def stable_range(gain: float, time_constant: float, sample_time: float) -> Stabl
         ("sample time / time constant", ratio, "", RATIO),
         ("gain * sample time", travel, " BLU/unit", TRAVEL),
     ):
-        if not low <= value <= high:
+        if not within(low, value, high):
             raise UserError(f"{name} = {value:g}{unit}: has to lie within {low:g} and {high:g}")
     # r - 1 + exp(-r) = r^2/2 M(1, 3, -r) and 1 - (1 + r) exp(-r) = r^2/2 M(2, 3, -r), without
     # the cancellation (Kummer's function M).

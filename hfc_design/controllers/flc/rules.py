@@ -152,4 +152,5 @@ def nearest_labels(table: Sequence[Sequence[float]]) -> list[list[str]]:
     heights: Floats = np.array(table, dtype=np.float64)
     shares = heights / max(np.abs(heights).max(), sys.float_info.min)
     off = np.abs(shares[..., None] - np.array(CENTROIDS) / CENTROIDS[-1])
-    return [[LABELS[k] for k in row] for row in cast(Floats, off.argmin(axis=-1))]
+    nearest = np.round(off, 9).argmin(axis=-1)  # of two that are as near the first
+    return [[LABELS[k] for k in row] for row in cast(Floats, nearest)]

@@ -41,7 +41,7 @@ def fitted(
     own = [_own(*each) for each in zip(sides, axes, inputs, strict=True)]
     starts += [[own[0], own[1]]] if own[0] and own[1] else []
     found = [_moved(coarse / scale, axes, start, sides, odd) for start in starts]
-    _, best = min(found, key=lambda pair: pair[0])
+    best = found[-1][1] if _less(found[-1][0], found[0][0]) else found[0][1]
     return sides[0].allowed[best[0]], sides[1].allowed[best[1]]
 
 
@@ -73,7 +73,7 @@ def _own(side: Side, axis: Floats, variable: Variable) -> list[int]:
 
 def core(degree: Floats) -> int:
     """Where a term is highest; of a flat top the middle, or its end where it begins at the edge."""
-    highest = np.flatnonzero(degree == degree.max())
+    highest = np.flatnonzero(degree >= (1.0 - SAME) * degree.max())
     first, last = int(highest[0]), int(highest[-1])
     if first == 0 or last == len(degree) - 1:
         return last if first == 0 else first
@@ -111,7 +111,7 @@ def _moved(
                     trial[side] = straight(axes[side], axes[side][tried])
                     both = [*places]
                     both[side] = tried
-                    if (found := _deviation(grid, trial, both)) < least:
+                    if _less(found := _deviation(grid, trial, both), least):
                         least, within, places = found, trial, both
         if least >= before:
             break
@@ -131,6 +131,11 @@ def _paired(places: list[int], count: int) -> list[int]:
     """The places with those of the upper half opposite to those of the lower one."""
     half = len(places) // 2
     return [*places[: len(places) - half], *(count - 1 - place for place in places[:half][::-1])]
+
+
+def _less(one: float, other: float) -> bool:
+    """Whether a deviation is less than another, by more than rounding."""
+    return one < (1.0 - SAME) * other and other > SAME**POWER
 
 
 def _deviation(grid: Floats, within: list[Floats], places: list[list[int]]) -> float:

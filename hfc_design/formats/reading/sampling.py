@@ -8,7 +8,7 @@ import numpy as np
 from hfc_design.controllers.flc.rules import FEWEST, LABELS, MOST
 from hfc_design.core.numbers import Floats, Json
 from hfc_design.core.records import TERMS
-from hfc_design.formats.reading.fitting import Side, core, fitted, straight
+from hfc_design.formats.reading.fitting import SAME, Side, core, fitted, straight
 from hfc_design.formats.reading.inference import RuleBase, Variable
 from hfc_design.formats.reading.system import Input, Output, Singleton, System, input_of, shape_of
 
@@ -44,7 +44,8 @@ def sampled(base: RuleBase, wanted: tuple[int, int] | None) -> Sampled:
     x, y = (side.values[places] for side, places in zip(sides, centres, strict=True))
     table = grid[np.ix_(*centres)]
     off = np.abs(straight(sides[0].values, x) @ table @ straight(sides[1].values, y).T - grid)
-    row, column = np.unravel_index(off.argmax(), off.shape)
+    # In a table that is alike on either side of 0 the first of both places.
+    row, column = np.argwhere(off >= (1.0 - SAME) * off.max())[0]
     names = [variable.name.text for variable in base.inputs]
     at = (sides[0].values[row], sides[1].values[column])
     told = {

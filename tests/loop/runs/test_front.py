@@ -2,8 +2,10 @@
 
 import json
 
+import numpy as np
 import pytest
 from run_folders import hfc, table
+from shaken import shaken
 
 from hfc_design import api
 from hfc_design.core.checkpoint import write_whole
@@ -179,3 +181,12 @@ def test_a_damaged_file_is_told(alone, tmp_path):
             design.finished_run(folder)
     write_whole(folder / "front.csv", kept)
     design.finished_run(folder)
+
+
+def test_of_two_points_that_are_as_near_the_first_is_taken():
+    """1.5 mrad is halfway between 1 and 2, but for its last bits."""
+    scenario = load_scenario("c-axis-ramp", FRONT)
+    for costs in shaken(1e-3, 2e-3, 3e-3, 1.5e-3):
+        points = np.column_stack([costs[:3], [3.0, 2.0, 1.0]])
+        front = fronts.Front(scenario.traded, points, np.ones(3), np.arange(3))
+        assert fronts.nearest(front, {"tracking": costs[3]}, scenario) == 0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from along_a_line import along_a_line
 from scipy.signal import cont2discrete
+from shaken import shaken
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
@@ -69,27 +70,55 @@ class Geared(NamedTuple):
 class Gear(NamedTuple):
     cogging: float = 0.0  # [N m]
     lead: float = 0.005  # [m/rad]
+    stiffness: float = 4e6  # [N/m]
+    inertia: float = 1e-3  # of the motor [kg m2]
+
+
+TWO = {"angle": "turning", "place": "speed"}
 
 
 def turn(p, x, torque, loads, dt):
     def rates(x, load):
-        force = 4e6 * (p.lead * x.angle - x.place) + 3e3 * (p.lead * x.turning - x.speed)
+        force = p.stiffness * (p.lead * x.angle - x.place) + 3e3 * (p.lead * x.turning - x.speed)
         drive = torque - 0.01 * x.turning - p.cogging * jnp.sin(7.0 * x.angle) - p.lead * force
-        return Geared(x.turning, x.speed, drive / 1e-3, (force - 30.0 * x.speed - load) / 40.0)
+        return Geared(x.turning, x.speed, drive / p.inertia, (force - 30.0 * x.speed - load) / 40.0)
 
     return rk4(rates, x, loads, dt)
 
 
 def test_behind_a_gear_the_motor_cogs_and_both_move_as_the_gear_has_it():
-    two = {"angle": "turning", "place": "speed"}
-    drive = along_a_line("geared", "N m", Gear, Geared, turn, encoders=two)
+    drive = along_a_line("geared", "N m", Gear, Geared, turn, encoders=TWO)
     smooth, cogging = (nominal(drive, Gear(cogging=x), EVERY) for x in (0.0, 0.02))
     assert cogging.a == pytest.approx(smooth.a, rel=1e-4, abs=1e-6)
     assert cogging.b == pytest.approx(smooth.b, rel=1e-4)
-    drag = (0.01 + 30.0 * 0.005**2) / 0.005  # by hand [N m s/m]
-    assert cogging.velocity.command == pytest.approx(drag, rel=1e-3)
+    assert cogging.velocity.command == pytest.approx(DRAG, rel=1e-3)
+
+
+#: By hand [N m s/m].
+DRAG = (0.01 + 30.0 * 0.005**2) / 0.005
+
+
+@pytest.mark.parametrize(("stiffness", "inertia"), [(4e6, 1e-5), (1e8, 1e-3), (2e8, 1e-3)])
+def test_a_stiff_gear_moves_as_one(stiffness, inertia):
+    """However small what drives it apart is beside what holds it together, in rad and m."""
+    drive = along_a_line("geared", "N m", Gear, Geared, turn, encoders=TWO)
+    found = nominal(drive, Gear(stiffness=stiffness, inertia=inertia), EVERY)
+    assert found.velocity.command == pytest.approx(DRAG, rel=1e-6)
+    mass = (inertia + 40.0 * 0.005**2) / 0.005  # a held command lags half a sample behind the drag
+    assert found.acceleration.command == pytest.approx(mass + 0.5 * EVERY * DRAG, rel=1e-3)
 
 
 def test_a_spring_is_no_cogging():
     with pytest.raises(UserError, match="no steady motion was found at any speed; a force that"):
         nominal(LINEAR_MOTOR, Parameters(spring=100.0), EVERY)
+
+
+@pytest.mark.parametrize("cogging", [0.02, 0.05])
+def test_no_last_bit_decides_at_which_speed_a_stiff_drive_slides(cogging):
+    """Steps from far away along the way are rounded, and Newton's method ends where that has it."""
+    drive = along_a_line("geared", "N m", Gear, Geared, turn, encoders=TWO)
+    first, *others = (nominal(drive, Gear(x), EVERY) for (x,) in shaken(cogging, times=3))
+    for found in others:
+        assert found.speed == first.speed
+        np.testing.assert_allclose(found.a, first.a, rtol=1e-4, atol=1e-6)
+        np.testing.assert_allclose(found.b, first.b, rtol=1e-4)

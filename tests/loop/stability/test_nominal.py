@@ -2,14 +2,17 @@
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from along_a_line import along_a_line
 from scipy.signal import cont2discrete
+from shaken import shaken
 
 from hfc_design.core.records import UserError
-from hfc_design.stability.nominal import nominal
+from hfc_design.stability.nominal import _controllable, nominal
+from hfc_design.stability.sliding import Slides
 from plants import C_AXIS, FEED_DRIVE, rk4
 from plants.milling_table import MILLING_TABLE
 from plants.positioning_stage import POSITIONING_STAGE
@@ -170,3 +173,30 @@ def test_what_cannot_be_linearised_is_told_in_a_line(drive, parameters, told):
 def test_a_speed_at_which_nothing_is_steady_is_refused():
     with pytest.raises(UserError, match=r"no steady motion was found at 1e\+200 rad/s"):
         nominal(C_AXIS, C_AXIS.parameters(), 0.001, 1e200)
+
+
+def test_no_last_bit_decides_at_which_of_two_speeds_both_parts_are_alike():
+    """40 N of either at 1 m/s, which is one of the speeds that are tried."""
+    for drag, coulomb in shaken(40.0, 40.0):
+        assert nominal(SLEDGE, Parameters(drag=drag, coulomb=coulomb), 0.001).speed == 1.0
+
+
+@pytest.mark.parametrize("speed", [1e6, 1e3, 1.0])
+def test_whatever_the_speed_the_whole_axis_is_shifted(speed):
+    """At 1e6 rad/s the bristles are 1e11 times as stiff as anything else."""
+    with jax.enable_x64(True):
+        found = Slides(C_AXIS, C_AXIS.parameters()).motion(speed, 1e-3 / 16)
+    whole = [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]  # rotor and spindle, by the same angle
+    np.testing.assert_allclose(found.along, whole, atol=1e-9)
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_what_the_command_moves_does_not_depend_on_units_or_last_bits(driven):
+    """Two sledges in a row, or one that is free: in metres and micrometres, or sums of them."""
+    rng = np.random.default_rng(3)
+    a, b = np.eye(4), np.array([0.0, 0.0, 0.0, 1.0])
+    a[0, 1] = a[2, 3] = 0.01
+    a[1, 2] = 0.01 * driven
+    turns = [np.diag([1.0, 1.0, size, size]) for size in (1e-6, 1e-3, 1e3, 1e6)]
+    for turn in (*turns, *rng.standard_normal((20, 4, 4))):
+        assert _controllable(turn @ a @ np.linalg.inv(turn), turn @ b) == driven

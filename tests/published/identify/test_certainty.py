@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from carts import CART, Cart, driven, forced, recorded
 
+from hfc_design.core.numbers import digits
 from hfc_design.identify.advice import advice
 from hfc_design.identify.certainty import certainty
-from hfc_design.identify.fit import Problem, fitted, settled
+from hfc_design.identify.fit import Fit, Problem, fitted, settled
 from hfc_design.identify.free import free
 from hfc_design.identify.kept import kept
 from hfc_design.identify.replay import replay
@@ -105,3 +106,19 @@ def test_what_is_given_is_told_beside_one_that_is_not_and_cannot_be_where_it_beg
     assert result.known.value[1] < 10.0
     assert result.known.value[2:].tolist() == [1.0, 0.5]
     assert "does not tell viscous_friction: as it was found, for where it" in result.note
+
+
+def test_no_last_bit_decides_which_of_two_is_named_first():
+    """Of a log without noise that tells only what a cart's numbers are beside one another."""
+    names = ("force_gain", "mass", "viscous_friction")
+    wanted, rng = free(CART, {}, names), np.random.default_rng(4)
+    rows, residual = rng.standard_normal((500, 1, 2)), 1e-9 * rng.standard_normal((500, 1))
+    slopes = np.concatenate([rows, -rows.sum(axis=2, keepdims=True), 0.0 * rows[..., :1]], axis=2)
+    told = set()
+    for _ in range(6):
+        off = slopes * (1.0 + 1e-12 * rng.uniform(-1.0, 1.0, slopes.shape))
+        known = certainty(Fit(wanted, wanted.begun, residual, off, np.array([1e-9]), 1))
+        (one,) = known.untold
+        assert one.shares == pytest.approx(dict.fromkeys(names, 1.0))
+        told.add((_untold(one), *np.argsort(-digits(known.error), kind="stable").tolist()))
+    assert len(told) == 1

@@ -16,7 +16,7 @@ from hfc_design.cli import main
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.formats import FORMATS
-from hfc_design.formats.reading import Wish, any_fis, any_fll, imported
+from hfc_design.formats.reading import Wish, any_fis, any_fll, imported, sampling
 from hfc_design.runtime import Controller
 
 SIGNALS = {
@@ -196,3 +196,21 @@ def test_files_whose_tables_stay_as_they_are(tmp_path):
     FORMATS["csv"].write(taken(MAMDANI_SUM.with_name("mamdani.fis")), tmp_path / "t")
     with pytest.raises(UserError, match=r"terms: tables of \.csv have as many as they have"):
         imported(tmp_path / "t", Wish(terms=(3, 3)))
+
+
+@pytest.mark.parametrize("file", [MAMDANI_FLL, MAMDANI_FIS], ids=lambda file: file.name)
+def test_no_last_bit_of_an_output_moves_a_term(file, monkeypatch):
+    """Two places at which a term fits as well are told apart by their order."""
+    base = {".fll": any_fll, ".fis": any_fis}[file.suffix].rule_base(file.read_text())
+    exact, rng, found = sampling._on, np.random.default_rng(1), []
+    for size in (0.0, 1e-15, 1e-13, 1e-13):
+
+        def off(*given, size=size):
+            outputs = exact(*given)
+            return outputs * (1.0 + size * rng.uniform(-1.0, 1.0, outputs.shape))
+
+        monkeypatch.setattr(sampling, "_on", off)
+        one = sampling.sampled(base, (6, 5))
+        terms = [[shape.low for shape in side.terms] for side in one.system.inputs]
+        found.append((terms, one.told["at"]))
+    assert all(one == found[0] for one in found)

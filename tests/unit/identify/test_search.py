@@ -1,11 +1,19 @@
 """Which observers are tried, what they are told apart by, and logs of other machines."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from carts import recorded
+from carts import CART, Cart, driven, forced, recorded
+from shaken import shaken
 
+from hfc_design.identify.advice import FREQUENCIES, _shapes
 from hfc_design.identify.checks import Check, strangers
-from hfc_design.identify.search import bandwidths
+from hfc_design.identify.free import free
+from hfc_design.identify.recording import recording
+from hfc_design.identify.search import bandwidths, by_command
+from hfc_design.logs.signals import Signals
+from plants.positioning_stage import POSITIONING_STAGE
 
 WAVE = np.sin(0.05 * np.arange(4000))
 
@@ -43,3 +51,43 @@ def test_a_log_that_is_replayed_far_worse_is_of_another_machine():
     assert not strangers([one._replace(how=one.log) for one in checks], logs)
     lost = [checks[0], checks[1]._replace(after=float("nan"))]
     assert len(strangers(lost, logs)) == 1
+
+
+def test_an_observer_that_is_just_slow_enough_is_tried():
+    """Ten samples a period: 50 Hz at 2 ms, which time stamps tell to some digits only."""
+    for every, expected in ((0.002, [50.0, 20.0, 5.0]), (0.005, [20.0, 5.0]), (0.02, [5.0])):
+        for (period,) in shaken(every, size=1e-9):
+            told = recorded(WAVE, WAVE)._replace(sample_time=period)
+            assert bandwidths(told, None) == expected
+            assert bandwidths(told, 0.2 / every) == [0.2 / every]
+            least = recorded(WAVE[:100], WAVE[:100])._replace(sample_time=period)
+            assert bandwidths(least, None) == [pytest.approx(0.1 / period)]
+
+
+def test_a_sine_that_is_just_slow_or_fast_enough_is_proposed():
+    """5 s are a period of 0.2 Hz, ten samples of 2 ms one of 50 Hz."""
+    for (period,) in shaken(0.002, size=1e-9):
+        assert [f for _, f in _shapes(1.0, period, 2500)[:8]] == [*FREQUENCIES]
+
+
+@pytest.mark.parametrize("place", [0.0, 0.1, 0.7, -3.3])
+def test_an_axis_that_stands_begins_at_rest(place):
+    """Of a log without noise the slope of a straight line is a few last bits, and is none."""
+    values = place + np.where(WAVE * 0.0 + np.arange(4000) > 100, WAVE, 0.0)
+    found = Signals(WAVE, 0.001, {"place": values}, WAVE < 2.0, ())
+    drive = replace(POSITIONING_STAGE, feedback=("place", "velocity"))
+    assert recording(found, drive).rate == 0.0
+
+
+def test_no_last_bit_of_a_log_decides_which_observer_it_is_replayed_with():
+    """Without noise each leaves nothing but rounding, of which one has less by chance."""
+    force, rng, found = forced(4000), np.random.default_rng(0), []
+    place = driven(Cart(2.4, 7.0, 1.0, 0.6), force)
+    wanted = free(CART, {}, ("mass", "viscous_friction", "pull"))
+    for size in (0.0, 1e-15, 1e-12):
+        told = recorded(place * (1.0 + size * rng.uniform(-1.0, 1.0, place.shape)), force)
+        tried = [50.0, 20.0, 5.0]
+        found.append(by_command(wanted, told, 1, tried, 0, lambda line: None, near=True))
+    assert [one.bandwidth for one in found] == [50.0] * 3
+    for one in found:
+        np.testing.assert_allclose(wanted.values(one.fit.numbers), [2.4, 7.0, 0.6], rtol=1e-6)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shaken import shaken
 
 from hfc_design.logs import signals as limits
 from hfc_design.logs.columns import asked
@@ -242,3 +243,11 @@ def test_a_column_that_the_user_names_is_the_signal():
     with pytest.raises(ValueError, match=r"position and position \[um\] may be the position"):
         found(columns)
     np.testing.assert_allclose(found(columns, "position=position").values["position"], PLACE)
+
+
+def test_a_last_step_of_an_encoder_before_a_rest_is_not_an_end_of_a_scale():
+    """It is just a quarter of the usual four, but for its last bits, and it comes to rest."""
+    for numbers in shaken(0.001, 0.1):
+        step, start = numbers
+        counts = np.concatenate([4 * np.arange(40), 157 + np.minimum(np.arange(30), 1)])
+        assert not at_an_end(start + step * counts).any()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shaken import shaken
 
 from hfc_design.logs.steps import noise_of, step_of
 
@@ -39,3 +40,11 @@ def test_rounding_is_no_noise():
     assert noise_of(off, MOTION, 1e-4) is None
     assert noise_of(np.zeros(10), MOTION[:10], None) is None
     assert noise_of(np.ones(2), MOTION[:2], None) is None
+
+
+def test_the_slowest_samples_of_an_encoder_are_all_that_are_so_slow():
+    """Steps of an encoder come in whole numbers, so that many are just as slow."""
+    place = 0.1 + 0.001 * np.cumsum(np.arange(4000) % 7 < 3)
+    off = RANDOM.normal(0.0, 1e-4, TIME.shape)
+    found = {noise_of(off, np.array(x), None) for x in shaken(*place, times=3, size=1e-15)}
+    assert len(found) == 1

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from shaken import shaken
 
 from hfc_design.search import fronts
 
@@ -86,3 +87,10 @@ def test_the_knee_is_farthest_below_the_line_between_the_ends():
     ends = costs[-1] - costs[0]
     away = [ends[0] * (p - costs[0])[1] - ends[1] * (p - costs[0])[0] for p in costs]
     assert fronts.knee(costs) == int(np.argmax(np.abs(away))) == 2
+
+
+def test_the_knee_of_a_straight_front_is_its_first_point():
+    """No point bends more than another, and no last bit is to choose one."""
+    for costs in shaken(0.1, 0.3, 0.7, 0.9):
+        x = np.array([0.0, *costs, 1.0])
+        assert fronts.knee(np.column_stack([0.3 * x, 0.7 - 0.7 * x])) == 0

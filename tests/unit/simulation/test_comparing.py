@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from shaken import shaken
 
 from hfc_design.core.records import UserError
 from hfc_design.core.statistics import share_interval
@@ -159,3 +160,12 @@ def test_a_signed_error_of_the_nominal_machine_is_a_magnitude_as_those_of_all():
     assert far.of_nominal("final_error_mm") == 0.163
     assert far.numbers()["metrics"]["final_error_mm"]["median"] == 0.2
     assert Side(np.array([True]), True, {"fitness": -2.0}, {}).of_nominal("fitness") == -2.0
+
+
+def test_two_that_differ_by_rounding_alone_are_equal():
+    """The same law written otherwise is neither better nor worse on every machine."""
+    given = np.linspace(0.1, 0.9, 40)
+    (_, *others) = (np.array(x) for x in shaken(*given))
+    for other in others:
+        found = difference(side(given), side(other))
+        assert (found.better, found.worse, found.p, found.ratio) == (0, 0, 1.0, 1.0)

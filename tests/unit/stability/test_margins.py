@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, place_poles
+from shaken import shaken
 
 from hfc_design.stability.loop_report import lag, rows
-from hfc_design.stability.margins import OpenLoop, margins
+from hfc_design.stability.margins import FREQUENCIES, OpenLoop, margins
 
 
 def integrator(gain):
@@ -120,3 +121,39 @@ def test_the_phase_is_drawn_as_a_lag_from_its_integrators_on(integrators, start)
     drawn = lag((1.0 + s) / s**integrators)
     assert drawn[0] == pytest.approx(start, abs=0.1)
     assert drawn[-1] == pytest.approx(start + 45.0, abs=0.1)
+
+
+@pytest.mark.parametrize("place", [900, 2400, 3600])
+def test_a_crossing_at_an_angle_that_is_looked_at_is_not_missed(place):
+    """|e^(iw) - 1| = 2 sin(w/2) = k there, but for its last bits."""
+    angle = np.pi * FREQUENCIES[place]
+    for (gain,) in shaken(2.0 * np.sin(angle / 2.0), times=40, size=3e-16):
+        assert margins(integrator(gain)).phase == pytest.approx(90.0 - np.degrees(angle / 2.0))
+    loop = two_masses(1)
+    size = float(np.abs(loop.transfer(np.array([angle])))[0])
+    found = [margins(loop._replace(c=loop.c * x)) for (x,) in shaken(1.0 / size, size=3e-16)]
+    for one in found:
+        assert one.phase == pytest.approx(found[0].phase, rel=1e-9)
+
+
+def two_masses(seed):
+    """Two masses, a spring between them and nothing else, and a PD on the first one."""
+    random = np.random.default_rng(seed)
+    one, other = random.uniform(0.5, 5.0, 2)
+    k, every = 10.0 ** random.uniform(2.0, 6.0), 10.0 ** random.uniform(-4.5, -2.5)
+    d = 0.1 * np.sqrt(k * min(one, other))
+    pair = np.array([-k, -d, k, d])
+    a = np.array([[0.0, 1.0, 0.0, 0.0], pair / one, [0.0, 0.0, 0.0, 1.0], -pair / other])
+    a, b, *_ = cont2discrete((a, np.array([[0.0], [1 / one], [0.0], [0.0]]), np.eye(4), 0), every)
+    speed = min(0.05 / every, 0.2 * np.sqrt(k / (one + other)))
+    gains = (one + other) * np.array([speed**2, 2.0 * speed, 0.0, 0.0])
+    return OpenLoop(a, b[:, 0], -gains)
+
+
+def test_two_integrators_have_no_margin_downwards_by_their_last_bits():
+    """Less gain on a PD and two masses is a slower loop, and no loop that swings."""
+    for seed in (14, 36, 42, 44, 45, 50, 53):
+        found = margins(two_masses(seed))
+        assert found.stable
+        assert found.gain_down is None
+        assert 1.0 < found.gain_up < 1e6

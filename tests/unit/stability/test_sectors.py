@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jk04 import CHANGE_TERMS, ERROR_TERMS, bilinear, confined, k2_of_rule_base_1
+from shaken import shaken
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.sectors import sectors_at_centres, true_sectors
@@ -263,3 +264,17 @@ def test_any_numbers_give_sectors_or_one_line(singletons, errors, changes, edges
         else:
             assert found.k1_low <= found.k1
             assert found.k2_low <= found.k2
+
+
+def test_no_last_bit_makes_a_command_jump():
+    """Where no change is, two terms rule: u(e, de) - u(e, 0) is 0 there, but for rounding."""
+    terms = [(-INFINITY, -4.0, 3.1), (-7.0, -1.3, 5.2), (-2.7, 1.9, 8.0), (-1.1, 6.0, INFINITY)]
+    rows = np.array([[-9.1, -4.2, 2.3, 7.7], [-8.3, -0.7, 3.3, 9.4]])
+    rows = np.concatenate([rows - 1.7, rows + 2.9])
+    second = searched(terms, terms, rows, [0.3], np.linspace(-20.0, 20.0, 401))[3]
+    found = []
+    for numbers in shaken(*rows.ravel()):
+        found.append(true_sectors(terms, terms, np.reshape(numbers, (4, 4)).tolist()))
+        assert np.isfinite(found[-1][2:]).all()
+        np.testing.assert_allclose(found[-1][2:], found[0][2:], rtol=1e-6)
+    assert found[0].k2 >= second

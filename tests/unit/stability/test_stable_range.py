@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
+from shaken import shaken
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.stable_range import stable_range
@@ -245,3 +246,10 @@ def test_k2_at_no_k1(k1):
 
 def test_the_range_is_plain_numbers():
     assert [type(value) for value in DRIVE] == [float] * 7
+
+
+@pytest.mark.parametrize(("every", "tau"), [(2.1e-5, 0.021), (0.45, 0.009), (0.001, 1.0)])
+def test_a_ratio_just_at_an_end_is_within(every, tau):
+    """2.1e-5 / 0.021 is less than 0.001 by its last bit."""
+    bounds = [stable_range(28.3, tau, x).k1_bound for (x,) in shaken(every)]
+    np.testing.assert_allclose(bounds, bounds[0], rtol=1e-9)

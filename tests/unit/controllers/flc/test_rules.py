@@ -5,7 +5,9 @@ import json
 import made_up
 import numpy as np
 import pytest
+from shaken import shaken
 
+from hfc_design.controllers.flc.rules import nearest_labels
 from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, named_design, parse_design
 
@@ -81,3 +83,11 @@ def test_shapes_and_names_that_do_not_fit(change, told):
     data["controller"] |= change
     with pytest.raises(UserError, match=told):
         parse_design(json.dumps(data), "mine.json")
+
+
+def test_a_number_between_two_labels_has_the_lower_one_of_both():
+    """12 of 32 is as near to 8 as to 16, but for its last bits."""
+    for largest, between in shaken(32.0, 12.0):
+        assert nearest_labels([[-largest, -between, between, largest]]) == [
+            ["NL", "NM", "PS", "PL"]
+        ]
