@@ -77,6 +77,45 @@ def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     return folder / "program"
 
 
+#: Of several designs; the first argument is the number of one, from 0.
+ONE_OF = """
+static void run_{name}(void)
+{{
+    {name}_state state;
+    {name}_inputs inputs;
+    {name}_real command;
+    {name}_init(&state);
+    while (fread(&inputs, sizeof inputs, 1, stdin) == 1) {{
+        command = {name}_step(&state, &inputs);
+        fwrite(&command, sizeof command, 1, stdout);
+    }}
+}}
+"""
+
+
+def together(designs, folder, *flags):
+    """One program of all ``designs`` by a name: design's name, samples, real -> commands."""
+    own = {key: x.model_copy(update={"name": f"law{k}"}) for k, (key, x) in enumerate(designs.items())}
+    for design in own.values():
+        write(folder / design.name, code.sources(design))
+    names = [design.name for design in own.values()]
+    lines = ["#include <stdio.h>", "#include <stdlib.h>"]
+    lines += [f'#include "{name}/{name}.h"' for name in names]
+    lines += [ONE_OF.format(name=name) for name in names]
+    lines += ["static void (*const runs[])(void) = {", *(f"run_{name}," for name in names), "};"]
+    lines += ["int main(int count, char **words)", "{", "(void)count;", "runs[atoi(words[1])]();"]
+    (folder / "main.c").write_text("\n".join([*lines, "return 0;", "}", ""]))
+    files = [folder / "main.c", *(folder / name / f"{name}.c" for name in names)]
+    command = ["gcc", "-std=c99", *WARNINGS.split(), "-O2", *flags, *files, "-lm"]
+    subprocess.run([*command, "-o", folder / "program"], check=True)
+    order = list(own)
+
+    def run(key, samples, real=np.float64):
+        return commands(folder / "program", samples, real, (order.index(key),))
+
+    return run
+
+
 def commands(program, samples, real=np.float64, arguments=()):
     """What the program answers to ``samples`` (n, signals)."""
     data = np.ascontiguousarray(samples, real).tobytes()
