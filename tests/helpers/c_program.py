@@ -91,27 +91,43 @@ static void run_{name}(void)
     }}
 }}
 """
+#: The same of a whole machine that sees the path.
+MACHINE = """
+static void run_{name}(void)
+{{
+    {name}_state state;
+    {name}_inputs inputs[{name}_AXES];
+    {name}_path path;
+    {name}_real command[{name}_AXES];
+    {name}_init(&state);
+    while (fread(inputs, sizeof inputs, 1, stdin) && fread(&path, sizeof path, 1, stdin)) {{
+        {name}_step(&state, inputs, &path, command);
+        fwrite(command, sizeof command, 1, stdout);
+    }}
+}}
+"""
 
 
 def together(designs, folder, *flags):
-    """One program of all ``designs`` by a name: design's name, samples, real -> commands."""
-    own = {key: x.model_copy(update={"name": f"law{k}"}) for k, (key, x) in enumerate(designs.items())}
-    for design in own.values():
-        write(folder / design.name, code.sources(design))
-    names = [design.name for design in own.values()]
+    """One program of all ``designs``: the name of one, its samples -> commands."""
     lines = ["#include <stdio.h>", "#include <stdlib.h>"]
-    lines += [f'#include "{name}/{name}.h"' for name in names]
-    lines += [ONE_OF.format(name=name) for name in names]
-    lines += ["static void (*const runs[])(void) = {", *(f"run_{name}," for name in names), "};"]
-    lines += ["int main(int count, char **words)", "{", "(void)count;", "runs[atoi(words[1])]();"]
-    (folder / "main.c").write_text("\n".join([*lines, "return 0;", "}", ""]))
-    files = [folder / "main.c", *(folder / name / f"{name}.c" for name in names)]
-    command = ["gcc", "-std=c99", *WARNINGS.split(), "-O2", *flags, *files, "-lm"]
+    for k, design in enumerate(designs.values()):
+        own = design.model_copy(update={"name": f"law{k}"})
+        write(folder / own.name, machine_code.sources(own))
+        lines += [f'#include "{own.name}/{own.name}.h"']
+        lines += [(ONE_OF if own.kind.law else MACHINE).format(name=own.name)]
+    runs = ", ".join(f"run_law{k}" for k in range(len(designs)))
+    lines += [f"static void (*const runs[])(void) = {{ {runs} }};"]
+    lines += [
+        "int main(int count, char **words)",
+        "{ (void)count; runs[atoi(words[1])](); return 0; }",
+    ]
+    (folder / "main.c").write_text("\n".join([*lines, ""]))
+    command = ["gcc", "-std=c99", *WARNINGS.split(), "-O2", *flags, *folder.rglob("*.c"), "-lm"]
     subprocess.run([*command, "-o", folder / "program"], check=True)
-    order = list(own)
 
     def run(key, samples, real=np.float64):
-        return commands(folder / "program", samples, real, (order.index(key),))
+        return commands(folder / "program", samples, real, [list(designs).index(key)])
 
     return run
 

@@ -32,12 +32,12 @@ def texts(design, to):
 
 
 def _remembered(design, law=None):
-    """The vectors, which do not hang on names: only what a controller is and is held to."""
-    own = design.model_dump_json(exclude={"name", "provenance", "score"})
+    """The vectors, which hang on what a controller is and is held to, and not on its machine."""
     axes = (design.axis,) if design.kind.law else axes_of(design)
-    if (own, axes, law) not in _VECTORS:
-        _VECTORS[own, axes, law] = _fresh(design, law)
-    return _VECTORS[own, axes, law]
+    own = design.model_dump_json(include={"controller", "limits"}), axes, law
+    if own not in _VECTORS:
+        _VECTORS[own] = _fresh(design, law)
+    return _VECTORS[own]
 
 
 def with_controller(design, **changes):

@@ -6,13 +6,9 @@ from math import nan
 import numpy as np
 import pytest
 from c_program import WARNINGS
-from whole_machines import (
-    DESIGNS,
-    happenings,
-    in_c,
-    of_the_runtime,
-)
+from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 
+from hfc_design.files.learning import with_learned
 from hfc_design.formats import saving
 from hfc_design.formats.machine_code import sources
 from hfc_design.formats.writing import write
@@ -143,3 +139,51 @@ int main(void)
     found = subprocess.check_output([tmp_path / "error"], input=text, text=True)
     expected = [local_error(-a, -b, *others) for a, b, *others in rows.tolist()]
     assert list(map(float, found.split())) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, built, tmp_path):
+    """Of any of the controllers inside: none has taken its part of them then."""
+    run, kept, end, fresh = built(name), *(tmp_path / own for own in ("kept", "end", "fresh"))
+    commands(run, DESIGNS[name], happenings(DESIGNS[name])[:100], "-", kept)
+    subprocess.run([run, "-", fresh], input=b"", check=True)
+    good = np.fromfile(kept)
+    odd = [good[:-1], np.append(good, 0.0), good[:0], good.copy(), good.copy()]
+    odd[-2][0] = odd[-1][-1] = nan
+    for numbers in odd:
+        numbers.tofile(kept)
+        done = subprocess.run([run, kept, end], input=b"", capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (3, b"")
+        assert end.read_bytes() == fresh.read_bytes()
+
+
+def test_axes_that_have_the_same_share_code(built):
+    files = {path.name for path in built("both learn").parent.glob("*.[ch]")}
+    assert files == {"main.c", "coupled.c", "coupled.h", "coupled_axis.c", "coupled_axis.h"}
+    files = {path.name for path in built("nested").parent.glob("*.c")}
+    wanted = ["main", "nested", "nested_inner", "nested_inner_x", "nested_inner_y"]
+    assert files == {f"{name}.c" for name in wanted}
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_half_a_motion_and_the_rest_in_another_process(name, built, tmp_path):
+    """Bit for bit; and back on the PC what the runtime has learnt."""
+    design, run = DESIGNS[name], built(name)
+    samples, kept, end = happenings(design), tmp_path / "kept", tmp_path / "end"
+    whole = commands(run, design, samples, "-", tmp_path / "whole")
+    first = commands(run, design, samples[:290], "-", kept)
+    rest = commands(run, design, samples[290:], kept, end)
+    np.testing.assert_array_equal(np.concatenate([first, rest]), whole)
+    assert end.read_bytes() == (tmp_path / "whole").read_bytes()
+    controller, _ = of_the_runtime(design, samples)
+    numbers = np.fromfile(end)
+    found = saving.taken(design, numbers.tolist())
+    assert found == saving.taken(design, numbers[: saving.values(design)["learnt"]].tolist())
+    ours = saving.values(with_learned(design, found, {}))
+    assert ours == saving.values(design)  # the same sizes
+    samples = happenings(design, 50)
+    _, one = of_the_runtime(with_learned(design, found, {}), samples)
+    _, other = of_the_runtime(controller.learned(), samples)
+    np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+    _, fresh = of_the_runtime(design, samples)
+    assert (one != fresh).any()

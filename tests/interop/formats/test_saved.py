@@ -1,5 +1,7 @@
 """What C code has learnt: saved, taken up by another process, brought back to a design."""
 
+import subprocess
+
 import made_up
 import numpy as np
 import pytest
@@ -123,3 +125,27 @@ def test_single_precision_comes_back_too(tmp_path):
     controller, _ = of_the_runtime(design, signals(design)[:60])
     found = np.array(learned.controller.rules.centroids)
     np.testing.assert_allclose(found, controller.adapted().rules.centroids, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, program, tmp_path):
+    run, design, kept, end = program(name), DESIGNS[name], tmp_path / "kept", tmp_path / "end"
+    commands(run, signals(design)[:100], "-", kept)
+    good = np.fromfile(kept)
+    commands(run, signals(design)[:0], "-", end)
+    fresh = end.read_bytes()
+    saved = saving.values(design)
+    whole = [told for told in saved["members"] if told["whole"]]
+    odd = [good[: saved["learnt"] - 1], np.append(good, 0.0), good[:0]]
+    for place, value in [(0, np.nan), (len(good) - 1, np.inf), (3, -np.inf)] + [
+        (told["first"], wrong)
+        for told in whole
+        for wrong in (told["whole"][0] - 1, told["whole"][1] + 1, told["whole"][0] + 0.5)
+    ]:
+        odd.append(good.copy())
+        odd[-1][place] = value
+    for numbers in odd:
+        numbers.tofile(kept)
+        done = subprocess.run([run, kept, end], input=b"", capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (3, b"")
+        assert end.read_bytes() == fresh

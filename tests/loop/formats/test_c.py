@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from c_program import together
 from exported import texts
-from held_back import FORMS, limited, samples, stepped
+from held_back import samples, stepped
 from sliding import EVERY
-from whole_machines import DESIGNS
+from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 from wording import refused, refused_command
 
 from hfc_design.files.design import Design, builtin_designs
@@ -26,13 +26,14 @@ STATES = {
     "blame": load_design("huang-soc"),
     "weights": made_up.network(2),
     "moves of a surface": EVERY["within a limit"],
-    "root that adapts": limited("lin-lee-1999-table-1", **FORMS["root that adapts"][1]),
+    "root that adapts": made_up.hierarchy(3, adaptation={"k_c": 1e-2, "largest_move": 0.5}),
     "command before": load_design("jee-koren-2004-flc", {"limits.command_rate": 400.0}),
 }
 
 
 def test_one_program_does_what_the_runtime_does(tmp_path):
-    run = together(STATES, tmp_path, "-O0")
+    nested = DESIGNS["nested"]
+    run = together(STATES | {"nested": nested}, tmp_path, "-O0")
     for key, design in STATES.items():
         signals = samples(design, 200)
         expected = stepped(design, signals)
@@ -40,6 +41,9 @@ def test_one_program_does_what_the_runtime_does(tmp_path):
         found = run(key, np.stack(list(signals.values()), axis=1))
         scale = np.abs(expected).max()
         np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=1e-12, err_msg=key)
+    moves = happenings(nested, 200)
+    found = run("nested", in_c(nested, moves)).reshape(-1, 2)
+    np.testing.assert_allclose(found, of_the_runtime(nested, moves)[1], rtol=1e-12, atol=1e-12)
 
 
 def test_the_numbers_and_the_head_are_those_of_the_design():

@@ -2,14 +2,10 @@
 
 import numpy as np
 import pytest
-from flash_folders import ALL, vectors, written
+from exported import texts
+from flash_folders import ALL, vectors
 
 from hfc_design.formats.flash.tolerance import tolerance
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return written(tmp_path_factory.mktemp)
 
 
 def test_single_precision_is_compared_until_a_decision_is_close():
@@ -31,8 +27,8 @@ def test_single_precision_is_compared_until_a_decision_is_close():
     assert exact.single == pytest.approx(2.0**-21 * 100.0)
 
 
-def test_the_vectors_go_beyond_the_ends_of_the_universe(folder):
-    names, numbers, _ = vectors(folder("lin-lee-1999-table-1"))
+def test_the_vectors_go_beyond_the_ends_of_the_universe():
+    names, numbers, _ = vectors(texts(ALL["lin-lee-1999-table-1"], "c"))
     record = ALL["lin-lee-1999-table-1"].controller
     for item in record.inputs:
         column = numbers[:, names.index(item.name.removeprefix("previous_"))] * item.scale
