@@ -13,19 +13,10 @@ from hfc_design.formats import code
 from hfc_design.runtime import Controller
 
 
-@pytest.fixture
-def text(tmp_path):
-    def write(design):
-        (tmp_path / "design.st").write_text(code.block(design))
-        return (tmp_path / "design.st").read_text()
-
-    return write
-
-
 @pytest.mark.parametrize("case", CASES)
-def test_the_block_gives_the_commands_of_the_runtime(case, text):
+def test_the_block_gives_the_commands_of_the_runtime(case):
     record, stepped = CASES[case]
-    block, controller = FunctionBlock(text(record)), Controller(stepped)
+    block, controller = FunctionBlock(code.block(record)), Controller(stepped)
     rows = samples(record)
     found = [block.step(**{n: row[n] for n in block.inputs if n != "reset"}) for row in rows]
     wanted = [controller.step(row) for row in rows]

@@ -8,25 +8,21 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from plcopen_project import PPX, function_block, pous
+from plcopen_project import PPX, block_in, function_block
 from structured_text import FunctionBlock
+from wording import refused
 
-from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, named_design
 from hfc_design.formats.plcopen import project
 from hfc_design.runtime import Controller
 
 
-def block_in(record):
-    """Name, sections and body of the function block in the project of a design."""
-    found = pous(project(record))
-    (name, (_, sections, body)) = next(item for item in found.items() if item[1][0] != "program")
-    return name, sections, body
-
-
 def test_a_block_from_the_project_gives_the_commands_of_the_runtime():
     record = named_design("lin-lee-1999-table-1")
-    block, controller = FunctionBlock(function_block(*block_in(record))), Controller(record)
+    block, controller = (
+        FunctionBlock(function_block(*block_in(project(record)))),
+        Controller(record),
+    )
     rng = np.random.default_rng(3)
     for _ in range(50):
         row = {name: 0.05 * rng.uniform(-1, 1) for name in block.inputs if name != "reset"}
@@ -34,17 +30,12 @@ def test_a_block_from_the_project_gives_the_commands_of_the_runtime():
 
 
 def test_every_signal_says_what_it_is_and_in_which_unit():
-    _, sections, _ = block_in(named_design("lin-lee-1999-table-1"))
+    _, sections, _ = block_in(project(named_design("lin-lee-1999-table-1")))
     told = {name: text for name, _, _, text in sections["inputVars"] + sections["outputVars"]}
     assert told["error"] == "reference less position, [rad]"
     assert told["spindle_velocity"].endswith("[rad/s]")
     assert told["command"].endswith("[V]")
     assert all(told.values())
-
-
-def test_the_same_design_gives_the_same_bytes():
-    one, other = (project(named_design("pd-only")) for _ in range(2))
-    assert one == other
 
 
 def test_nothing_that_a_user_wrote_is_markup():
@@ -55,15 +46,13 @@ def test_nothing_that_a_user_wrote_is_markup():
     assert len(root.findall(f".//{PPX}pou")) == 2
 
 
-@pytest.mark.parametrize("name", ["huang-neural", "huang-soc"])
-def test_a_kind_without_structured_text_is_refused(name):
-    with pytest.raises(UserError, match="it has no template in Structured Text"):
-        project(named_design(name))
+def test_a_kind_without_structured_text_is_refused():
+    with refused():
+        project(named_design("huang-neural"))
 
 
 def test_a_name_that_the_example_takes_is_refused():
     text = design_json(named_design("lin-lee-1999-table-1"))
     taken = text.replace('"deflection"', '"fb_lin_lee_1999_table_1_1"')
-    record = Design.model_validate(json.loads(taken))
-    with pytest.raises(UserError, match="takes fb_lin_lee_1999_table_1_1 for"):
-        project(record)
+    with refused():
+        project(Design.model_validate(json.loads(taken)))
