@@ -27,6 +27,16 @@ def test_the_head_says_when_the_adaptation_is_left_out(name):
     assert ("the adaptation is not here" in code.block(record)) == adapts
 
 
+def test_reset_forgets_the_past():
+    pi = updated("jee-koren-2004-flc", form="PI", integral_gain=0.7)
+    for record in (pi, named_design("lin-lee-1999-table-1")):
+        block = FunctionBlock(code.block(record))
+        told = dict.fromkeys(block.inputs, 0.02) | {"reset": False}
+        first = block.step(**told)
+        assert block.step(**told) != first
+        assert block.step(**told | {"reset": True}) == first
+
+
 CASES = {
     "pd": named_design("pd-only"),
     "hierarchy": made_up.hierarchy(1),

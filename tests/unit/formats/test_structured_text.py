@@ -67,11 +67,3 @@ def test_no_name_gets_code_into_the_file():
         code.block(
             with_controller(good, inputs=(first, item.model_copy(update={"name": evil}), *others))
         )
-
-
-def test_reset_forgets_the_past():
-    block = FunctionBlock(code.block(named_design("lin-lee-1999-table-1")))
-    told = dict.fromkeys(block.inputs, 0.02) | {"reset": False}
-    first = block.step(**told)
-    assert block.step(**told) != first
-    assert block.step(**told | {"reset": True}) == first
