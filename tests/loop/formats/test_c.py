@@ -100,9 +100,11 @@ def test_an_axis_that_c_takes_for_something_else_is_refused(axis):
         texts(Design.model_validate(data), "c")
 
 
-def test_hal_has_no_component_of_a_whole_machine():
+def test_hal_has_no_component_of_a_whole_machine_and_an_fmu_a_model_of_its_own():
     with refused():
         texts(DESIGNS["pid"], "linuxcnc")
+    with refused():
+        texts(STATES["integral"].model_copy(update={"name": "model"}), "fmu")
 
 
 def test_the_built_in_designs_fit_into_float():
