@@ -1,7 +1,8 @@
-"""FMUs without a program of others: what is in them, what they refuse, what their binary does."""
+"""FMUs without a program of others: what is in them, what their binary does, their page."""
 
 import re
 import zipfile
+from html.parser import HTMLParser
 from math import exp, inf, isfinite, nan
 from xml.etree import ElementTree
 
@@ -21,7 +22,12 @@ HOSTILE = 'x); system("id */ int main(void) {\n#define x <&\'"'
 
 def written(design, to, folder):
     FORMATS[to].write(design, folder)
-    return {path.name: path for path in folder.iterdir()}
+    return {path.name: path for path in sorted(folder.iterdir())}
+
+
+def page(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return archive.read("documentation/index.html").decode()
 
 
 def described(fmu):
@@ -181,3 +187,79 @@ def test_the_same_design_gives_the_same_bytes(tmp_path):
     guids = [described(x).get("guid") for x in (*first.values(), *other.values())]
     assert len(set(guids)) == 3  # FMI 3.0 has none
     assert re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", guids[0])
+
+
+TAGS = {"html", "head", "meta", "title", "style", "body", "h1", "h2", "h3", "p", "ul", "li"}
+TAGS |= {"code", "pre", "table", "thead", "tbody", "tr", "th", "td"}
+EVIL = '<script>alert(1)</script> <img src=x> &lt; | [x](javascript:y) `a` _b_ "'
+
+
+class Read(HTMLParser):
+    """Tags in their order, attributes, cells of tables, and all text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.attributes, self.cells, self.text = [], set(), [], [], ""
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.add(tag)
+        self.attributes += attributes
+        self.open += [tag] if tag != "meta" else []
+        if tag == "td":
+            self.cells.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, text):
+        self.text += text
+        if "td" in self.open:
+            self.cells[-1] += text
+
+
+@pytest.mark.parametrize("to", ["fmu", "fmu-plant", "fmu-loop"])
+def test_the_page_names_every_variable_with_its_unit(to, tmp_path):
+    two, three = written(TABLE_1, to, tmp_path / "a").values()
+    assert page(two) == page(three)
+    read, root = Read(page(two)), described(two)
+    assert read.tags <= TAGS
+    for variable in root.find("ModelVariables"):
+        if variable.get("causality") == "independent":
+            continue
+        place = read.cells.index(variable.get("name"))
+        columns = read.cells[place : place + 4]
+        unit = variable.find("Real").get("unit")
+        assert unit in columns[1:3], columns
+        assert variable.get("description") in re.sub("; before .*", "", columns[3])
+        if variable.get("causality") != "parameter":
+            assert columns[1] == {"input": "in", "output": "out"}[variable.get("causality")]
+    assert "has to be 0.001 s (1000 Hz)" in read.text
+    assert ("ideal tachometer" in read.text) == ("The command is not limited" in read.text)
+    assert ("The command is not limited" in read.text) == (to != "fmu-plant")
+
+
+def test_the_page_of_a_machine_names_its_axes_and_limits(tmp_path):
+    design = load_design("lin-gai-2009-fuzzy-sliding-compensated")
+    read = Read(page(next(iter(written(design, "fmu", tmp_path / "a").values()))))
+    for axis in "xyzac":
+        assert f"{axis}.error_rate" in read.cells
+        assert f"{axis} 8.0" in read.text
+    assert "what was learnt as well" in read.text
+
+
+def test_what_a_user_wrote_is_text(tmp_path):
+    design = load_design("pd-only")
+    score = {"scenario": EVIL, f"{EVIL}_rms_error": 1.0, "max_error_rad": 2.0}
+    own = {"source": EVIL, "scenario": design.provenance["scenario"]}
+    plant = design.plant.model_copy(update={"name": EVIL})
+    design = design.model_copy(
+        update={"name": EVIL, "plant": plant, "score": score, "provenance": own}
+    )
+    read = Read(page(next(iter(written(design, "fmu", tmp_path / "a").values()))))
+    assert read.tags <= TAGS
+    assert {name for name, _ in read.attributes} <= {"lang", "charset", "name", "content", "class"}
+    assert f"source: {EVIL}" in read.text
+    assert f"scenario {EVIL}, the largest" in read.text
+    assert "_rms_error" not in read.text
