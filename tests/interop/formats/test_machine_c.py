@@ -10,40 +10,47 @@ from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 
 from hfc_design.files.learning import with_learned
 from hfc_design.formats import saving
-from hfc_design.formats.machine_code import sources
+from hfc_design.formats.machine_code import sees_path, sources
 from hfc_design.formats.writing import write
 from hfc_design.motion.contour import local_error
 
+#: As KEEPING of c_program.py, of a whole machine; of what learns nothing it keeps nothing.
 MAIN = """
 #include <stdio.h>
 #include <string.h>
 #include "{name}.h"
+#ifdef LEARNS
 static {name}_real numbers[4096];
+#endif
 int main(int count, char **files)
 {{
     {name}_state state;
     {name}_inputs inputs[{name}_AXES];
     {name}_real command[{name}_AXES];
-    PATH
-    FILE *file;
-    int taken = 1;
+    {name}_path path;
+    int taken = count > 0 && files != NULL;
     {name}_init(&state);
+#ifdef LEARNS
+    FILE *file;
     if (count == 3 && strcmp(files[1], "-") != 0) {{
         file = fopen(files[1], "rb");
         const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
         fclose(file);
-        taken = LOAD(&state, numbers, size);
+        taken = {name}_load(&state, numbers, size);
     }}
-    while (fread(inputs, sizeof inputs, 1, stdin) == 1 && READ) {{
-        {name}_step(&state, inputs, GIVEcommand);
+#endif
+    while (fread(inputs, sizeof inputs, 1, stdin) && fread(&path, sizeof path, 1, stdin)) {{
+        {name}_step(&state, inputs, &path, command);
         fwrite(command, sizeof command, 1, stdout);
     }}
+#ifdef LEARNS
     if (count == 3 && strcmp(files[2], "-") != 0) {{
-        SAVE(&state, numbers);
+        {name}_save(&state, numbers);
         file = fopen(files[2], "wb");
-        fwrite(numbers, sizeof numbers[0], SIZE, file);
+        fwrite(numbers, sizeof numbers[0], {name}_NUMBERS, file);
         fclose(file);
     }}
+#endif
     return taken ? 0 : 3;
 }}
 """
@@ -57,27 +64,19 @@ def built(tmp_path_factory):
     known = {}
 
     def of(name):
-        if name in known:
-            return known[name]
-        folder = tmp_path_factory.mktemp("c") / "c"
-        write(folder, sources(DESIGNS[name]))
-        own = DESIGNS[name].name
-        sees = f"{own}_path" in (folder / f"{own}.h").read_text()
-        main = MAIN.replace("PATH", "{name}_path path;" if sees else "double path[4];")
-        main = main.replace("READ", "fread(&path, sizeof path, 1, stdin) == 1")
-        main = main.replace("GIVE", "&path, " if sees else "")
-        words = {"SAVE": "{name}_save", "LOAD": "{name}_load", "SIZE": "{name}_NUMBERS"}
-        none = {"SAVE": "(void)", "LOAD": "(void)", "SIZE": "0"}
-        for word, by in (words if name in LEARNING else none).items():
-            main = main.replace(word, by)
-        if name not in LEARNING:
-            main = main.replace("(void)(&state, numbers, size)", "size == 0")
-            main = main.replace("(void)(&state, numbers);", "")
-        (folder / "main.c").write_text(main.format(name=own))
-        flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
-        command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", folder / "program"]
-        subprocess.run(command, check=True)
-        known[name] = folder / "program"
+        if name not in known:
+            folder = tmp_path_factory.mktemp("c") / "c"
+            write(folder, sources(DESIGNS[name]))
+            main = MAIN
+            if not sees_path(DESIGNS[name]):
+                main = main.replace("{name}_path path;", "double path[4];")
+                main = main.replace("inputs, &path, command", "inputs, command")
+            (folder / "main.c").write_text(main.format(name=DESIGNS[name].name))
+            flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
+            flags += ["-DLEARNS"] * (name in LEARNING)
+            known[name] = folder / "program"
+            command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", known[name]]
+            subprocess.run(command, check=True)
         return known[name]
 
     return of

@@ -22,19 +22,12 @@ def files(design):
 
 def test_controller_reads_what_its_error_is_between():
     text = files(TABLE_1)["hfc_lin_lee_1999_table_1.comp"]
-    pins = re.findall(r'^pin (in|out) (\w+) (\w+?)_?(?: = \d)? "', text, re.M)
-    assert pins == [
-        ("in", "bit", "enable"),
-        ("in", "float", "reference"),
-        ("in", "float", "spindle_angle"),
-        ("in", "float", "reference_rate"),
-        ("in", "float", "spindle_velocity"),
-        ("in", "float", "deflection"),
-        ("in", "float", "deflection_rate"),
-        ("out", "float", "error"),
-        ("out", "float", "command"),
-        ("out", "bit", "fault"),
-    ]
+    pins = re.findall(r'^pin (in \w+|out \w+) (\w+?)_?(?: = \d)? "', text, re.M)
+    read = ["reference", "spindle_angle", "reference_rate", "spindle_velocity"]
+    read += ["deflection", "deflection_rate"]
+    wanted = [("in bit", "enable"), *(("in float", name) for name in read)]
+    wanted += [("out float", "error"), ("out float", "command"), ("out bit", "fault")]
+    assert pins == wanted
     assert "inputs.error = reference_ - spindle_angle_;" in text
     assert "inputs.error_rate = reference_rate_ - spindle_velocity_;" in text
     assert "inputs.deflection = deflection_;" in text
