@@ -5,8 +5,9 @@ from lifted import controller_of
 
 from hfc_design.controllers.hierarchical.law import LIN_LEE_TERMS
 from hfc_design.files.design import Design
+from hfc_design.files.machine import PlantSettings
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.runtime import Controller
+from hfc_design.runtime import Controller, explain
 from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 
@@ -73,3 +74,9 @@ def replayed(design, scenario):
     runtime = Controller(design)
     found = [runtime.step(dict(zip(SIGNALS, row, strict=True))) for row in rows]
     return motion.command[:, 0], np.array(found)
+
+
+def explanation(design, texts):
+    """Of a design for the machine that its file names."""
+    plant = PlantSettings(**design.plant.model_dump())
+    return explain.explanation(design, plant.machine.drives[0], plant.values()[0], texts)

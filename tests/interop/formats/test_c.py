@@ -7,26 +7,16 @@ import made_up
 import numpy as np
 import pytest
 from c_program import built, commands
+from exported import with_controller
 
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import code
 from hfc_design.runtime import Controller
 
 
-def table_of(height, **adaptation):
-    changes = {"rules": {"centroids": np.full((7, 7), height).tolist()}}
-    if adaptation:
-        own = made_up.fuzzy("aflc", 1).controller.adaptation.model_dump()
-        changes["adaptation"] = own | {"smallest_overlap": adaptation}
-    return made_up.fuzzy("aflc", 1, **changes)
-
-
 def test_a_table_beyond_its_range_that_is_not_refused_is_equal(tmp_path):
     errors = np.random.default_rng(0).normal(0.0, 15.0, 300)
-    design = table_of(3e4)
-    design = design.model_copy(
-        update={"controller": design.controller.model_copy(update={"low_velocity": None})}
-    )
+    design = with_controller(made_up.level("aflc", 3e4), low_velocity=None)
     controller = Controller(design)
     expected = [controller.step({"error": error}) for error in errors.tolist()]
     found = commands(built("gcc", design, tmp_path / "c"), errors[:, None])
@@ -45,7 +35,7 @@ NARROW[1] |= {"left": -14.0 - 1e-9}
         (("jee-koren-2004-pid", {"controller.pid.k_p": 1e38}), "pid.k_p is 1e"),
         (("lin-lee-1999-table-1", {"controller.output_scale": 1e-50}), "output_scale is 1e-50"),
         (("jee-koren-2004-flc", {"controller.error_terms": NARROW}), "a term has no width"),
-        (table_of(9.0, error=1e-7, error_change=0.1), "a term has no width"),
+        (made_up.level("aflc", 9.0, error=1e-7, error_change=0.1), "a term has no width"),
     ],
 )
 def test_what_is_nothing_in_float_compiles_in_double_alone(design, told, tmp_path):

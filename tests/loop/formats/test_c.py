@@ -65,24 +65,16 @@ def test_lookup_needs_c_and_exponentials(tmp_path):
     assert not (tmp_path / "c").exists()
 
 
-def table_of(kind, height, **adaptation):
-    changes = {"rules": {"centroids": np.full((7, 7), height).tolist()}}
-    if adaptation:
-        own = made_up.fuzzy(kind, 1).controller.adaptation.model_dump()
-        changes["adaptation"] = own | {"smallest_overlap": adaptation}
-    return made_up.fuzzy(kind, 1, **changes)
-
-
 @pytest.mark.parametrize(
     ("design", "targets"),
     [
-        (table_of("flc", 1e154), ("c", "st")),
-        (table_of("soflc", -1e11), ("c", "st")),
+        (made_up.level("flc", 1e154), ("c", "st")),
+        (made_up.level("soflc", -1e11), ("c", "st")),
         (load_design("pd-only", {"controller.pd.kp": 1e308}), ("c", "st")),
         (load_design("pd-only", {"limits.command": 1e200}), ("c", "st")),
         # An adaptation in which C would differ.
-        (table_of("aflc", 1e8), ("c",)),
-        (table_of("aflc", 9.0, error=1e-300, error_change=0.1), ("c",)),
+        (made_up.level("aflc", 1e8), ("c",)),
+        (made_up.level("aflc", 9.0, error=1e-300, error_change=0.1), ("c",)),
     ],
     ids=["table", "table that adapts", "gain", "limit", "beyond its range", "overlap"],
 )

@@ -4,29 +4,23 @@ import json
 
 import numpy as np
 import pytest
+from by_name import explanation
 from click.testing import CliRunner
+from exported import with_controller
 from wording import refused, refused_command
 
 from hfc_design.cli import main
 from hfc_design.controllers.flc.record import CompensationRecord
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.files.design import builtin_designs
-from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design
-from hfc_design.runtime import Controller, explain
+from hfc_design.runtime import Controller
 
 WITH_RULES = [name for name in builtin_designs() if load_design(name).kind.explain]
 
 
 def changed(name, **update):
-    design = load_design(name)
-    return design.model_copy(update={"controller": design.controller.model_copy(update=update)})
-
-
-def explanation(design, texts):
-    """Of a design for the machine that its file names."""
-    plant = PlantSettings(**design.plant.model_dump())
-    return explain.explanation(design, plant.machine.drives[0], plant.values()[0], texts)
+    return with_controller(load_design(name), **update)
 
 
 def read_signals(design):

@@ -15,13 +15,6 @@ from hfc_design.runtime import Controller
 NAME = "lin-lee-1999-table-1"
 
 
-def export(folder, points, *changes):
-    told = [word for change in changes for word in ("--change", change)]
-    done = hfc("export", NAME, *told, "--to", "c", "--lookup", points, "--out", folder)
-    assert done.exit_code == 0, done.output
-    return done
-
-
 def off_on_the_vectors(folder, design):
     """Largest difference of the commands there from the design's own, and the largest of those."""
     names, numbers, _ = vectors(folder)
@@ -48,25 +41,34 @@ def rules_alone(design):
     return found
 
 
-@pytest.mark.parametrize(
-    ("points", "limit", "coarse"), [(9, None, True), (9, 5.0, True), (65, None, False)]
-)
-def test_the_command_line_says_how_far_the_table_is_off(points, limit, coarse, tmp_path):
-    changes = [f"limits.command={limit}"] if limit else []
-    design = load_design(NAME, changes)
-    done = export(tmp_path / "c", points, *changes)
-    off, largest = off_on_the_vectors(tmp_path / "c", design)
-    told, share = re.findall(r"off by (\S+) V at most, (\S+) per cent of", done.stdout)[0]
-    assert float(told) == pytest.approx(off, rel=0.05)  # two digits are printed
-    assert float(share) == pytest.approx(100.0 * off / (limit or largest), rel=0.05)
-    far, share = re.findall(r"exact command: (\S+) V, (\S+) per cent of", done.stdout)[0]
-    assert far == f"{lookup(design.controller, points).deviation:.2g}"
-    assert float(share) == pytest.approx(100.0 * float(far) / rules_alone(NAME), rel=0.1)
+AXES = {"plant.axes.a": "{}", "plant.axes.b": "{}", "limits.axes.b.command": 5.0}
+
+
+@pytest.mark.parametrize(("points", "changes", "coarse"), [(9, AXES, True), (65, {}, False)])
+def test_the_command_line_says_how_far_a_table_is_off(points, changes, coarse, tmp_path):
+    told = [word for key, x in changes.items() for word in ("--change", f"{key}={x}")]
+    done = hfc("export", NAME, *told, "--to", "c", "--lookup", points, "--out", tmp_path / "c")
+    assert done.exit_code == 0, done.output
     warning = f"hfc: warning: --lookup {points} is coarse"
     assert done.stderr.startswith(warning) if coarse else done.stderr == ""
-    page = (tmp_path / "c" / "README.md").read_text()
-    for line in done.stdout.splitlines()[:2]:
-        assert line in page
-    text = (tmp_path / "c" / "lin_lee_1999_table_1.c").read_text()
-    assert "#include <" not in text
-    assert f"{far} V" in " ".join(text.split())
+    lines = iter(done.stdout.splitlines())
+    deviation = lookup(load_design(NAME).controller, points).deviation
+    for axis, limit in {"a": None, "b": 5.0}.items() if changes else [("", None)]:
+        folder = tmp_path / "c" / axis
+        of, off_by = next(lines), next(lines)
+        far, share = re.findall(r"exact command: (\S+) V, (\S+) per cent of", of)[0]
+        assert far == f"{deviation:.2g}"
+        assert float(share) == pytest.approx(100.0 * float(far) / rules_alone(NAME), rel=0.1)
+        off, largest = off_on_the_vectors(
+            folder, load_design(NAME, {"limits.command": limit} if limit else None)
+        )
+        assert (largest == limit) if limit else largest > 5.0
+        told, share = re.findall(r"off by (\S+) V at most, (\S+) per cent of", off_by)[0]
+        assert float(told) == pytest.approx(off, rel=0.05)  # two digits are printed
+        assert float(share) == pytest.approx(100.0 * off / largest, rel=0.05)
+        page, (source,) = (folder / "README.md").read_text(), folder.glob("*.c")
+        assert f"tabulated at {points} values" in vectors(folder)[2]
+        assert of.removeprefix(f"{axis}: ") in page
+        assert off_by.removeprefix(f"{axis}: ") in page
+        assert "#include <" not in source.read_text()
+        assert f"{far} V" in " ".join(source.read_text().split())

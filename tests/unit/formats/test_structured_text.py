@@ -1,18 +1,25 @@
-"""The Structured Text export, executed by tests/helpers/structured_text.py.
+"""The Structured Text export, alone and in PLCopen's XML, executed by structured_text.py.
 
 tests/interop/test_st.py has two parsers and a compiler of others read the files and run them.
 Measured: 2e-16 of the largest command.
 """
 
+import json
+import xml.etree.ElementTree as ET
+
+import numpy as np
 import pytest
 from exported import with_controller
+from plcopen_project import PPX, block_in, function_block
 from st_cases import samples, updated
 from structured_text import FunctionBlock
 from wiring import design, units
 from wording import refused
 
-from hfc_design.files.design import named_design
+from hfc_design.files.design import Design, design_json, named_design
 from hfc_design.formats import code
+from hfc_design.formats.plcopen import project
+from hfc_design.runtime import Controller
 
 
 def test_every_unit_is_the_weighted_average_of_its_rules():
@@ -67,3 +74,44 @@ def test_no_name_gets_code_into_the_file():
         code.block(
             with_controller(good, inputs=(first, item.model_copy(update={"name": evil}), *others))
         )
+
+
+def test_a_block_from_the_project_gives_the_commands_of_the_runtime():
+    record = named_design("lin-lee-1999-table-1")
+    block, controller = (
+        FunctionBlock(function_block(*block_in(project(record)))),
+        Controller(record),
+    )
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        row = {name: 0.05 * rng.uniform(-1, 1) for name in block.inputs if name != "reset"}
+        assert block.step(**row) == pytest.approx(controller.step(row), rel=1e-12)
+
+
+def test_every_signal_says_what_it_is_and_in_which_unit():
+    _, sections, _ = block_in(project(named_design("lin-lee-1999-table-1")))
+    told = {name: text for name, _, _, text in sections["inputVars"] + sections["outputVars"]}
+    assert told["error"] == "reference less position, [rad]"
+    assert told["spindle_velocity"].endswith("[rad/s]")
+    assert told["command"].endswith("[V]")
+    assert all(told.values())
+
+
+def test_nothing_that_a_user_wrote_is_markup():
+    evil = 'x"><addData/>&amp;<!-- ]]> \x1b'
+    record = named_design("pd-only").model_copy(update={"name": evil})
+    root = ET.fromstring(project(record))
+    assert root.find(f".//{PPX}addData") is None
+    assert len(root.findall(f".//{PPX}pou")) == 2
+
+
+def test_a_kind_without_structured_text_is_refused():
+    with refused():
+        project(named_design("huang-neural"))
+
+
+def test_a_name_that_the_example_takes_is_refused():
+    text = design_json(named_design("lin-lee-1999-table-1"))
+    taken = text.replace('"deflection"', '"fb_lin_lee_1999_table_1_1"')
+    with refused():
+        project(Design.model_validate(json.loads(taken)))

@@ -6,12 +6,11 @@ import sys
 from math import exp
 
 import pytest
-from by_name import SIGNALS, design_of, random_design
+from by_name import SIGNALS, design_of, explanation, random_design
 
 from hfc_design.files.design import Design
-from hfc_design.files.machine import PlantSettings
 from hfc_design.files.pairing import load_design
-from hfc_design.runtime import Controller, explain, load
+from hfc_design.runtime import Controller, load
 
 KIND = """
 from typing import NamedTuple
@@ -98,12 +97,6 @@ def test_an_own_kind_is_made_known_without_jax(tmp_path):
     script = [sys.executable, "-c", SCRIPT]
     done = subprocess.run(script, check=True, capture_output=True, text=True, cwd=tmp_path)
     assert done.stdout == "6.0 []\n"
-
-
-def explanation(design, texts):
-    """Of a design for the machine that its file names."""
-    plant = PlantSettings(**design.plant.model_dump())
-    return explain.explanation(design, plant.machine.drives[0], plant.values()[0], texts)
 
 
 def test_a_unit_of_a_hierarchy_by_hand():
