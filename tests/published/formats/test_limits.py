@@ -14,7 +14,7 @@ from hfc_design.runtime import Controller
     [
         ("lin-lee-1999-table-1", "c-axis-step"),
         ("hierarchy on a linear part", "c-axis-step"),
-        ("hierarchy that schedules", "c-axis-step"),
+        ("adapting hierarchy on a linear part", "c-axis-step"),
         ("jee-koren-2004-aflc", "feed-drive-line"),
     ],
 )
