@@ -77,6 +77,61 @@ def built(compiler, design, folder, *flags, lookup=None, main=MAIN):
     return folder / "program"
 
 
+#: Of several designs; the first argument is the number of one, from 0.
+ONE_OF = """
+static void run_{name}(void)
+{{
+    {name}_state state;
+    {name}_inputs inputs;
+    {name}_real command;
+    {name}_init(&state);
+    while (fread(&inputs, sizeof inputs, 1, stdin) == 1) {{
+        command = {name}_step(&state, &inputs);
+        fwrite(&command, sizeof command, 1, stdout);
+    }}
+}}
+"""
+#: The same of a whole machine that sees the path.
+MACHINE = """
+static void run_{name}(void)
+{{
+    {name}_state state;
+    {name}_inputs inputs[{name}_AXES];
+    {name}_path path;
+    {name}_real command[{name}_AXES];
+    {name}_init(&state);
+    while (fread(inputs, sizeof inputs, 1, stdin) && fread(&path, sizeof path, 1, stdin)) {{
+        {name}_step(&state, inputs, &path, command);
+        fwrite(command, sizeof command, 1, stdout);
+    }}
+}}
+"""
+
+
+def together(designs, folder, *flags):
+    """One program of all ``designs``: the name of one, its samples -> commands."""
+    lines = ["#include <stdio.h>", "#include <stdlib.h>"]
+    for k, design in enumerate(designs.values()):
+        own = design.model_copy(update={"name": f"law{k}"})
+        write(folder / own.name, machine_code.sources(own))
+        lines += [f'#include "{own.name}/{own.name}.h"']
+        lines += [(ONE_OF if own.kind.law else MACHINE).format(name=own.name)]
+    runs = ", ".join(f"run_law{k}" for k in range(len(designs)))
+    lines += [f"static void (*const runs[])(void) = {{ {runs} }};"]
+    lines += [
+        "int main(int count, char **words)",
+        "{ (void)count; runs[atoi(words[1])](); return 0; }",
+    ]
+    (folder / "main.c").write_text("\n".join([*lines, ""]))
+    command = ["gcc", "-std=c99", *WARNINGS.split(), "-O2", *flags, *folder.rglob("*.c"), "-lm"]
+    subprocess.run([*command, "-o", folder / "program"], check=True)
+
+    def run(key, samples, real=np.float64):
+        return commands(folder / "program", samples, real, [list(designs).index(key)])
+
+    return run
+
+
 def commands(program, samples, real=np.float64, arguments=()):
     """What the program answers to ``samples`` (n, signals)."""
     data = np.ascontiguousarray(samples, real).tobytes()

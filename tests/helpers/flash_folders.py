@@ -6,11 +6,12 @@ import subprocess
 
 import made_up
 import numpy as np
+from exported import texts
+from st_program import Program
 from whole_machines import DESIGNS
 
 from hfc_design.files.design import builtin_designs, named_design
-from hfc_design.formats import FORMATS, machine_code
-from hfc_design.formats.flash.folder import with_check
+from hfc_design.formats import FORMATS
 
 STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wdouble-promotion -Wfloat-conversion -Wconversion"
@@ -63,9 +64,10 @@ def checked(path, flags=STRICT):
     return done.returncode, done.stdout + done.stderr
 
 
-def vectors(path):
-    """Columns, numbers, and the notes of the file."""
-    lines = (path / "check" / "vectors.csv").read_text().splitlines()
+def vectors(found):
+    """Columns, numbers, and the notes of the file in a folder, or among texts."""
+    of_folder = "" if isinstance(found, dict) else (found / "check" / "vectors.csv").read_text()
+    lines = (of_folder or found["check/vectors.csv"]).splitlines()
     notes = [line for line in lines if line.startswith("#")]
     names, *rows = csv.reader(line for line in lines if not line.startswith("#"))
     return names, np.array(rows, float), "\n".join(notes)
@@ -82,4 +84,25 @@ def passes(path, compared=200):
 
 
 def page(design):
-    return with_check(design, machine_code.sources(design))["README.md"]
+    return texts(design, "c")["README.md"]
+
+
+def runs_in_a_plc(design):
+    """Whether the program of the vectors ends well, and does not with another expectation."""
+    found = texts(design, "st")
+    (block,) = (text for name, text in found.items() if name.endswith(".st") and "/" not in name)
+    program = Program(found["check/check.st"], block)
+    for k in range(1000):
+        assert not program.values["done"], k
+        program.cycle()
+    assert program.values["done"]
+    assert program.values["ok"], program.values["largest_off"]
+    assert program.values["faults"] == 0
+    names, numbers, _ = vectors(found)
+    for column in range(2, len(names) - 1):
+        assert program.values[f"given_{names[column]}"] == numbers[:, column].tolist()
+    program.values |= {"k": 999, "tolerance": 0.0}
+    program.values["expected"][999] += 1.0
+    program.cycle()
+    assert not program.values["ok"]
+    assert f"`{program.block}`" in found["README.md"]

@@ -119,3 +119,11 @@ def _check(element):
         assert list(dict.fromkeys(found)) == children, element.tag
     for child in element:
         _check(child)
+
+
+def read(reader, file, row, column, points):
+    """The output of a file, of points within the domains of its inputs."""
+    system = reader(file)
+    low, high = np.transpose([system.domain(name) for name in (row, column)])
+    points = np.clip(points, low, high)
+    return system.evaluate(**{row: points[:, 0], column: points[:, 1]})

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from structured_text import FunctionBlock
 
 import hfc_design.api as hfc
 from hfc_design.files.design import builtin_designs
+from hfc_design.formats import code
 from hfc_design.runtime import Controller
 
 #: Largest commands that hold the built-in designs back.
@@ -15,6 +17,28 @@ def limited(name, limit=None, **changes):
     design = hfc.load_design(name)
     changes |= {"limits.command": limit or LIMITS[design.plant.name]}
     return hfc.load_design(name, changes)
+
+
+def slow(name, samples_to_the_limit=20, **changes):
+    """A design that goes from rest to its largest command in so many samples."""
+    design = hfc.load_design(name)
+    limit = LIMITS[design.plant.name]
+    rate = limit / (samples_to_the_limit * design.controller.sample_time_s)
+    return hfc.load_design(name, changes | {"limits": {"command": limit, "command_rate": rate}})
+
+
+def free(design):
+    """The same, with commands as fast as they like."""
+    return design.model_copy(update={"limits": design.limits.without_rate()})
+
+
+def by_hand(asked, change):
+    """What a rate lets pass of commands, at most so much more or less than that before."""
+    found, before = [], 0.0
+    for command in asked:
+        before = min(max(command, before - change), before + change)
+        found.append(before)
+    return np.array(found)
 
 
 def samples(design, count=400):
@@ -31,6 +55,13 @@ def stepped(design, signals):
     controller = Controller(design)
     rows = zip(*(column.tolist() for column in signals.values()), strict=True)
     return np.array([controller.step(dict(zip(signals, row, strict=True))) for row in rows])
+
+
+def in_text(design, signals):
+    """What the block of Structured Text commands."""
+    block = FunctionBlock(code.block(design))
+    rows = zip(*(column.tolist() for column in signals.values()), strict=True)
+    return np.array([block.step(**dict(zip(signals, row, strict=True))) for row in rows])
 
 
 def commanded_alone(design, axis):

@@ -8,6 +8,10 @@ from places import DATA
 SAMPLES = DATA / "imported"
 MAMDANI_FLL = SAMPLES / "mamdani.fll"  # shapes, hedges, or, weights; by hand
 MAMDANI_FIS = SAMPLES / "mamdani.fis"  # names that are no identifiers; by hand
+MAMDANI_SIGNALS = {
+    ".fll": {"level": "error", "rate": "error_change"},
+    ".fis": {"Position error": "error", "d/dt error": "error_change"},
+}
 MAMDANI_SUM = SAMPLES / "mamdani-sum.fis"  # other shapes and norms, not, or, weights; by hand
 PYFUZZYLITE = SAMPLES / "pyfuzzylite-8.0.6.fll"  # its FllExporter, nine decimals
 OCTAVE = SAMPLES / "octave-fuzzy-logic-toolkit-0.4.6.fis"  # its writefis

@@ -138,6 +138,15 @@ def fuzzy(kind, seed, rows=TERMS, columns=TERMS, **changes):
     return _design("feed-drive", **(controller | changes))
 
 
+def level(kind, height, **overlaps):
+    """The same with one output for all rules, and with ``overlaps`` that may be so small."""
+    changes = {"rules": {"centroids": np.full((TERMS, TERMS), height).tolist()}}
+    if overlaps:
+        own = fuzzy(kind, 1).controller.adaptation.model_dump()
+        changes["adaptation"] = own | {"smallest_overlap": overlaps}
+    return fuzzy(kind, 1, **changes)
+
+
 def named(seed, rows, columns):
     """A fuzzy controller of another program, whose rules share the singletons slow and fast."""
     labels = [[("slow", "fast")[(seed + i * j) % 2] for j in range(columns)] for i in range(rows)]

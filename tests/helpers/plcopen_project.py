@@ -20,6 +20,13 @@ def pous(text):
     return found
 
 
+def block_in(text):
+    """Name, sections and body of the function block in a project."""
+    found = pous(text).items()
+    name, (_, sections, body) = next(item for item in found if item[1][0] != "program")
+    return name, sections, body
+
+
 def _variable(element):
     kind = element.find(f"{PPX}type")[0]
     name = kind.get("name") or kind.tag.removeprefix(PPX)

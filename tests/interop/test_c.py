@@ -23,7 +23,7 @@ from hfc_design.runtime import Controller
 from hfc_design.simulation.evaluating import evaluate
 
 ADAPTING = {"k_c": 1e-2, "largest_move": 0.5, "error_scale": 3.0}
-#: Built-in laws of an axis; what commands a whole machine: tests/formats/test_machine_c.py.
+#: Built-in laws of an axis; what commands a whole machine: tests/interop/formats/test_machine_c.py.
 DESIGNS = {name: load_design(name) for name in builtin_designs()}
 DESIGNS = {name: design for name, design in DESIGNS.items() if design.kind.law}
 DESIGNS |= {f"hierarchy of {n} inputs": made_up.hierarchy(n, n) for n in range(2, 7)}

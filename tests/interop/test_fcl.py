@@ -5,8 +5,8 @@ Measured, the worst of all designs and relative to the largest output: 4e-4 with
 as polygons, 8e-7 and 1e-4 in the command of the published and the random designs; 3e-16 with
 triangles.
 
-jFuzzyLogic is on none of PyPI, Debian and npm: tests/formats/test_fuzzy_files.py reads its dialect
-by a grammar of its own.
+jFuzzyLogic is on none of PyPI, Debian and npm: tests/published/formats/test_fuzzy_files.py reads
+its dialect by a grammar of its own.
 """
 
 import re

@@ -2,7 +2,7 @@
 
 Measured, relative to the largest output: 2e-15 on all points of Table II, the AFLC and a random
 design. Octave takes 24 ms a point, so the suite tries one point in 25 and 50 samples. MATLAB is
-not free; what its fistree takes is checked by its words alone, in tests/formats/test_fis.py.
+not free; what its fistree takes is checked by its words alone, in tests/unit/formats/test_fis.py.
 """
 
 import numpy as np

@@ -1,73 +1,26 @@
-"""What stands in exported C code, and which designs and options it refuses."""
+"""C code that a compiler has to refuse, and what only the C of a design does; see ../test_c.py."""
 
 import re
 import subprocess
 
-import feed_oracle
 import made_up
 import numpy as np
 import pytest
 from c_program import built, commands
+from exported import with_controller
 
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, code
+from hfc_design.formats import code
 from hfc_design.runtime import Controller
-
-
-def source(design, folder):
-    FORMATS["c"].write(design, folder)
-    return (folder / f"{code.c_name(design)}.c").read_text()
-
-
-def table_of(kind, height, **adaptation):
-    design = made_up.fuzzy(kind, 1)
-    rules = {"centroids": np.full((7, 7), height).tolist()}
-    changes = {"rules": rules}
-    if adaptation:
-        own = design.controller.adaptation.model_dump()
-        changes["adaptation"] = own | {"smallest_overlap": adaptation}
-    return made_up.fuzzy(kind, 1, **changes)
 
 
 def test_a_table_beyond_its_range_that_is_not_refused_is_equal(tmp_path):
     errors = np.random.default_rng(0).normal(0.0, 15.0, 300)
-    design = table_of("aflc", 3e4)
-    design = design.model_copy(
-        update={"controller": design.controller.model_copy(update={"low_velocity": None})}
-    )
+    design = with_controller(made_up.level("aflc", 3e4), low_velocity=None)
     controller = Controller(design)
     expected = [controller.step({"error": error}) for error in errors.tolist()]
     found = commands(built("gcc", design, tmp_path / "c"), errors[:, None])
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10)
-
-
-@pytest.mark.parametrize("kind", ["pid", "flc", "aflc", "soflc"])
-def test_options_are_in_c_too(kind, tmp_path):
-    """Dead zone, ZR that is narrowed, the curve of the stable range: as the runtime to the bit."""
-    design = load_design("jee-koren-2004-pid", {"controller.dead_zone": 1.0})
-    if kind != "pid":
-        design = made_up.with_options(kind, 5)
-    names = list(code.signals(design))
-    errors = feed_oracle.errors(1500, 4)
-    samples = np.stack([errors, 300.0 * np.sin(np.arange(1500) / 70.0)][: len(names)], axis=1)
-    controller = Controller(design)
-    rows = (dict(zip(names, row, strict=True)) for row in samples.tolist())
-    expected = [controller.step(row) for row in rows]
-    found = commands(built("gcc", design, tmp_path / "c"), samples)
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("limit", [None, 60.0])
-@pytest.mark.parametrize("made", [made_up.linear("lqi", 1), made_up.scheduling(5)])
-def test_resonators_are_those_of_the_runtime(made, limit, tmp_path):
-    """All other designs are compiled in tests/interop."""
-    design = made_up.resonating(made_up.limited(made, limit), 3, 2.0, 50.0, 900.0)
-    names = list(code.signals(design))
-    samples = np.random.default_rng(0).normal(0.0, 0.1, (500, len(names)))
-    controller = Controller(design)
-    expected = [controller.step(dict(zip(names, row, strict=True))) for row in samples.tolist()]
-    found = commands(built("gcc", design, tmp_path / "c"), samples)
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-11)
 
 
 NARROW = load_design("jee-koren-2004-flc").model_dump(mode="json")["controller"]["error_terms"]
@@ -82,15 +35,16 @@ NARROW[1] |= {"left": -14.0 - 1e-9}
         (("jee-koren-2004-pid", {"controller.pid.k_p": 1e38}), "pid.k_p is 1e"),
         (("lin-lee-1999-table-1", {"controller.output_scale": 1e-50}), "output_scale is 1e-50"),
         (("jee-koren-2004-flc", {"controller.error_terms": NARROW}), "a term has no width"),
-        (table_of("aflc", 9.0, error=1e-7, error_change=0.1), "a term has no width"),
+        (made_up.level("aflc", 9.0, error=1e-7, error_change=0.1), "a term has no width"),
     ],
 )
 def test_what_is_nothing_in_float_compiles_in_double_alone(design, told, tmp_path):
     design = load_design(*design) if isinstance(design, tuple) else design
     built("gcc", design, tmp_path / "double")
     with pytest.raises(subprocess.CalledProcessError):
-        built("gcc", design, tmp_path / "float", "-DHFC_FLOAT")
-    assert re.search(rf'#error "has to be in double: .*{told}', source(design, tmp_path / "c"))
+        built("gcc", design, tmp_path / "float", "-DHFC_FLOAT", "-fsyntax-only")
+    source = code.sources(design)[f"{code.c_name(design)}.c"]
+    assert re.search(rf'#error "has to be in double: .*{told}', source)
 
 
 @pytest.mark.parametrize("flag", ["-ffast-math", "-Ofast", "-ffinite-math-only"])

@@ -1,8 +1,8 @@
-"""FMUs without a program of others: what is in them, what they refuse, what their binary does."""
+"""FMUs without a program of others: what is in them, what their binary does, their page."""
 
-import io
+import re
 import zipfile
-from dataclasses import replace
+from html.parser import HTMLParser
 from math import exp, inf, isfinite, nan
 from xml.etree import ElementTree
 
@@ -10,22 +10,34 @@ import made_up
 import pytest
 from fmi import ERROR, GOOD, WARNING, Slave
 
-from hfc_design import api
-from hfc_design.core.records import RunError, UserError
-from hfc_design.files.named_scenario import load_scenario
+from hfc_design.core.records import RunError
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, compiling
 from hfc_design.runtime import Controller
-from plants import C_AXIS
 
 AFLC = load_design("jee-koren-2004-aflc")
 TABLE_1 = load_design("lin-lee-1999-table-1")
 HOSTILE = 'x); system("id */ int main(void) {\n#define x <&\'"'
 
 
-def written(design, to, folder):
-    FORMATS[to].write(design, folder)
-    return {path.name: path for path in folder.iterdir()}
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    """Of a design and a format the paths of the FMUs, which are compiled once."""
+    known = {}
+
+    def of(design, to="fmu"):
+        if (design.name, to) not in known:
+            folder = tmp_path_factory.mktemp("fmu") / "out"
+            FORMATS[to].write(design, folder)
+            known[design.name, to] = sorted(folder.iterdir())
+        return known[design.name, to]
+
+    return of
+
+
+def page(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return archive.read("documentation/index.html").decode()
 
 
 def described(fmu):
@@ -33,10 +45,8 @@ def described(fmu):
         return ElementTree.fromstring(archive.read("modelDescription.xml"))
 
 
-def test_the_plant_has_its_parameters_with_units_and_bounds(tmp_path):
-    root = described(
-        written(TABLE_1, "fmu-plant", tmp_path / "a")["lin_lee_1999_table_1_plant_fmi2.fmu"]
-    )
+def test_the_plant_has_its_parameters_with_units_and_bounds(fmus):
+    root = described(fmus(TABLE_1, "fmu-plant")[0])
     variables = {x.get("name"): x for x in root.iter("ScalarVariable")}
     inertia = variables["spindle_inertia"]
     assert (inertia.get("causality"), inertia.get("variability")) == ("parameter", "tunable")
@@ -56,8 +66,8 @@ def test_the_plant_has_its_parameters_with_units_and_bounds(tmp_path):
     assert root.find("CoSimulation").get("canHandleVariableCommunicationStepSize") == "false"
 
 
-def test_a_parameter_that_may_be_negative_has_no_lowest_value(tmp_path):
-    root = described(written(AFLC, "fmu-loop", tmp_path / "a")["jee_koren_2004_aflc_loop_fmi2.fmu"])
+def test_a_parameter_that_may_be_negative_has_no_lowest_value(fmus):
+    root = described(fmus(AFLC, "fmu-loop")[0])
     bounds = {x.get("name"): x.find("Real").attrib for x in root.iter("ScalarVariable")}
     assert "min" not in bounds["x.positive_slope"]
     assert bounds["x.lowest_command"]["max"] == "0.0"
@@ -65,55 +75,28 @@ def test_a_parameter_that_may_be_negative_has_no_lowest_value(tmp_path):
     assert bounds["x.reference"]["unit"] == "BLU"
 
 
-def test_a_compiler_that_fails_is_told(monkeypatch):
+def test_a_compiler_that_fails_is_told():
     with pytest.raises(RunError, match=r"cannot compile an FMU: a\.c:1:1: .*error"):
         compiling.shared_library({"a.c": "nonsense"}, "a")
 
 
-def test_no_code_comes_with_a_name(tmp_path):
+def test_no_code_comes_with_a_name(fmus):
     plant = TABLE_1.plant.model_copy(update={"name": HOSTILE})
-    design = TABLE_1.model_copy(update={"name": HOSTILE, "plant": plant})
-    for fmu in written(design, "fmu", tmp_path / "a").values():
-        with zipfile.ZipFile(io.BytesIO(fmu.read_bytes())) as archive:
-            texts = [archive.read(x).decode() for x in archive.namelist() if not x.endswith(".so")]
-        assert (
-            HOSTILE in ElementTree.fromstring(texts[0]).get("description").replace(" ", " ") or True
-        )
-        assert not [text for text in texts[1:] if 'system("' in text or "#define x <" in text]
-
-
-@pytest.mark.parametrize(
-    ("name", "scenario", "plant", "why"),
-    [
-        ("lin-lee-1999-table-1", "c-axis-ramp", "mine", ""),
-        (
-            "lin-gai-2009-pid",
-            "five-axis-program",
-            "five-axis-coupled",
-            ", whose axes act on one another",
-        ),
-    ],
-)
-def test_a_plant_without_c_is_refused(name, scenario, plant, why, tmp_path, own_plugins):
-    api.register(replace(C_AXIS, name="mine"))
-    design, where = load_design(name), load_scenario(scenario).model_dump(mode="json")
-    where = {"scenario": where | {"plant": where["plant"] | {"name": plant}}}
-    own = {"plant": design.plant.model_copy(update={"name": plant}), "provenance": where}
-    design = design.model_copy(update=own)
-    told = (
-        f"{name}: there is no C of the plant {plant}{why}; there is of c-axis, feed-drive, milling-"
-    )
-    for to in ("fmu-plant", "fmu-loop"):
-        with pytest.raises(UserError, match=told):
-            FORMATS[to].write(design, tmp_path / "a")
-    if name == "lin-lee-1999-table-1":
-        FORMATS["fmu"].write(design, tmp_path / "b")
+    for fmu in fmus(TABLE_1.model_copy(update={"name": HOSTILE, "plant": plant})):
+        with zipfile.ZipFile(fmu) as archive:
+            names = [name for name in archive.namelist() if name.endswith((".c", ".h", ".xml"))]
+            found = {name: archive.read(name).decode() for name in names}
+        description = ElementTree.fromstring(found.pop("modelDescription.xml"))
+        assert 'x); system("id' in description.get("description")
+        assert len(found) > 4
+        for text in found.values():
+            assert 'system("' not in text
+            assert "#define x <" not in text
 
 
 @pytest.fixture
-def slave(tmp_path):
-    fmu = written(AFLC, "fmu", tmp_path / "a")["jee_koren_2004_aflc_fmi2.fmu"]
-    return Slave(fmu, tmp_path / "u")
+def slave(fmus, tmp_path):
+    return Slave(fmus(AFLC)[0], tmp_path / "u")
 
 
 def test_it_does_what_the_runtime_does_and_goes_on_from_a_state(slave):
@@ -172,10 +155,10 @@ def test_a_faulty_sample_is_a_warning_that_is_told_once(slave):
     assert text.startswith(b"at 0.01 s an input is infinite or not a number")
 
 
-def test_a_command_of_a_limited_rate_is_a_ramp_that_a_fault_leaves_alone(tmp_path):
+def test_a_command_of_a_limited_rate_is_a_ramp_that_a_fault_leaves_alone(fmus, tmp_path):
     limits = {"command": 6.0, "command_rate": 500.0}
     design = load_design("pd-only", {"limits": limits})
-    slave = Slave(written(design, "fmu", tmp_path / "a")["pd_only_fmi2.fmu"], tmp_path / "u")
+    slave = Slave(fmus(design)[0], tmp_path / "u")
     assert slave.begin() == GOOD
     found = []
     for error in (1.0, 1.0, nan, 1.0, -1.0, -1.0):
@@ -185,9 +168,8 @@ def test_a_command_of_a_limited_rate_is_a_ramp_that_a_fault_leaves_alone(tmp_pat
     assert found == pytest.approx([0.5, 1.0, nan, 1.5, 1.0, 0.5], abs=0, nan_ok=True)
 
 
-def test_what_cannot_be_set_is_told(tmp_path):
-    fmu = written(TABLE_1, "fmu-plant", tmp_path / "a")["lin_lee_1999_table_1_plant_fmi2.fmu"]
-    slave = Slave(fmu, tmp_path / "u")
+def test_what_cannot_be_set_is_told(fmus, tmp_path):
+    slave = Slave(fmus(TABLE_1, "fmu-plant")[0], tmp_path / "u")
     assert slave.begin(start__spindle_angle=0.5, start__rotor_angle=0.5) == GOOD
     assert slave.get("state.spindle_angle") == 0.5
     for value in (0.0, -1.0, nan, inf):
@@ -208,7 +190,92 @@ def test_what_cannot_be_set_is_told(tmp_path):
     assert slave.told[-1][1].endswith(b"the machine and its control stay as they were")
 
 
-def test_another_guid_gives_no_instance(tmp_path):
-    fmu = written(made_up.network(2, 5), "fmu", tmp_path / "a")
-    path = next(path for name, path in fmu.items() if name.endswith("_fmi2.fmu"))
+def test_another_guid_gives_no_instance(fmus, tmp_path):
+    path = fmus(made_up.network(2, 5))[0]
     assert Slave(path, tmp_path / "u", token="{0}").instance is None
+
+
+def test_the_same_design_gives_the_same_bytes(fmus, tmp_path):
+    first, other = fmus(AFLC), fmus(load_design("jee-koren-2004-flc"))
+    assert [x.name for x in first] == [f"jee_koren_2004_aflc_fmi{k}.fmu" for k in (2, 3)]
+    FORMATS["fmu"].write(AFLC, tmp_path / "b")
+    assert all(x.read_bytes() == (tmp_path / "b" / x.name).read_bytes() for x in first)
+    guids = [described(x).get("guid") for x in (*first, *other)]
+    assert len(set(guids)) == 3  # FMI 3.0 has none
+    assert re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", guids[0])
+
+
+TAGS = {"html", "head", "meta", "title", "style", "body", "h1", "h2", "h3", "p", "ul", "li"}
+TAGS |= {"code", "pre", "table", "thead", "tbody", "tr", "th", "td"}
+EVIL = '<script>alert(1)</script> <img src=x> &lt; | [x](javascript:y) `a` _b_ "'
+
+
+class Read(HTMLParser):
+    """Tags in their order, attributes, cells of tables, and all text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.attributes, self.cells, self.text = [], set(), [], [], ""
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.add(tag)
+        self.attributes += attributes
+        self.open += [tag] if tag != "meta" else []
+        if tag == "td":
+            self.cells.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, text):
+        self.text += text
+        if "td" in self.open:
+            self.cells[-1] += text
+
+
+@pytest.mark.parametrize("to", ["fmu", "fmu-plant", "fmu-loop"])
+def test_the_page_names_every_variable_with_its_unit(to, fmus):
+    two, three = fmus(TABLE_1, to)
+    assert page(two) == page(three)
+    read, root = Read(page(two)), described(two)
+    assert read.tags <= TAGS
+    for variable in root.find("ModelVariables"):
+        if variable.get("causality") == "independent":
+            continue
+        place = read.cells.index(variable.get("name"))
+        columns = read.cells[place : place + 4]
+        unit = variable.find("Real").get("unit")
+        assert unit in columns[1:3], columns
+        assert variable.get("description") in re.sub("; before .*", "", columns[3])
+        if variable.get("causality") != "parameter":
+            assert columns[1] == {"input": "in", "output": "out"}[variable.get("causality")]
+    assert "has to be 0.001 s (1000 Hz)" in read.text
+    assert ("ideal tachometer" in read.text) == ("The command is not limited" in read.text)
+    assert ("The command is not limited" in read.text) == (to != "fmu-plant")
+
+
+def test_the_page_of_a_machine_names_its_axes_and_limits(fmus):
+    design = load_design("lin-gai-2009-fuzzy-sliding-compensated")
+    read = Read(page(fmus(design)[0]))
+    for axis in "xyzac":
+        assert f"{axis}.error_rate" in read.cells
+        assert f"{axis} 8.0" in read.text
+    assert "what was learnt as well" in read.text
+
+
+def test_what_a_user_wrote_is_text(fmus):
+    design = load_design("pd-only")
+    score = {"scenario": EVIL, f"{EVIL}_rms_error": 1.0, "max_error_rad": 2.0}
+    own = {"source": EVIL, "scenario": design.provenance["scenario"]}
+    plant = design.plant.model_copy(update={"name": EVIL})
+    design = design.model_copy(
+        update={"name": EVIL, "plant": plant, "score": score, "provenance": own}
+    )
+    read = Read(page(fmus(design)[0]))
+    assert read.tags <= TAGS
+    assert {name for name, _ in read.attributes} <= {"lang", "charset", "name", "content", "class"}
+    assert f"source: {EVIL}" in read.text
+    assert f"scenario {EVIL}, the largest" in read.text
+    assert "_rms_error" not in read.text

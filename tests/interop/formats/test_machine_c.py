@@ -6,48 +6,51 @@ from math import nan
 import numpy as np
 import pytest
 from c_program import WARNINGS
-from whole_machines import (
-    DESIGNS,
-    happenings,
-    in_c,
-    of_the_runtime,
-)
+from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
 
+from hfc_design.files.learning import with_learned
 from hfc_design.formats import saving
-from hfc_design.formats.machine_code import sources
+from hfc_design.formats.machine_code import sees_path, sources
 from hfc_design.formats.writing import write
 from hfc_design.motion.contour import local_error
 
+#: As KEEPING of c_program.py, of a whole machine; of what learns nothing it keeps nothing.
 MAIN = """
 #include <stdio.h>
 #include <string.h>
 #include "{name}.h"
+#ifdef LEARNS
 static {name}_real numbers[4096];
+#endif
 int main(int count, char **files)
 {{
     {name}_state state;
     {name}_inputs inputs[{name}_AXES];
     {name}_real command[{name}_AXES];
-    PATH
-    FILE *file;
-    int taken = 1;
+    {name}_path path;
+    int taken = count > 0 && files != NULL;
     {name}_init(&state);
+#ifdef LEARNS
+    FILE *file;
     if (count == 3 && strcmp(files[1], "-") != 0) {{
         file = fopen(files[1], "rb");
         const int size = (int)fread(numbers, sizeof numbers[0], 4096, file);
         fclose(file);
-        taken = LOAD(&state, numbers, size);
+        taken = {name}_load(&state, numbers, size);
     }}
-    while (fread(inputs, sizeof inputs, 1, stdin) == 1 && READ) {{
-        {name}_step(&state, inputs, GIVEcommand);
+#endif
+    while (fread(inputs, sizeof inputs, 1, stdin) && fread(&path, sizeof path, 1, stdin)) {{
+        {name}_step(&state, inputs, &path, command);
         fwrite(command, sizeof command, 1, stdout);
     }}
+#ifdef LEARNS
     if (count == 3 && strcmp(files[2], "-") != 0) {{
-        SAVE(&state, numbers);
+        {name}_save(&state, numbers);
         file = fopen(files[2], "wb");
-        fwrite(numbers, sizeof numbers[0], SIZE, file);
+        fwrite(numbers, sizeof numbers[0], {name}_NUMBERS, file);
         fclose(file);
     }}
+#endif
     return taken ? 0 : 3;
 }}
 """
@@ -61,27 +64,19 @@ def built(tmp_path_factory):
     known = {}
 
     def of(name):
-        if name in known:
-            return known[name]
-        folder = tmp_path_factory.mktemp("c") / "c"
-        write(folder, sources(DESIGNS[name]))
-        own = DESIGNS[name].name
-        sees = f"{own}_path" in (folder / f"{own}.h").read_text()
-        main = MAIN.replace("PATH", "{name}_path path;" if sees else "double path[4];")
-        main = main.replace("READ", "fread(&path, sizeof path, 1, stdin) == 1")
-        main = main.replace("GIVE", "&path, " if sees else "")
-        words = {"SAVE": "{name}_save", "LOAD": "{name}_load", "SIZE": "{name}_NUMBERS"}
-        none = {"SAVE": "(void)", "LOAD": "(void)", "SIZE": "0"}
-        for word, by in (words if name in LEARNING else none).items():
-            main = main.replace(word, by)
-        if name not in LEARNING:
-            main = main.replace("(void)(&state, numbers, size)", "size == 0")
-            main = main.replace("(void)(&state, numbers);", "")
-        (folder / "main.c").write_text(main.format(name=own))
-        flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
-        command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", folder / "program"]
-        subprocess.run(command, check=True)
-        known[name] = folder / "program"
+        if name not in known:
+            folder = tmp_path_factory.mktemp("c") / "c"
+            write(folder, sources(DESIGNS[name]))
+            main = MAIN
+            if not sees_path(DESIGNS[name]):
+                main = main.replace("{name}_path path;", "double path[4];")
+                main = main.replace("inputs, &path, command", "inputs, command")
+            (folder / "main.c").write_text(main.format(name=DESIGNS[name].name))
+            flags = ["-std=c99", *WARNINGS.split(), "-O2", *SANITIZERS]
+            flags += ["-DLEARNS"] * (name in LEARNING)
+            known[name] = folder / "program"
+            command = ["gcc", *flags, *sorted(folder.glob("*.c")), "-lm", "-o", known[name]]
+            subprocess.run(command, check=True)
         return known[name]
 
     return of
@@ -143,3 +138,51 @@ int main(void)
     found = subprocess.check_output([tmp_path / "error"], input=text, text=True)
     expected = [local_error(-a, -b, *others) for a, b, *others in rows.tolist()]
     assert list(map(float, found.split())) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, built, tmp_path):
+    """Of any of the controllers inside: none has taken its part of them then."""
+    run, kept, end, fresh = built(name), *(tmp_path / own for own in ("kept", "end", "fresh"))
+    commands(run, DESIGNS[name], happenings(DESIGNS[name])[:100], "-", kept)
+    subprocess.run([run, "-", fresh], input=b"", check=True)
+    good = np.fromfile(kept)
+    odd = [good[:-1], np.append(good, 0.0), good[:0], good.copy(), good.copy()]
+    odd[-2][0] = odd[-1][-1] = nan
+    for numbers in odd:
+        numbers.tofile(kept)
+        done = subprocess.run([run, kept, end], input=b"", capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (3, b"")
+        assert end.read_bytes() == fresh.read_bytes()
+
+
+def test_axes_that_have_the_same_share_code(built):
+    files = {path.name for path in built("both learn").parent.glob("*.[ch]")}
+    assert files == {"main.c", "coupled.c", "coupled.h", "coupled_axis.c", "coupled_axis.h"}
+    files = {path.name for path in built("nested").parent.glob("*.c")}
+    wanted = ["main", "nested", "nested_inner", "nested_inner_x", "nested_inner_y"]
+    assert files == {f"{name}.c" for name in wanted}
+
+
+@pytest.mark.parametrize("name", LEARNING)
+def test_half_a_motion_and_the_rest_in_another_process(name, built, tmp_path):
+    """Bit for bit; and back on the PC what the runtime has learnt."""
+    design, run = DESIGNS[name], built(name)
+    samples, kept, end = happenings(design), tmp_path / "kept", tmp_path / "end"
+    whole = commands(run, design, samples, "-", tmp_path / "whole")
+    first = commands(run, design, samples[:290], "-", kept)
+    rest = commands(run, design, samples[290:], kept, end)
+    np.testing.assert_array_equal(np.concatenate([first, rest]), whole)
+    assert end.read_bytes() == (tmp_path / "whole").read_bytes()
+    controller, _ = of_the_runtime(design, samples)
+    numbers = np.fromfile(end)
+    found = saving.taken(design, numbers.tolist())
+    assert found == saving.taken(design, numbers[: saving.values(design)["learnt"]].tolist())
+    ours = saving.values(with_learned(design, found, {}))
+    assert ours == saving.values(design)  # the same sizes
+    samples = happenings(design, 50)
+    _, one = of_the_runtime(with_learned(design, found, {}), samples)
+    _, other = of_the_runtime(controller.learned(), samples)
+    np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
+    _, fresh = of_the_runtime(design, samples)
+    assert (one != fresh).any()

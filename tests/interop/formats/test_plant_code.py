@@ -22,19 +22,17 @@ REACH = {
 COUNT = 400
 
 
-def compiled(drive, folder):
-    """The C of a drive, and its structures of numbers: parameters, coefficients, state, signals."""
-    own = plant_code.CODES[drive.name]
-    library = folder / f"{own.name}.so"
-    library.write_bytes(compiling.shared_library(exported(drive), own.name))
-    return ctypes.CDLL(str(library)), own.name
-
-
-def exported(drive):
-    """The sources, whose functions can be called from outside."""
-    files = plant_code.sources(drive, DESIGN)
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The C of every drive, whose functions can be called from outside."""
     opened = "#pragma GCC visibility push(default)\n"
-    return {name: opened * name.endswith(".h") + text for name, text in files.items()}
+    files = {}
+    for name in plant_code.CODES:
+        own = plant_code.sources(DRIVES[name], DESIGN)
+        files |= {file: opened * file.endswith(".h") + text for file, text in own.items()}
+    path = tmp_path_factory.mktemp("c") / "plants.so"
+    path.write_bytes(compiling.shared_library(files, "plants"))
+    return ctypes.CDLL(str(path))
 
 
 def numbers(values):
@@ -54,9 +52,8 @@ def happenings(drive):
 
 
 @pytest.mark.parametrize("name", plant_code.CODES)
-def test_a_step_is_the_simulators(name, tmp_path):
-    drive = DRIVES[name]
-    library, own = compiled(drive, tmp_path)
+def test_a_step_is_the_simulators(name, library):
+    drive, own = DRIVES[name], plant_code.CODES[name].name
     states, commands, loads, every = happenings(drive)
     parameters = drive.parameters()
     fixed = drive.coefficients(parameters)
@@ -90,9 +87,8 @@ def test_a_step_is_the_simulators(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["feed-drive", "milling-table", "positioning-stage", "servo-a"])
-def test_what_is_measured_is_the_simulators(name, tmp_path):
-    drive = DRIVES[name]
-    library, own = compiled(drive, tmp_path)
+def test_what_is_measured_is_the_simulators(name, library):
+    drive, own = DRIVES[name], plant_code.CODES[name].name
     states, *_ = happenings(drive)
     parameters = drive.parameters()
     coarse = {key: 0.125 for key in ("encoder_resolution",) if key in parameters._fields}

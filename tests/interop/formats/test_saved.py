@@ -1,5 +1,7 @@
 """What C code has learnt: saved, taken up by another process, brought back to a design."""
 
+import subprocess
+
 import made_up
 import numpy as np
 import pytest
@@ -17,11 +19,6 @@ DESIGNS = {
     "aflc": load_design("jee-koren-2004-aflc"),
     "aflc with an integral": made_up.limited(made_up.fuzzy("aflc", 1), 40.0),
     "soflc": load_design("jee-koren-1995-soflc"),
-    **{
-        f"fuzzy-sliding {name}": EVERY[name]
-        for name in EVERY
-        if "within" in name or "with " in name
-    },
     "hierarchy": made_up.hierarchy(3, 5, adaptation=ADAPTING),
     "soc": load_design("huang-soc"),
     "soc whose command is slow": load_design("huang-soc", {"limits.command_rate": 40.0}),
@@ -29,6 +26,8 @@ DESIGNS = {
     "network within a limit": made_up.limited(made_up.network(3), 8.0),
     "hierarchy on a linear part": made_up.hierarchy_on_linear(9, adaptation=ADAPTING),
 }
+SLIDING = [name for name in EVERY if "within" in name or "with " in name]
+DESIGNS |= {f"fuzzy-sliding {name}": EVERY[name] for name in SLIDING}
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"
 
 
@@ -123,3 +122,27 @@ def test_single_precision_comes_back_too(tmp_path):
     controller, _ = of_the_runtime(design, signals(design)[:60])
     found = np.array(learned.controller.rules.centroids)
     np.testing.assert_allclose(found, controller.adapted().rules.centroids, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_numbers_that_cannot_be_are_refused_and_change_nothing(name, program, tmp_path):
+    run, design, kept, end = program(name), DESIGNS[name], tmp_path / "kept", tmp_path / "end"
+    commands(run, signals(design)[:100], "-", kept)
+    good = np.fromfile(kept)
+    commands(run, signals(design)[:0], "-", end)
+    fresh = end.read_bytes()
+    saved = saving.values(design)
+    whole = [told for told in saved["members"] if told["whole"]]
+    odd = [good[: saved["learnt"] - 1], np.append(good, 0.0), good[:0]]
+    for place, value in [(0, np.nan), (len(good) - 1, np.inf), (3, -np.inf)] + [
+        (told["first"], wrong)
+        for told in whole
+        for wrong in (told["whole"][0] - 1, told["whole"][1] + 1, told["whole"][0] + 0.5)
+    ]:
+        odd.append(good.copy())
+        odd[-1][place] = value
+    for numbers in odd:
+        numbers.tofile(kept)
+        done = subprocess.run([run, kept, end], input=b"", capture_output=True, check=False)
+        assert (done.returncode, done.stderr) == (3, b"")
+        assert end.read_bytes() == fresh

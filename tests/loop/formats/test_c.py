@@ -1,104 +1,102 @@
-"""What stands in exported C code, and which designs and options it refuses."""
+"""What stands in exported C code, what it does beside the runtime, and which designs it refuses."""
 
 import re
 
 import made_up
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from c_program import together
+from exported import texts
+from held_back import samples, stepped
+from sliding import EVERY
+from whole_machines import DESIGNS, happenings, in_c, of_the_runtime
+from wording import refused, refused_command
 
-from hfc_design.cli import main
-from hfc_design.core.records import UserError
-from hfc_design.files.design import builtin_designs
+from hfc_design.files.design import Design, builtin_designs
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, code, machine_code
+from hfc_design.formats import code, machine_code
+
+#: A design of every kind of state. All kinds and options are compiled in tests/interop.
+STATES = {
+    "integral": load_design("jee-koren-2004-pid"),
+    "sample before": load_design("lin-lee-1999-table-1"),
+    "resonators": made_up.resonating(made_up.linear("lqi", 1), 3, 2.0, 50.0, 900.0),
+    "table that adapts": load_design("jee-koren-2004-aflc"),
+    "rules that adapt": load_design("jee-koren-1995-soflc"),
+    "blame": load_design("huang-soc"),
+    "weights": made_up.network(2),
+    "moves of a surface": EVERY["within a limit"],
+    "root that adapts": made_up.hierarchy(3, adaptation={"k_c": 1e-2, "largest_move": 0.5}),
+    "command before": load_design("jee-koren-2004-flc", {"limits.command_rate": 400.0}),
+}
 
 
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+def test_one_program_does_what_the_runtime_does(tmp_path):
+    nested = DESIGNS["nested"]
+    run = together(STATES | {"nested": nested}, tmp_path, "-O0")
+    for key, design in STATES.items():
+        signals = samples(design, 200)
+        expected = stepped(design, signals)
+        assert len({*expected}) > 50, key
+        found = run(key, np.stack(list(signals.values()), axis=1))
+        scale = np.abs(expected).max()
+        np.testing.assert_allclose(found / scale, expected / scale, rtol=0, atol=1e-12, err_msg=key)
+    moves = happenings(nested, 200)
+    found = run("nested", in_c(nested, moves)).reshape(-1, 2)
+    np.testing.assert_allclose(found, of_the_runtime(nested, moves)[1], rtol=1e-12, atol=1e-12)
 
 
-def refused(*arguments):
-    found = hfc(*arguments)
-    assert found.exit_code == 2
-    return found.output
-
-
-def source(design, folder):
-    FORMATS["c"].write(design, folder)
-    return (folder / f"{code.c_name(design)}.c").read_text()
-
-
-def test_the_numbers_are_those_of_the_design(tmp_path):
-    text = source(load_design("jee-koren-2004-flc"), tmp_path / "c")
+def test_the_numbers_and_the_head_are_those_of_the_design():
+    text = code.sources(load_design("jee-koren-2004-flc"))["jee_koren_2004_flc.c"]
     assert "static const real error_centres[ERROR_TERMS] = { R(-21.0), R(-14.0), R(-7.0)," in text
     assert "    { R(-16.0), R(-19.0) },\n    { R(-9.0), R(-12.0) },\n" in text  # JK04 Table 3
     assert "{ R(0.0), R(8.0), R(8.0), R(8.0), R(16.0), R(16.0), R(32.0) },\n" in text
-    text = source(load_design("lin-lee-1999-table-1"), tmp_path / "d")
-    assert "values[3] = clamped(R(20.0) * inputs->spindle_velocity, 1);" in text
-    assert "values[4] = clamped(R(10.0) * state->previous_spindle_velocity, 1);" in text
-    assert "R(0.4479), R(0.4644), R(0.5193), R(0.4429)," in text  # LL Table I
-
-
-def test_the_head_says_what_it_is(tmp_path):
-    FORMATS["c"].write(load_design("jee-koren-2004-aflc"), tmp_path / "c")
-    header = (tmp_path / "c" / "jee_koren_2004_aflc.h").read_text()
+    header = code.sources(load_design("jee-koren-2004-aflc"))["jee_koren_2004_aflc.h"]
     assert re.search(r"design jee-koren-2004-aflc, sha256 [0-9a-f]{64}\n", header)
     assert "_real error; /* [BLU] */" in header
     assert "every 0.01 s" in header
 
 
 def test_lookup_needs_c_and_exponentials(tmp_path):
-    csv = refused("export", "lin-lee-1999-table-1", "--to", "csv", "--lookup", 9)
-    assert "only --to c" in csv
-    fuzzy = ("export", "jee-koren-2004-aflc", "--to", "c", "--out", tmp_path / "c")
-    assert "kind aflc: nothing to tabulate" in refused(*fuzzy, "--lookup", 9)
-    assert "a whole number from 2 to 32767" in refused(*fuzzy, "--lookup", 1)
+    refused_command("export", "lin-lee-1999-table-1", "--to", "csv", "--lookup", 9)
+    for points in (9, 1):
+        aflc = ("export", "jee-koren-2004-aflc", "--to", "c", "--out", tmp_path / "c")
+        refused_command(*aflc, "--lookup", points)
     assert not (tmp_path / "c").exists()
 
 
-def table_of(kind, height, **adaptation):
-    design = made_up.fuzzy(kind, 1)
-    rules = {"centroids": np.full((7, 7), height).tolist()}
-    changes = {"rules": rules}
-    if adaptation:
-        own = design.controller.adaptation.model_dump()
-        changes["adaptation"] = own | {"smallest_overlap": adaptation}
-    return made_up.fuzzy(kind, 1, **changes)
-
-
-@pytest.mark.parametrize("target", ["c", "st"])
 @pytest.mark.parametrize(
-    ("design", "told"),
+    ("design", "targets"),
     [
-        (table_of("flc", 1e154), "centroids.0.0 = 1e+154: code takes numbers up to 1e+100"),
-        (table_of("soflc", -1e11), "= -1e+11: code takes numbers up to 1e+09 where it adapts"),
-        (("pd-only", {"controller.pd.kp": 1e308}), "controller.pd.kp = 1e+308: code takes"),
-        (("pd-only", {"limits.command": 1e200}), "limits.command = 1e+200: code takes"),
+        (made_up.level("flc", 1e154), ("c", "st")),
+        (made_up.level("soflc", -1e11), ("c", "st")),
+        (load_design("pd-only", {"controller.pd.kp": 1e308}), ("c", "st")),
+        (load_design("pd-only", {"limits.command": 1e200}), ("c", "st")),
+        # An adaptation in which C would differ.
+        (made_up.level("aflc", 1e8), ("c",)),
+        (made_up.level("aflc", 9.0, error=1e-300, error_change=0.1), ("c",)),
     ],
+    ids=["table", "table that adapts", "gain", "limit", "beyond its range", "overlap"],
 )
-def test_what_would_overflow_is_refused(design, told, target, tmp_path):
-    design = load_design(*design) if isinstance(design, tuple) else design
-    with pytest.raises(UserError, match=re.escape(told)):
-        FORMATS[target].write(design, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+def test_what_would_overflow_is_refused(design, targets):
+    for target in targets:
+        with refused():
+            texts(design, target)
 
 
-@pytest.mark.parametrize(
-    ("design", "told"),
-    [
-        (table_of("aflc", 1e8), "go up to 1e+08, adaptation.stable_range holds them to"),
-        (table_of("aflc", 9.0, error=1e-300, error_change=0.1), "an overlap is too small"),
-    ],
-)
-def test_an_adaptation_in_which_c_would_differ_is_refused(design, told, tmp_path):
-    with pytest.raises(UserError, match=re.escape(told)):
-        FORMATS["c"].write(design, tmp_path / "out")
+@pytest.mark.parametrize("axis", ["error", "while"])
+def test_an_axis_that_c_takes_for_something_else_is_refused(axis):
+    data = DESIGNS["pid"].model_dump(mode="json")
+    data["plant"]["axes"] = {axis: {}, "y": {}}
+    with refused():
+        texts(Design.model_validate(data), "c")
 
 
-NARROW = load_design("jee-koren-2004-flc").model_dump(mode="json")["controller"]["error_terms"]
-NARROW[0] |= {"right": -14.0}
-NARROW[1] |= {"left": -14.0 - 1e-9}
+def test_hal_has_no_component_of_a_whole_machine_and_an_fmu_a_model_of_its_own():
+    with refused():
+        texts(DESIGNS["pid"], "linuxcnc")
+    with refused():
+        texts(STATES["integral"].model_copy(update={"name": "model"}), "fmu")
 
 
 def test_the_built_in_designs_fit_into_float():

@@ -1,4 +1,4 @@
-"""The limit of a command goes with the design: into the simulator, the runtime, C and ST.
+"""Limits of a command and of its rate go with the design: into the simulator, the runtime and ST.
 
 The oracle of the anti-windup is a PID written down once more with NumPy.
 """
@@ -7,29 +7,35 @@ import re
 
 import numpy as np
 import pytest
-from held_back import FORMS, commanded_alone, limited, samples, stepped
-from structured_text import FunctionBlock
+from exported import texts
+from held_back import FORMS, commanded_alone, free, in_text, limited, samples, slow, stepped
 from wiring import not_adapting
+from wording import refused
 
 import hfc_design.api as hfc
 from hfc_design.files.design import design_json
-from hfc_design.formats import code
+from hfc_design.formats import FORMATS, machine_code
+from hfc_design.runtime.explain import explanation
+
+#: One of each law that has a block.
+WRITTEN = [case for case in FORMS if ("lc" in case or "pid" in case) and "1995-" not in case]
+WRITTEN = [case for case in WRITTEN if "one-plant" not in case]
+WRITTEN += ["jee-koren-1995-soflc", "hierarchy that schedules"]
 
 
-@pytest.mark.parametrize(
-    "case", [case for case in FORMS if "lc" in case or "pid" in case or case.startswith("hier")]
-)
-def test_structured_text_keeps_it_too(case, tmp_path):
+@pytest.mark.parametrize("case", WRITTEN)
+def test_structured_text_keeps_them_too(case):
     name, changes = FORMS[case]
-    design = limited(name, **changes)
-    same = not_adapting(design) if design.kind.adapted else design  # the block has no adaptation
-    signals = samples(design)
-    (tmp_path / "block.st").write_text(code.block(design))
-    block = FunctionBlock((tmp_path / "block.st").read_text())
-    rows = zip(*(column.tolist() for column in signals.values()), strict=True)
-    found = [block.step(**dict(zip(signals, row, strict=True))) for row in rows]
-    np.testing.assert_allclose(found, stepped(same, signals), rtol=0, atol=1e-10)
-    assert 0.95 * design.limits.command < np.abs(found).max() <= design.limits.command
+    for held in (limited, slow):
+        design = held(name, **changes)
+        # The block has no adaptation.
+        same = not_adapting(design) if design.kind.adapted else design
+        signals = samples(design)
+        found = in_text(design, signals)
+        np.testing.assert_allclose(found, stepped(same, signals), rtol=0, atol=1e-10)
+        if held is limited:
+            limit = design.limits.command
+            assert 0.95 * limit < np.abs(found).max() <= limit
 
 
 def pid_by_hand(errors, k_p, k_i, k_d, every, limit):
@@ -53,82 +59,89 @@ def test_a_sum_does_not_wind_up():
     gains = design.controller.pid
     by_hand = pid_by_hand(errors, gains.k_p, gains.k_i, gains.k_d, 0.01, 10.0)
     np.testing.assert_allclose(found, by_hand, rtol=1e-12)
-    free = stepped(hfc.load_design("jee-koren-2004-pid"), {"error": errors})
+    unlimited = stepped(hfc.load_design("jee-koren-2004-pid"), {"error": errors})
     assert (found[302:] < 0.0).all()  # turns round at once
-    assert (np.clip(free, -10.0, 10.0)[302:340] == 10.0).all()  # wound up it does not
+    assert (np.clip(unlimited, -10.0, 10.0)[302:340] == 10.0).all()  # wound up it does not
 
 
-@pytest.mark.parametrize(
-    ("name", "scenario"),
-    [
-        ("lin-lee-1999-table-1", "c-axis-step"),
-        ("hierarchy on a linear part", "c-axis-step"),
-        ("adapting hierarchy on a linear part", "c-axis-step"),
-        ("hierarchy that schedules", "c-axis-step"),
-        ("jee-koren-2004-pid", "feed-drive-line"),
-        pytest.param("jee-koren-2004-aflc", "feed-drive-line", marks=pytest.mark.slow),
-    ],
-)
-def test_the_simulator_keeps_it_by_the_design_alone(name, scenario):
-    name, changes = FORMS.get(name, (name, {}))
+def test_the_simulator_keeps_it_by_the_design_alone():
+    """One that integrates and schedules; the others: tests/published."""
+    name, changes = FORMS["hierarchy that schedules"]
     design = limited(name, 7.0, **changes)
-    found = hfc.evaluate(design, hfc.load_scenario(scenario, {"simulation.duration_s": 1.0}))
-    for axis in found.axes:
-        commanded_alone(design, axis)
-        assert np.abs(axis.motion.command).max() == 7.0
+    step = hfc.load_scenario("c-axis-step", {"simulation.duration_s": 1.0})
+    (axis,) = hfc.evaluate(design, step).axes
+    commanded_alone(design, axis)
+    assert np.abs(axis.motion.command).max() == 7.0
 
 
-def test_a_design_without_one_says_nothing_of_it():
-    assert "limits" not in design_json(hfc.load_design("jee-koren-2004-pid"))
-
-
-def test_an_axis_may_have_its_own(tmp_path):
-    design = hfc.load_design(
-        "jee-koren-2004-pid",
-        {
-            "plant.axes": {"x": {}, "y": {}},
-            "limits.command": 9.0,
-            "limits.axes.y": {"command": 4.0},
-        },
-    )
-    found = hfc.evaluate(
-        design, hfc.load_scenario("feed-drive-line", {"simulation.duration_s": 1.0})
-    )
-    assert [np.abs(axis.motion.command).max() for axis in found.axes] == [9.0, 4.0]
-    hfc.export(design, "c", tmp_path / "c")
-    text = (tmp_path / "c" / "y" / "jee_koren_2004_pid_y.c").read_text()
+def test_an_axis_may_have_its_own():
+    axes = {"plant.axes": {"x": {}, "y": {}}, "limits.command": 9.0}
+    design = hfc.load_design("jee-koren-2004-pid", axes | {"limits.axes.y": {"command": 4.0}})
+    line = hfc.load_scenario("feed-drive-line", {"simulation.duration_s": 1.0})
+    for axis, limit in zip(hfc.evaluate(design, line).axes, (9.0, 4.0), strict=True):
+        commanded_alone(design.by_axis()[axis.name], axis)
+        assert np.abs(axis.motion.command).max() == limit
+    text = machine_code.sources(design.by_axis()["y"])["jee_koren_2004_pid_y.c"]
     assert "largest = R(4.0); /* command of either sign [unit] */" in text
 
 
-def test_axes_of_limits_alone_are_those_of_the_scenario(tmp_path):
+def test_axes_of_limits_alone_are_those_of_the_scenario():
     """As edited by hand: the plant names no axes, the design's scenario has x and y."""
     changes = {"limits.command": 9.0, "limits.axes.y": {"command": 4.0}}
-    design = hfc.load_design("jee-koren-2004-pid", changes)
-    hfc.export(design, "c", tmp_path / "c")
-    largest = r"largest = R\((.*)\); /\* command of either sign"
+    found = texts(hfc.load_design("jee-koren-2004-pid", changes), "linuxcnc")
     for axis, limit in {"x": "9.0", "y": "4.0"}.items():
-        text = (tmp_path / "c" / axis / f"jee_koren_2004_pid_{axis}.c").read_text()
-        assert re.findall(largest, text) == [limit]
-    hfc.export(design, "linuxcnc", tmp_path / "hal")
-    page = (tmp_path / "hal" / "y" / "README.md").read_text()
-    assert "keeps to 4.0 unit" in page
+        text = found[f"{axis}/jee_koren_2004_pid_{axis}.c"]
+        assert re.findall(r"largest = R\((.*)\); /\* command of either sign", text) == [limit]
+        assert f"keeps to {limit} unit" in found[f"{axis}/README.md"]
 
 
-@pytest.mark.parametrize("axes", [None, {"x": {}, "y": {}}])
+def test_a_controller_of_a_whole_machine_keeps_its_rates_in_the_simulator():
+    limits = {"command": 6.0, "command_rate": 30.0, "axes": {"y": {"command_rate": 20.0}}}
+    design = hfc.load_design("huang-cross-coupled", {"limits": limits})
+    found = hfc.evaluate(design, hfc.load_scenario("milling-table-circle"))
+    for axis, rate in zip(found.axes, (30.0, 20.0), strict=True):
+        moves = np.abs(np.diff(axis.motion.command, prepend=0.0))
+        assert moves.max() == pytest.approx(rate * 0.005, rel=1e-12)
+
+
+def test_an_explanation_of_one_sample_leaves_a_rate_out_and_says_so():
+    design = slow("jee-koren-2004-flc")
+    drive = hfc.load_scenario("feed-drive-line").machine.drives[0]
+
+    def told(own, *samples):
+        return explanation(own, drive, drive.parameters(), samples)
+
+    alone, after = told(design, "error=12,previous_error=12"), told(design, "error=12", "error=12")
+    assert alone["rate_left_out"]
+    assert alone["command"] == told(free(design), "error=12,previous_error=12")["command"]
+    assert not after["rate_left_out"]
+    assert after["command"] == 2 * design.limits.command_rate * 0.01
+
+
+def test_a_design_without_them_says_nothing_of_them():
+    design = hfc.load_design("huang-pid", {"limits.command": 6.0})
+    assert "command_rate" not in design_json(design)
+    assert "limits" not in design_json(hfc.load_design("jee-koren-2004-pid"))
+    for to in ("c", "st", "plcopen", "linuxcnc"):
+        assert "previous_command" not in str(FORMATS[to].content(design))
+
+
+@pytest.mark.parametrize("axes", [{}, {"plant.axes": {"x": {}, "y": {}}}])
 def test_a_limit_of_an_axis_that_is_not_there_is_refused(axes):
-    changes = {"limits.axes.z": {"command": 4.0}} | ({"plant.axes": axes} if axes else {})
-    with pytest.raises(hfc.UserError, match=r"limits\.axes\.z: there is no such axis, .* x, y"):
-        hfc.load_design("jee-koren-2004-pid", changes)
+    with refused() as found:
+        hfc.load_design("jee-koren-2004-pid", {"limits.axes.z": {"command": 4.0}} | axes)
+    assert "limits.axes.z: " in found.refusal
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("key", "value", "where"),
     [
-        ({"limits.command": -1}, "limits.command = -1: has to be greater than 0"),
-        ({"limits.axes": {"z": {"command": 1}}}, "limits.axes.z: the machine has no such axis"),
-        ({"limits.axes": {"x": {"command": 0}}}, "axes.x.command = 0"),
+        ("limits.command", -1, "limits.command"),
+        ("limits.axes", {"z": {"command": 1}}, "limits.axes.z"),
+        ("limits.axes", {"x": {"command": 0}}, "limits.axes.x.command"),
     ],
 )
-def test_a_limit_that_cannot_be_is_refused(changes, told):
-    with pytest.raises(hfc.UserError, match=told):
-        hfc.load_scenario("feed-drive-line", changes)
+def test_a_limit_that_cannot_be_is_refused(key, value, where):
+    with refused() as found:
+        hfc.load_scenario("feed-drive-line", {key: value})
+    assert f"{found.where}: {where}" in found.refusal

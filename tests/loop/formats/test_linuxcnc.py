@@ -1,31 +1,26 @@
-"""The folder for LinuxCNC, as far as it can be judged without LinuxCNC."""
+"""The folder for LinuxCNC of a feed drive, as far as it can be judged without LinuxCNC."""
 
 import re
 
 import numpy as np
 import pytest
+from exported import table, texts, with_controller
+from wording import refused
 
-from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
-AFLC = load_design("jee-koren-2004-aflc")
+FLC = load_design("jee-koren-2004-flc")
 
 
-def files(design, folder):
-    FORMATS["linuxcnc"].write(design, folder)
-    found = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_text() for path in found}
+def files(design):
+    return texts(design, "linuxcnc")
 
 
-def with_controller(design, **changes):
-    return design.model_copy(update={"controller": design.controller.model_copy(update=changes)})
-
-
-def test_machine_moves_last_in_a_sample(tmp_path):
-    found = files(AFLC, tmp_path / "a")
+def test_a_loop_of_two_axes():
+    """The machines move last in a sample, and have the coefficients of their parameters."""
+    found = files(FLC)
     text = found["loop.hal"].replace("source controller.hal", found["controller.hal"])
     assert re.findall(r"^addf (\S+) servo-thread", text, re.M) == [
         "streamer.0",
@@ -36,37 +31,46 @@ def test_machine_moves_last_in_a_sample(tmp_path):
         "y-machine",
     ]
     assert "period1=10000000\n" in text
+    assert "setp x-machine.positive-start 6.54\n" in text
+    assert "setp y-machine.positive-start 7.23\n" in text
+    assert "setp y-machine.negative-start 5.04\n" in text
+    assert "and not in mm: 1 BLU is 0.01 mm:" in found["README.md"]
+    fine = FLC.plant.model_copy(update={"parameters": {"blu": 0.002}})
+    page = files(FLC.model_copy(update={"plant": fine}))["README.md"]
+    assert "1 BLU is 0.002 mm:" in page
 
 
-def test_an_axis_with_a_folder_of_its_own_has_a_loop_of_its_own(tmp_path):
+def test_an_axis_with_a_folder_of_its_own_has_a_loop_of_its_own():
     changes = {"plant.axes": {"x": {}, "y": {}}, "limits.axes.y": {"command": 40.0}}
-    found = files(load_design("jee-koren-2004-pid", changes), tmp_path / "a")
-    for axis, other, limit in (("x", "y", None), ("y", "x", "40.0")):
+    found = files(load_design("jee-koren-2004-pid", changes))
+    circle = load_scenario("feed-drive-circle").samples()
+    for k, (axis, other, limit) in enumerate((("x", "y", []), ("y", "x", ["40.0"]))):
         text = found[f"{axis}/loop.hal"] + found[f"{axis}/controller.hal"]
         assert f"names={axis}-machine\n" in text
         assert f"names={axis}-controller\n" in text
         assert f"{other}-" not in text
-        assert re.findall(r"^setp .*controller.limit (.*)$", text, re.M) == [limit] * bool(limit)
-        rows = np.array([line.split() for line in found[f"{axis}/reference.txt"].splitlines()])
+        assert re.findall(r"^setp .*controller.limit (.*)$", text, re.M) == limit
+        rows = table(found[f"{axis}/reference.txt"])
         assert rows.shape[1] == 3
-    scenario = load_scenario("feed-drive-circle")
-    for k, axis in enumerate("xy"):
-        rows = np.loadtxt(found[f"{axis}/reference.txt"].splitlines())
-        np.testing.assert_array_equal(rows[:, 0], scenario.samples().axes[k].reference)
+        np.testing.assert_array_equal(rows[:, 0], circle.axes[k].reference)
+
+
+def test_without_a_scenario_that_fits_there_is_a_controller_and_a_reason():
+    found = files(with_controller(FLC, sample_time_s=0.001).model_copy(update={"provenance": {}}))
+    assert found.keys().isdisjoint({"loop.hal", "reference.txt", "hfc_feed_drive.comp"})
+    assert "controller.start: runs every 0.01 s, simulation.sample_time_s is" in found["README.md"]
+    assert "loadrt hfc_jee_koren_2004_flc names=controller\n" in found["controller.hal"]
 
 
 @pytest.mark.parametrize(
-    ("design", "said"),
+    "design",
     [
-        (with_controller(TABLE_1, sample_time_s=2.0), "controller.sample_time_s = 2.0: the period"),
-        (
-            TABLE_1.model_copy(update={"plant": AFLC.plant.model_copy(update={"name": "lathe"})}),
-            "HAL has no component of the plant lathe",
-        ),
-        (AFLC.model_copy(update={"controller": TABLE_1.controller}), "reads deflection, which is"),
+        with_controller(TABLE_1, sample_time_s=2.0),
+        TABLE_1.model_copy(update={"plant": FLC.plant.model_copy(update={"name": "lathe"})}),
+        FLC.model_copy(update={"controller": TABLE_1.controller}),
     ],
+    ids=["period", "plant", "signal"],
 )
-def test_what_hal_cannot_run_is_refused(design, said, tmp_path):
-    with pytest.raises(UserError, match=re.escape(said)):
-        files(design, tmp_path / "a")
-    assert not (tmp_path / "a").exists()
+def test_what_hal_cannot_run_is_refused(design):
+    with refused():
+        files(design)

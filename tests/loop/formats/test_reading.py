@@ -4,10 +4,21 @@ import re
 
 import pytest
 import wiring
-from imported_files import CHANGE, GAUSSIAN, OCTAVE, PYFUZZYLITE, TABLE, TEXTS
+from exported import texts
+from imported_files import (
+    CHANGE,
+    GAUSSIAN,
+    MAMDANI_FIS,
+    MAMDANI_SIGNALS,
+    OCTAVE,
+    PYFUZZYLITE,
+    TABLE,
+    TEXTS,
+)
+from places import ROOT
+from wording import refused
 
 from hfc_design.controllers.flc.rules import LABELS
-from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -45,16 +56,16 @@ def test_what_the_file_does_not_hold_comes_from_another_design(tmp_path):
     own = aflc.controller.adaptation.model_copy(update={"smallest_overlap": None})
     assert adapting.adaptation == own
     assert adapting.rules == controller_of(file, signals=CHANGE).rules
-    with pytest.raises(UserError, match=r"smallest_overlap\.error = 3\.0: has to be at most"):
+    with refused():
         controller_of(file, like="jee-koren-2004-aflc", signals=CHANGE)  # whose terms are wider
     like = controller_of(file, like=FLC, sample_time=0.002, signals=CHANGE)
     assert like == controller_of(file, signals=CHANGE).model_copy(update={"sample_time_s": 0.002})
     root = controller_of(GAUSSIAN, like="lin-lee-1999-table-1")
     assert (root.pd.kp, root.output_scale) == (758.405, 10.0)
     assert {item.name: item.scale for item in root.inputs} == {"error": 50.0, "deflection": 80.0}
-    with pytest.raises(UserError, match=r"like='pd-only': has to be of kind flc or aflc or pd"):
+    with refused():
         imported(file, Wish(like="pd-only"))
-    with pytest.raises(UserError, match=r"kind flc needs triangles"):
+    with refused():
         imported(GAUSSIAN, Wish(kind="flc"))
 
 
@@ -69,8 +80,6 @@ SIGNALS = {"gap": "error", "drift": "error_change"}
 
 @pytest.mark.parametrize(("name", "target"), EXPORTS)
 def test_exported_and_imported_it_is_the_same_controller(tmp_path, name, target):
-    if target not in FORMATS:
-        pytest.skip(f"there is no export to {target}")
     design = unit_alone() if name == "made-up" else wiring.design(name)
     folder = tmp_path / "exported"
     FORMATS[target].write(design, folder)
@@ -101,7 +110,98 @@ def test_a_search_does_not_start_from_terms_that_it_would_move(tmp_path):
     found = imported(tmp_path / "lopsided.fll", Wish(signals=CHANGE))  # ZR is centred on 0.25
     (tmp_path / "lopsided.json").write_text(design_json(found))
     start = f"controller.start={tmp_path / 'lopsided.json'}"
-    with pytest.raises(
-        UserError, match=r"e3 of its error_terms is centred on 0.25; a search keeps"
-    ):
+    with refused():
         load_scenario("feed-drive-circle", ["controller.kind=flc", start])
+
+
+#: (what stands in a table, what instead, line of the fault)
+TABLES = {
+    "rules.csv": [
+        ("NL,-32.0", "NL,", 2),
+        ("\nNM,", "\nXX,", 3),
+        ("\nNM,", "\nNL,", 3),
+        ("PM,PL\n", "PM\n", 1),
+        ("\nPL,32.0,", "\nPL,", 8),
+    ],
+    "error_terms.csv": [
+        ("centre_BLU", "centre", 1),
+        ("NM,-19.0", "NM,-15.5", 1),
+        ("NL,,", "NL,-26,", 2),
+        ("NM,-19.0,", "NM,,", 3),
+        ("PL,16.0", "PL,nan", 8),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_faulty_tables_are_refused_with_their_line(tmp_path, name):
+    FORMATS["csv"].write(load_design(FLC), tmp_path / "t")
+    file = tmp_path / "t" / name
+    text = file.read_text()
+    for old, new, line in TABLES[name]:
+        assert old in text
+        file.write_text(text.replace(old, new, 1))
+        with refused() as found:
+            imported(tmp_path / "t", Wish())
+        assert f"{name}: line {line}: " in found.refusal, (old, new)
+
+
+def test_an_empty_file_is_called_so(tmp_path):
+    for table in ("error_terms.csv", "error_change_terms.csv"):
+        (tmp_path / table).write_text("label,left_BLU,centre_BLU,right_BLU\n")
+    for name in ("mine.fll", "mine.fis", "rules.csv", "mine.txt", "mine.hal"):
+        like = "jee-koren-2004-aflc" if name.endswith((".txt", ".hal")) else None
+        for text in ("", " \n\n"):
+            (tmp_path / name).write_text(text)
+            with refused() as found:
+                imported(tmp_path / name, Wish(like=like))
+            assert found.where == str(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "target"),
+    [(FLC, "fll"), ("lin-lee-1999-table-1", "fll"), ("lin-lee-1999-table-1", "csv")],
+)
+def test_a_folder_of_other_files(tmp_path, name, target):
+    FORMATS[target].write(load_design(name), tmp_path / "out")
+    with refused() as found:
+        imported(tmp_path / "out", Wish())
+    assert found.where == str(tmp_path / "out")
+
+
+def test_the_lesson_goes_back_to_its_language(tmp_path):
+    """A term may be called none there: pyfuzzylite 8.0.6 reads such a file."""
+    design = imported(ROOT / "docs" / "lesson.fll", Wish())
+    FORMATS["fll"].write(design, tmp_path / "out")
+    again = imported(tmp_path / "out" / "command.fll", Wish())
+    assert again.controller == design.controller
+
+
+def test_a_table_that_is_straight_between_its_terms_is_itself(tmp_path):
+    """Triangles from centre to centre, product and weighted average: nothing to lose."""
+    folder = tmp_path / "out"
+    design = imported(MAMDANI_FIS, Wish(signals=MAMDANI_SIGNALS[".fis"], terms=(4, 6)))
+    FORMATS["fll"].write(design, folder)
+    (file,) = folder.glob("*.fll")
+    names = {"Position_error": "error", "d_dt_error": "error_change"}
+    again = imported(file, Wish(signals=names, terms=(4, 6)))
+    assert again.provenance["sampled"]["largest_deviation"] <= 1e-12
+    assert again.controller.names == design.controller.names
+    exact = imported(file, Wish(signals=names)).controller
+    assert (exact.rules, exact.error_terms) == (
+        design.controller.rules,
+        design.controller.error_terms,
+    )
+
+
+@pytest.mark.parametrize("target", ["fll", "fcl", "fml", "fis", "st", "c", "csv"])
+def test_names_of_a_file_get_into_no_code(tmp_path, target):
+    """A name is a line of its own in every language, a comment's end, a formula."""
+    name = "*) # --> =HYPERLINK() \\u000a} x"
+    file = tmp_path / "hostile.fis"
+    text = MAMDANI_FIS.read_text().replace("d/dt error", name).replace("'zero'", f"'{name}'")
+    file.write_text(text)
+    design = imported(file, Wish(signals={"Position error": "error", name: "error_change"}))
+    for found in texts(design, target).values():
+        assert "=HYPERLINK" not in found
+        assert "HYPERLINK()" not in found

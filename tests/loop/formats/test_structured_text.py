@@ -1,38 +1,76 @@
-"""The Structured Text export, executed by tests/helpers/structured_text.py.
+"""What the Structured Text export says of an adaptation, and the block in PLCopen's XML.
 
-tests/interop/test_st.py has two parsers and a compiler of others read the files and run them.
-Measured: 2e-16 of the largest command.
+tests/interop/test_st.py checks both with programs of others.
 """
 
+import xml.etree.ElementTree as ET
+
+import made_up
 import pytest
-from st_cases import CASES, WRITTEN, updated
+from plcopen_project import PPX, block_in, function_block, pous
+from st_cases import WRITTEN, updated
 from structured_text import FunctionBlock
+from wiring import silent
 
 from hfc_design.files.design import named_design
 from hfc_design.formats import code
-
-
-@pytest.fixture
-def text(tmp_path):
-    def write(design):
-        (tmp_path / "design.st").write_text(code.block(design))
-        return (tmp_path / "design.st").read_text()
-
-    return write
-
-
-def test_reset_forgets_the_past(text):
-    block = FunctionBlock(text(CASES["PI"][0]))
-    first = block.step(error=5.0, velocity=10.0)
-    assert block.step(error=5.0, velocity=10.0) != first
-    assert block.step(error=5.0, velocity=10.0, reset=True) == first
+from hfc_design.formats.plcopen import project
 
 
 @pytest.mark.parametrize("name", [*WRITTEN, "adapting hierarchy"])
-def test_the_head_says_when_the_adaptation_is_left_out(name, text):
+def test_the_head_says_when_the_adaptation_is_left_out(name):
     adapts = name.endswith(("aflc", "soflc", "hierarchy"))
     if name == "adapting hierarchy":
         record = updated("lin-lee-1999-table-1", adaptation={"largest_move": 2.0})
     else:
         record = named_design(name)
-    assert ("the adaptation is not here" in text(record)) == adapts
+    assert ("the adaptation is not here" in code.block(record)) == adapts
+
+
+def test_reset_forgets_the_past():
+    pi = updated("jee-koren-2004-flc", form="PI", integral_gain=0.7)
+    for record in (pi, named_design("lin-lee-1999-table-1")):
+        block = FunctionBlock(code.block(record))
+        told = dict.fromkeys(block.inputs, 0.02) | {"reset": False}
+        first = block.step(**told)
+        assert block.step(**told) != first
+        assert block.step(**told | {"reset": True}) == first
+
+
+CASES = {
+    "pd": named_design("pd-only"),
+    "hierarchy": made_up.hierarchy(1),
+    "flc with options": made_up.with_options("flc", 3),
+    "lqi within a limit": made_up.limited(made_up.linear("lqi", 2), 400.0),
+    "scheduling": made_up.limited(made_up.scheduling(5), 60.0),
+    "silent": silent(),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_block_of_a_project_is_that_of_structured_text(case):
+    record = CASES[case]
+    name, sections, body = block_in(project(record))
+    written = code.block(record)
+    here, there = FunctionBlock(function_block(name, sections, body)), FunctionBlock(written)
+    assert (here.block, here.values, here.kinds) == (there.block, there.values, there.kinds)
+    assert here.inputs == there.inputs
+    assert body in written
+    assert body.endswith("END_IF;\n")
+
+
+def test_a_task_calls_the_block_once_a_sample():
+    record = made_up.linear("lqr", 3, "feed-drive")
+    every = record.controller.model_copy(update={"sample_time_s": 0.0025})
+    text = project(record.model_copy(update={"controller": every}))
+    task = ET.fromstring(text).find(f".//{PPX}task")
+    assert task.get("interval") == "T#2.5ms"
+    program = task.find(f"{PPX}pouInstance").get("typeName")
+    kind, sections, body = pous(text)[program]
+    name, block = sections["localVars"][0][:2]
+    assert (kind, pous(text)[block][0]) == ("program", "functionBlock")
+    assert body.startswith(f"{name}(reset := FALSE, error := error, ")
+    given = {item.split(" := ")[0] for item in body.partition(")")[0].split("(")[1].split(", ")}
+    assert given == {one[0] for one in pous(text)[block][1]["inputVars"]}
+    assert given - {"reset"} < {one[0] for one in sections["localVars"]}
+    assert body.endswith(f"command := {name}.command;\nfault := {name}.fault;\n")

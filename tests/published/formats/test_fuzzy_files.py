@@ -13,32 +13,15 @@ from functools import partial
 import numpy as np
 import pytest
 from fcl_oracle import Block
-from fml_oracle import System
-from wiring import (
-    DESIGNS,
-    clamped,
-    controller_error,
-    design,
-    unit_error,
-    units,
-)
+from fml_oracle import System, read
+from wiring import DESIGNS, clamped, controller_error, design, unit_error, units
 
 from hfc_design.formats import FORMATS
 
 
-def written(record, target, folder):
+def errors(record, target, folder, evaluate):
     FORMATS[target].write(record, folder)
-    return folder
-
-
-def read(reader, file, row, column, points):
-    system = reader(file)
-    low, high = np.transpose([system.domain(name) for name in (row, column)])
-    points = np.clip(points, low, high)
-    return system.evaluate(**{row: points[:, 0], column: points[:, 1]})
-
-
-def errors(record, folder, suffix, evaluate):
+    suffix = target[:3]
     return unit_error(record, folder, suffix, evaluate), controller_error(record, folder, evaluate)
 
 
@@ -47,7 +30,7 @@ def errors(record, folder, suffix, evaluate):
 def test_fml_reads_back(name, kind, allowed, tmp_path):
     record = design(name)
     evaluate = partial(read, partial(System, kind=kind))
-    found = errors(record, written(record, "fml", tmp_path / "x"), "fml", evaluate)
+    found = errors(record, "fml", tmp_path / "x", evaluate)
     assert max(found) <= allowed
 
 
@@ -61,5 +44,5 @@ def test_fcl_reads_back(name, target, allowed, tmp_path):
         return Block(file).evaluate(**{row: points[:, 0], column: points[:, 1]})
 
     record = design(name)
-    found = errors(record, written(record, target, tmp_path / "x"), "fcl", evaluate)
+    found = errors(record, target, tmp_path / "x", evaluate)
     assert max(found) <= (1e-12 if name.startswith("jee") else allowed)

@@ -2,35 +2,18 @@
 
 import numpy as np
 import pytest
-from lifted import controller_of
+from by_name import random_design, replayed
 
 from hfc_design.controllers.hierarchical.root import Adaptation
-from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.runtime import Controller
-from hfc_design.simulation import population as simulate
-from hfc_design.simulation.closed_loop import closed_loop
 
 
-def replayed(design, scenario):
-    """Commands of the compiled loop and of the runtime that sees the same signals."""
-    controller, gains = controller_of(design)
-    scenario = load_scenario(scenario, ["simulation.duration_s=1.0"])
-    loop = closed_loop(scenario, controller)
-    machines = simulate.one_machine(scenario.plant.values())
-    _, (motion,) = simulate.trajectory(loop, machines, scenario.samples(), gains)
-    state = motion.state
-    signals = {
-        "error": motion.error,
-        "error_rate": motion.error_rate,
-        "deflection": state.rotor_angle - state.spindle_angle,
-        "deflection_rate": state.rotor_velocity - state.spindle_velocity,
-        "spindle_velocity": state.spindle_velocity,
-    }
-    rows = np.stack(list(signals.values()))[..., 0].T.tolist()
-    runtime = Controller(design)
-    found = [runtime.step(dict(zip(signals, row, strict=True))) for row in rows]
-    return motion.command[:, 0], np.array(found), runtime, dict(zip(signals, rows[0], strict=True))
+@pytest.mark.parametrize("inputs", [2, 3, 4, 5])
+def test_equals_the_loop_on_random_designs(inputs, random_population):
+    for seed in range(3):
+        design = random_design(inputs, seed, random_population)
+        compiled, found = replayed(design, "c-axis-ramp-cutting")
+        np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("scale", [None, 500.0])
@@ -40,7 +23,8 @@ def test_equals_the_loop_where_the_root_adapts(name, scale):
     record = Adaptation(k_c=1e-3, largest_move=0.5, error_scale=scale)
     controller = design.controller.model_copy(update={"adaptation": record})
     adapting = design.model_copy(update={"controller": controller})
-    compiled, found, *_ = replayed(adapting, "c-axis-ramp-cutting")
+    compiled, found = replayed(adapting, "c-axis-ramp-cutting")
     np.testing.assert_allclose(found, compiled, rtol=1e-12, atol=1e-12)
-    fixed, *_ = replayed(design, "c-axis-ramp-cutting")
+    fixed, found = replayed(design, "c-axis-ramp-cutting")
+    np.testing.assert_allclose(found, fixed, rtol=1e-12, atol=1e-12)
     assert np.abs(compiled - fixed).max() > 1.0  # it did learn

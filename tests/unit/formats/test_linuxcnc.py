@@ -5,53 +5,40 @@ import re
 import made_up
 import numpy as np
 import pytest
+from exported import table, texts, with_scenario
+from wording import refused
 
-from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario, scenario_of
 from hfc_design.files.pairing import load_design
-from hfc_design.formats import FORMATS, linuxcnc
+from hfc_design.formats import linuxcnc
 from hfc_design.runs.individuals import design_with
 
 TABLE_1 = load_design("lin-lee-1999-table-1")
 
 
-def files(design, folder):
-    FORMATS["linuxcnc"].write(design, folder)
-    found = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_text() for path in found}
+def files(design):
+    return texts(design, "linuxcnc")
 
 
-def with_scenario(design, name, *changes):
-    scenario = load_scenario(name, changes).model_dump(mode="json", exclude_none=True)
-    return design.model_copy(update={"provenance": {"scenario": scenario}})
-
-
-def test_controller_reads_what_its_error_is_between(tmp_path):
-    text = files(TABLE_1, tmp_path / "a")["hfc_lin_lee_1999_table_1.comp"]
-    pins = re.findall(r'^pin (in|out) (\w+) (\w+?)_?(?: = \d)? "', text, re.M)
-    assert pins == [
-        ("in", "bit", "enable"),
-        ("in", "float", "reference"),
-        ("in", "float", "spindle_angle"),
-        ("in", "float", "reference_rate"),
-        ("in", "float", "spindle_velocity"),
-        ("in", "float", "deflection"),
-        ("in", "float", "deflection_rate"),
-        ("out", "float", "error"),
-        ("out", "float", "command"),
-        ("out", "bit", "fault"),
-    ]
+def test_controller_reads_what_its_error_is_between():
+    text = files(TABLE_1)["hfc_lin_lee_1999_table_1.comp"]
+    pins = re.findall(r'^pin (in \w+|out \w+) (\w+?)_?(?: = \d)? "', text, re.M)
+    read = ["reference", "spindle_angle", "reference_rate", "spindle_velocity"]
+    read += ["deflection", "deflection_rate"]
+    wanted = [("in bit", "enable"), *(("in float", name) for name in read)]
+    wanted += [("out float", "error"), ("out float", "command"), ("out bit", "fault")]
+    assert pins == wanted
     assert "inputs.error = reference_ - spindle_angle_;" in text
     assert "inputs.error_rate = reference_rate_ - spindle_velocity_;" in text
     assert "inputs.deflection = deflection_;" in text
 
 
-def test_reference_is_all_of_the_scenario(tmp_path):
+def test_reference_is_all_of_the_scenario():
     changed = with_scenario(
         TABLE_1, "c-axis-sine", "simulation.duration_s=3", "limits.command=120", "load.constant=5"
     )
-    found = files(changed, tmp_path / "a")
-    rows = np.array([line.split() for line in found["reference.txt"].splitlines()], float)
+    found = files(changed)
+    rows = table(found["reference.txt"])
     scenario = load_scenario("c-axis-sine").reference
     time = np.arange(3000) * 0.001
     angle = scenario.amplitude * np.sin(scenario.frequency_rad_s * time)
@@ -74,8 +61,8 @@ def test_load_of_a_sample_is_its_mean():
 @pytest.mark.parametrize(
     "name", ['x); system("id', '";\n;;\n#include "/etc/passwd"\n"""', "$(HOME)#"]
 )
-def test_name_brings_no_code_along(name, tmp_path):
-    found = files(TABLE_1.model_copy(update={"name": name}), tmp_path / "a")
+def test_name_brings_no_code_along(name):
+    found = files(TABLE_1.model_copy(update={"name": name}))
     component = linuxcnc.component_name(TABLE_1.model_copy(update={"name": name}))
     assert re.fullmatch(r"hfc_\w{1,24}", component, re.ASCII)
     assert found.keys() >= {f"{component}.comp"}
@@ -95,14 +82,11 @@ def test_long_names_stay_apart():
     assert len(components) == 2
 
 
-def test_a_scenario_that_cannot_run_from_here_is_refused(tmp_path):
+def test_a_scenario_that_cannot_run_from_here_is_refused():
     missing = {"kind": "csv", "file": "not-here.csv"}
     scenario = with_scenario(TABLE_1, "c-axis-ramp").provenance["scenario"] | {"reference": missing}
-    design = TABLE_1.model_copy(update={"provenance": {"scenario": scenario}})
-    said = r"reference\.file = 'not-here\.csv': cannot be read: .*; to='c' holds the controller"
-    with pytest.raises(UserError, match=said):
-        files(design, tmp_path / "a")
-    assert not (tmp_path / "a").exists()
+    with refused():
+        files(TABLE_1.model_copy(update={"provenance": {"scenario": scenario}}))
 
 
 def test_the_loop_follows_a_table_that_the_design_carries(tmp_path):
@@ -111,9 +95,9 @@ def test_the_loop_follows_a_table_that_the_design_carries(tmp_path):
     scenario = scenario_of({"name": "mine", **settings}, "mine.toml", tmp_path)
     design = design_with(TABLE_1.controller.model_dump(mode="json"), scenario)
     (tmp_path / "way.csv").unlink()
-    found = files(design, tmp_path / "a")
+    found = files(design)
     assert "500 samples of the scenario mine" in found["README.md"]
-    rows = np.array([line.split() for line in found["reference.txt"].splitlines()], dtype=float)
+    rows = table(found["reference.txt"])
     assert rows.shape == (500, 3)
     time = 0.001 * np.arange(500)
     expected = np.interp(time, [0.0, 0.1, 0.3], [0.0, 0.002, -0.001])
@@ -121,20 +105,17 @@ def test_the_loop_follows_a_table_that_the_design_carries(tmp_path):
     assert rows[[50, 150, 400], 1] == pytest.approx([0.02, -0.015, 0.0])
 
 
-@pytest.mark.parametrize("limit", [None, 60.0])
-def test_limit_of_the_component_says_whether_the_controller_has_its_own(limit, tmp_path):
-    design = load_design("pd-only", {"limits.command": limit} if limit else None)
-    FORMATS["linuxcnc"].write(design, tmp_path / "out")
-    page = (tmp_path / "out" / "README.md").read_text()
-    (component,) = (tmp_path / "out").glob("hfc_pd_only.comp")
-    for text in (page, component.read_text()):
-        assert ("none but the controller's own, 60.0" in text) == (limit is not None)
+def test_limit_of_the_component_says_whether_the_controller_has_its_own():
+    for changes in (None, {"limits.command": 60.0}):
+        found = files(load_design("pd-only", changes))
+        for file in ("README.md", "hfc_pd_only.comp"):
+            assert ("none but the controller's own, 60.0" in found[file]) == bool(changes)
 
 
-def test_a_controller_that_feeds_the_acceleration_forward_reads_it(tmp_path):
+def test_a_controller_that_feeds_the_acceleration_forward_reads_it():
     design = made_up.linear("pid+ff", 4)
     sine = with_scenario(design, "c-axis-sine")
-    found = files(sine, tmp_path / "a")
+    found = files(sine)
     text = found["hfc_made_up.comp"]
     assert 'pin in float reference_rate_ "[rad/s]";' in text
     assert 'pin in float reference_acceleration_ "[rad/s2]";' in text
@@ -143,7 +124,7 @@ def test_a_controller_that_feeds_the_acceleration_forward_reads_it(tmp_path):
     assert "loadrt streamer depth=10001 cfg=ffff\n" in loop
     assert "net reference-acceleration <= streamer.0.pin.3\n" in loop
     assert "net load streamer.0.pin.2 => machine.load\n" in loop
-    rows = np.array([line.split() for line in found["reference.txt"].splitlines()], float)
+    rows = table(found["reference.txt"])
     time = np.arange(len(rows)) * 0.001
     np.testing.assert_allclose(rows[:, 3], -0.02 * np.sin(time), atol=1e-15)
 
@@ -152,3 +133,18 @@ def test_names_leave_room_for_the_longest_pin():
     """NAME.0.reference-acceleration has to fit into 47 characters."""
     design = made_up.linear("pid+ff", 4).model_copy(update={"name": "x" * 60})
     assert len(linuxcnc.component_name(design) + ".0.reference-acceleration") == 47
+
+
+def test_machine_has_the_coefficients_of_its_parameters():
+    changed = with_scenario(TABLE_1, "c-axis-ramp", "plant.parameters.spindle_inertia=6.5")
+    found = files(changed)
+    leakage = 0.341 - 0.225**2 / 0.306
+    for name, value in {
+        "current-decay": (1.12 + 1.05 * 0.341 / 0.306) / leakage,
+        "torque-constant": 0.225 * 0.6 / 0.306,
+        "inverse-spindle-inertia": 1 / 6.5,
+        "friction-stribeck-rise": 0.5,
+    }.items():
+        (told,) = re.findall(rf"^setp machine\.{name} (\S+)$", found["loop.hal"], re.M)
+        assert float(told) == pytest.approx(value, rel=1e-14)
+    assert "and not in degrees:" in found["README.md"]

@@ -1,23 +1,18 @@
 """What ``--lookup`` says of its table, beside the runtime on the vectors of the folder."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
 from flash_folders import vectors
 from sledge import hfc
 
+from hfc_design.controllers.hierarchical.code import lookup
 from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller
 
 NAME = "lin-lee-1999-table-1"
-
-
-def export(folder, points, *changes):
-    told = [word for change in changes for word in ("--change", change)]
-    done = hfc("export", NAME, *told, "--to", "c", "--lookup", points, "--out", folder)
-    assert done.exit_code == 0, done.output
-    return done
 
 
 def off_on_the_vectors(folder, design):
@@ -32,6 +27,7 @@ def off_on_the_vectors(folder, design):
     return np.abs(np.array(own) - numbers[:, -1]).max(), np.abs(numbers[:, -1]).max()
 
 
+@cache
 def rules_alone(design):
     """The largest command of a design without gains, for anything within its ranges."""
     bare = load_design(design, {"controller.pd": {"kp": 0.0, "kd": 0.0}})
@@ -45,24 +41,34 @@ def rules_alone(design):
     return found
 
 
-@pytest.mark.parametrize("limit", [None, 5.0])
-def test_the_command_line_says_how_far_the_table_is_off(limit, tmp_path):
-    changes = [f"limits.command={limit}"] if limit else []
-    design = load_design(NAME, changes)
-    printed = export(tmp_path / "c", 9, *changes).stdout
-    off, largest = off_on_the_vectors(tmp_path / "c", design)
-    told, share = re.findall(r"off by (\S+) V at most, (\S+) per cent of", printed)[0]
-    assert float(told) == pytest.approx(off, rel=0.05)  # two digits are printed
-    assert float(share) == pytest.approx(100.0 * off / (limit or largest), rel=0.05)
-    far, share = re.findall(r"exact command: (\S+) V, (\S+) per cent of", printed)[0]
-    assert float(share) == pytest.approx(100.0 * float(far) / rules_alone(NAME), rel=0.1)
+AXES = {"plant.axes.a": "{}", "plant.axes.b": "{}", "limits.axes.b.command": 5.0}
 
 
-@pytest.mark.parametrize(("points", "warned"), [(9, True), (33, False)])
-def test_a_coarse_table_is_a_warning_and_in_the_page(points, warned, tmp_path):
-    done = export(tmp_path / "c", points)
+@pytest.mark.parametrize(("points", "changes", "coarse"), [(9, AXES, True), (65, {}, False)])
+def test_the_command_line_says_how_far_a_table_is_off(points, changes, coarse, tmp_path):
+    told = [word for key, x in changes.items() for word in ("--change", f"{key}={x}")]
+    done = hfc("export", NAME, *told, "--to", "c", "--lookup", points, "--out", tmp_path / "c")
+    assert done.exit_code == 0, done.output
     warning = f"hfc: warning: --lookup {points} is coarse"
-    assert done.stderr.startswith(warning) if warned else done.stderr == ""
-    page = (tmp_path / "c" / "README.md").read_text()
-    for line in done.stdout.splitlines()[:2]:
-        assert line in page
+    assert done.stderr.startswith(warning) if coarse else done.stderr == ""
+    lines = iter(done.stdout.splitlines())
+    deviation = lookup(load_design(NAME).controller, points).deviation
+    for axis, limit in {"a": None, "b": 5.0}.items() if changes else [("", None)]:
+        folder = tmp_path / "c" / axis
+        of, off_by = next(lines), next(lines)
+        far, share = re.findall(r"exact command: (\S+) V, (\S+) per cent of", of)[0]
+        assert far == f"{deviation:.2g}"
+        assert float(share) == pytest.approx(100.0 * float(far) / rules_alone(NAME), rel=0.1)
+        off, largest = off_on_the_vectors(
+            folder, load_design(NAME, {"limits.command": limit} if limit else None)
+        )
+        assert (largest == limit) if limit else largest > 5.0
+        told, share = re.findall(r"off by (\S+) V at most, (\S+) per cent of", off_by)[0]
+        assert float(told) == pytest.approx(off, rel=0.05)  # two digits are printed
+        assert float(share) == pytest.approx(100.0 * off / largest, rel=0.05)
+        page, (source,) = (folder / "README.md").read_text(), folder.glob("*.c")
+        assert f"tabulated at {points} values" in vectors(folder)[2]
+        assert of.removeprefix(f"{axis}: ") in page
+        assert off_by.removeprefix(f"{axis}: ") in page
+        assert "#include <" not in source.read_text()
+        assert f"{far} V" in " ".join(source.read_text().split())

@@ -4,8 +4,9 @@ import made_up
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from wording import refused
 
-from hfc_design.core.records import UserError
+from hfc_design import __version__
 from hfc_design.files.design import Limits, builtin_designs, named_design
 from hfc_design.formats import FORMATS
 
@@ -73,12 +74,10 @@ def test_a_limit_is_there_where_the_design_has_one(read):
     }
 
 
-def test_the_same_design_gives_the_same_bytes_with_no_date(tmp_path):
-    for name in ("a.mat", "b.mat"):
-        FORMATS["mat"].write(named_design("jee-koren-2004-aflc"), tmp_path / name)
-    assert (tmp_path / "a.mat").read_bytes() == (tmp_path / "b.mat").read_bytes()
+def test_the_head_of_the_file_has_no_date(tmp_path):
+    FORMATS["mat"].write(named_design("pd-only"), tmp_path / "a.mat")
     head = (tmp_path / "a.mat").read_bytes()[:116].decode()
-    assert head.rstrip() == "MATLAB 5.0 MAT-file, made by hfc-design 0.1.0"
+    assert head.rstrip() == f"MATLAB 5.0 MAT-file, made by hfc-design {__version__}"
 
 
 def test_a_name_is_a_string_and_never_a_field(read):
@@ -86,5 +85,5 @@ def test_a_name_is_a_string_and_never_a_field(read):
     good = named_design("lin-lee-1999-table-1")
     assert read(good.model_copy(update={"name": evil}))["design"]["name"] == evil
     plant = good.plant.model_copy(update={"parameters": {evil: 1.0}})
-    with pytest.raises(UserError, match=r"to='mat': .* is no name of a field"):
+    with refused():
         read(good.model_copy(update={"plant": plant}))

@@ -1,32 +1,30 @@
-"""The Structured Text export, executed by tests/helpers/structured_text.py.
+"""The Structured Text export, alone and in PLCopen's XML, executed by structured_text.py.
 
 tests/interop/test_st.py has two parsers and a compiler of others read the files and run them.
 Measured: 2e-16 of the largest command.
 """
 
+import json
+import xml.etree.ElementTree as ET
+
+import numpy as np
 import pytest
+from exported import with_controller
+from plcopen_project import PPX, block_in, function_block
 from st_cases import samples, updated
 from structured_text import FunctionBlock
 from wiring import design, units
+from wording import refused
 
-from hfc_design.core.records import UserError
-from hfc_design.files.design import named_design
+from hfc_design.files.design import Design, design_json, named_design
 from hfc_design.formats import code
-from hfc_design.formats.fcl import real
+from hfc_design.formats.plcopen import project
+from hfc_design.runtime import Controller
 
 
-@pytest.fixture
-def text(tmp_path):
-    def write(design):
-        (tmp_path / "design.st").write_text(code.block(design))
-        return (tmp_path / "design.st").read_text()
-
-    return write
-
-
-def test_every_unit_is_the_weighted_average_of_its_rules(text):
+def test_every_unit_is_the_weighted_average_of_its_rules():
     record = design("random-2")
-    block = FunctionBlock(text(record))
+    block = FunctionBlock(code.block(record))
 
     def value(name):
         return block.values[name if name.startswith("unit_") else f"scaled_{name}"]
@@ -38,8 +36,8 @@ def test_every_unit_is_the_weighted_average_of_its_rules(text):
             assert abs(value(unit.name) - expected) <= 1e-12
 
 
-def test_the_block_reads_as_it_would_be_written_by_hand(text):
-    lines = text(named_design("lin-lee-1999-table-1"))
+def test_the_block_reads_as_it_would_be_written_by_hand():
+    lines = code.block(named_design("lin-lee-1999-table-1"))
     assert "FUNCTION_BLOCK fb_lin_lee_1999_table_1\nVAR_INPUT\n    reset : BOOL;\n" in lines
     assert "    error : LREAL; (* rad *)\n" in lines
     assert "    command : LREAL; (* V *)\n" in lines
@@ -49,31 +47,11 @@ def test_the_block_reads_as_it_would_be_written_by_hand(text):
     assert "command := kp * error + kd * error_rate + output_scale * unit_0;\n" in lines
 
 
-@pytest.mark.parametrize(
-    ("value", "literal"), [(1.0, "1.0"), (-2.5e-7, "-2.5E-7"), (1e-05, "1.0E-5"), (1e22, "1.0E22")]
-)
-def test_a_literal_has_a_point(value, literal):
-    assert real(value) == literal
-
-
-def test_the_same_design_gives_the_same_bytes(text):
-    assert text(named_design("lin-lee-1999-table-2")) == text(named_design("lin-lee-1999-table-2"))
-
-
-@pytest.mark.parametrize(
-    ("name", "fault"),
-    [
-        ("Retain", "takes Retain for a word of the language"),
-        ("unit_7", "takes unit_7 for unit_7"),
-        ("Distance", "takes distance for Distance"),
-        ("a__b", "is no identifier"),
-        ("a_", "is no identifier"),
-        ("_a", "is no identifier"),
-    ],
-)
-def test_a_name_that_is_none_of_the_standard_is_refused(name, fault, text):
-    with pytest.raises(UserError, match=f"to='st': .*{fault}"):
-        text(renamed("deflection", name))
+@pytest.mark.parametrize("name", ["Retain", "unit_7", "Distance", "a__b", "a_", "_a"])
+def test_a_name_that_is_none_of_the_standard_is_refused(name):
+    with refused() as found:
+        code.block(renamed("deflection", name))
+    assert found.where == "to='st'"
 
 
 def renamed(old, new):
@@ -83,16 +61,57 @@ def renamed(old, new):
     return updated("lin-lee-1999-table-1", inputs=inputs, units=units)
 
 
-def test_no_name_gets_code_into_the_file(text):
+def test_no_name_gets_code_into_the_file():
     evil = "x *) END_FUNCTION_BLOCK (* y"
-    written = text(named_design("pd-only").model_copy(update={"name": evil}))
-    comment, code = written.split("\n*)\n")
+    written = code.block(named_design("pd-only").model_copy(update={"name": evil}))
+    comment, body = written.split("\n*)\n")
     assert "*)" not in comment
-    assert code.count("END_FUNCTION_BLOCK\n") == 1
+    assert body.count("END_FUNCTION_BLOCK\n") == 1
     assert FunctionBlock(written).block == "fb_x_END_FUNCTION_BLOCK_y"
     good = named_design("lin-lee-1999-table-1")
-    item = good.controller.inputs[1].model_copy(update={"name": evil})
-    inputs = (good.controller.inputs[0], item, *good.controller.inputs[2:])
-    controller = good.controller.model_copy(update={"inputs": inputs})
-    with pytest.raises(UserError, match="is no identifier"):
-        text(good.model_copy(update={"controller": controller}))
+    first, item, *others = good.controller.inputs
+    with refused():
+        code.block(
+            with_controller(good, inputs=(first, item.model_copy(update={"name": evil}), *others))
+        )
+
+
+def test_a_block_from_the_project_gives_the_commands_of_the_runtime():
+    record = named_design("lin-lee-1999-table-1")
+    block, controller = (
+        FunctionBlock(function_block(*block_in(project(record)))),
+        Controller(record),
+    )
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        row = {name: 0.05 * rng.uniform(-1, 1) for name in block.inputs if name != "reset"}
+        assert block.step(**row) == pytest.approx(controller.step(row), rel=1e-12)
+
+
+def test_every_signal_says_what_it_is_and_in_which_unit():
+    _, sections, _ = block_in(project(named_design("lin-lee-1999-table-1")))
+    told = {name: text for name, _, _, text in sections["inputVars"] + sections["outputVars"]}
+    assert told["error"] == "reference less position, [rad]"
+    assert told["spindle_velocity"].endswith("[rad/s]")
+    assert told["command"].endswith("[V]")
+    assert all(told.values())
+
+
+def test_nothing_that_a_user_wrote_is_markup():
+    evil = 'x"><addData/>&amp;<!-- ]]> \x1b'
+    record = named_design("pd-only").model_copy(update={"name": evil})
+    root = ET.fromstring(project(record))
+    assert root.find(f".//{PPX}addData") is None
+    assert len(root.findall(f".//{PPX}pou")) == 2
+
+
+def test_a_kind_without_structured_text_is_refused():
+    with refused():
+        project(named_design("huang-neural"))
+
+
+def test_a_name_that_the_example_takes_is_refused():
+    text = design_json(named_design("lin-lee-1999-table-1"))
+    taken = text.replace('"deflection"', '"fb_lin_lee_1999_table_1_1"')
+    with refused():
+        project(Design.model_validate(json.loads(taken)))
