@@ -111,7 +111,7 @@ def rms(values):
 
 def test_pid_with_coulomb_friction_has_the_published_contour_errors():
     """Fig. 12(b): RMS 3.4 and maximum 15.6 BLU; independently found for F_c = 15: 3.52, 15.9."""
-    _, contour = circle(pid, ["x-coulomb", "y-coulomb"], 2000.0, 3)
+    _, contour = circle(pid, ["x-coulomb", "y-coulomb"], 2000.0, 2)
     np.testing.assert_allclose(rms(contour), 3.4, rtol=0.1)
     np.testing.assert_allclose(abs(contour).max(axis=1), 15.6, rtol=0.1)
     np.testing.assert_allclose(rms(contour)[1:], 3.52, rtol=0.015)  # after the start
@@ -126,7 +126,7 @@ def test_pid_without_friction():
 
 def test_flc_with_start_friction_has_the_published_axial_error():
     """Fig. 10(a): approximately 16.2 BLU in every cycle."""
-    axial, _ = circle(flc, ["x-start", "y-start"], 4000.0, 3)
+    axial, _ = circle(flc, ["x-start", "y-start"], 4000.0, 2)
     np.testing.assert_allclose(rms(axial), 16.2, atol=0.3)
 
 
