@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from along_a_line import along_a_line
 from scipy.signal import cont2discrete
+from wording import refused
 
-from hfc_design.core.records import UserError
 from hfc_design.stability.nominal import nominal
 from plants import rk4
 
@@ -91,5 +91,6 @@ def test_behind_a_gear_the_motor_cogs_and_both_move_as_the_gear_has_it():
 
 
 def test_a_spring_is_no_cogging():
-    with pytest.raises(UserError, match="no steady motion was found at any speed; a force that"):
+    with refused() as found:
         nominal(LINEAR_MOTOR, Parameters(spring=100.0), EVERY)
+    assert found.where == "the drive linear-motor cannot be linearised"

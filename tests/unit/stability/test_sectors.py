@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jk04 import CHANGE_TERMS, ERROR_TERMS, bilinear, confined, k2_of_rule_base_1
+from wording import refused
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.sectors import sectors_at_centres, true_sectors
@@ -126,7 +127,7 @@ def test_true_sectors_of_table_3_are_those_of_a_search(base):
 
 def test_true_sectors_of_random_terms_enclose_a_search_closely():
     random = np.random.default_rng(4)
-    for _ in range(8):
+    for _ in range(4):
         terms = []
         for centres in (ERROR_CENTRES, CHANGE_CENTRES):
             spacing, reach = centres[4], random.uniform(0.35, 1.0, (7, 2))
@@ -222,14 +223,15 @@ def test_terms_and_tables_that_cannot_be_used():
     good = table("I")
     bad = [row[:] for row in good]
     bad[2][5] = float("nan")
-    with pytest.raises(UserError, match="row 3, column 6 = nan"):
+    with refused():
         sectors_at_centres(ERROR_TERMS, CHANGE_TERMS, bad)
-    with pytest.raises(UserError, match=r"centres of the change of error .* ascending numbers"):
+    with refused():
         sectors_at_centres(ERROR_TERMS, CHANGE_TERMS[::-1], good)
-    with pytest.raises(UserError, match="middle centre of the error = 1"):
+    with refused():
         sectors_at_centres(meeting((-3, -2, -1, 1, 2, 3, 4)), CHANGE_TERMS, good)
-    with pytest.raises(UserError, match=r"term 2 of the error: left -14\.0, centre -14\.0"):
+    with refused() as found:
         true_sectors((ERROR_TERMS[0], (-14.0, -14.0, -9.0), *ERROR_TERMS[2:]), CHANGE_TERMS, good)
+    assert found.where == "term 2 of the error"
 
 
 numbers = st.floats() | st.floats(-40.0, 40.0) | st.integers(-3, 3).map(float)
