@@ -5,6 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 from imported_files import SHARED, SHARED_SIGNALS
+from wording import refused_command
 
 from hfc_design.cli import main
 from hfc_design.controllers.kind import Shown
@@ -21,11 +22,15 @@ def design():
     return imported(SHARED["fll"], Wish(signals=SHARED_SIGNALS))
 
 
-@pytest.fixture(scope="module")
-def explain(design, tmp_path_factory):
-    path = tmp_path_factory.mktemp("own") / "own.json"
-    path.write_text(design_json(design))
-    return lambda *arguments: CliRunner().invoke(main, ["explain", str(path), *arguments])
+@pytest.fixture
+def written(design, tmp_path):
+    (tmp_path / "own.json").write_text(design_json(design))
+    return tmp_path / "own.json"
+
+
+@pytest.fixture
+def explain(written):
+    return lambda *arguments: CliRunner().invoke(main, ["explain", str(written), *arguments])
 
 
 @pytest.mark.parametrize("what", ["surface", "surface-3d", "terms", "tables"])
@@ -56,15 +61,6 @@ def test_explain_takes_them_like_the_signals(explain):
     assert "gap (error)" in explain("--at", "gap=2,drift=-0.5").stdout
 
 
-@pytest.mark.parametrize(
-    ("at", "told"),
-    [
-        ("gap=2,grift=1", "grift=1: no such signal; shared reads error (gap)"),
-        ("gap=2,error=1", "error stands there twice"),
-        ("gap=2", "is missing; shared reads error (gap), previous_error (previous_gap)"),
-    ],
-)
-def test_mistakes(explain, at, told):
-    done = explain("--at", at)
-    assert done.exit_code == 2
-    assert told in done.stderr
+@pytest.mark.parametrize("at", ["gap=2,grift=1", "gap=2,error=1", "gap=2"])
+def test_mistakes(written, at):
+    refused_command("explain", written, "--at", at)
