@@ -1,28 +1,33 @@
-"""The cross-coupled controller in the loop: simulated, searched, shown."""
+"""The cross-coupled controller in the loop: simulated and shown."""
 
+import numpy as np
 import pytest
 
 import hfc_design.api as hfc
 from hfc_design.controllers.controller import PathView
 from hfc_design.controllers.kind import Shown
 from hfc_design.motion.contour import local_error
+from hfc_design.runs import individuals
 from hfc_design.runtime import Machine
 
-SHORT = {"simulation.duration_s": 4.0, "search.generations": 3, "search.population": 16}
+SHORT = {"simulation.duration_s": 4.0}
 PID = {"kind": "pid", "ranges": {"k_p": [0.1, 4.0], "k_i": [0.0, 1.0]}}
 SETTINGS = {"kind": "cross-coupled", "inner": {"kind": "per-axis", "axes": {"x": PID, "y": PID}}}
 
 
 @pytest.fixture(scope="module")
 def found():
+    """A scenario, and one of the individuals that its search begins with."""
     scenario = hfc.load_scenario("feed-drive-circle", {**SHORT, "controller": SETTINGS})
-    return scenario, hfc.design(scenario)
+    own = individuals.genome_of(scenario)
+    some = own.fresh(np.zeros(1, int), np.random.default_rng(1))
+    return scenario, individuals.design_of(some, scenario)
 
 
 def test_the_runtime_gives_the_commands_of_the_simulator(found):
-    scenario, result = found
-    evaluation = hfc.evaluate(result.design, scenario)
-    machine = Machine(result.design, ("x", "y"))
+    scenario, design = found
+    evaluation = hfc.evaluate(design, scenario)
+    machine = Machine(design, ("x", "y"))
     told = {axis.name: axis.told() for axis in evaluation.axes}
     path = scenario.samples().path
     for k in range(len(evaluation.time)):
@@ -37,7 +42,7 @@ def test_the_runtime_gives_the_commands_of_the_simulator(found):
 
 
 def test_the_page_shows_its_gains(found):
-    scenario, result = found
+    scenario, design = found
     shown = Shown(scenario.plant.machine, scenario.plant.values(), None)
-    titles = [part.title for part in result.design.kind.sections(result.design.controller, shown)]
+    titles = [part.title for part in design.kind.sections(design.controller, shown)]
     assert titles == ["Cross-coupling", "x: The controller", "y: The controller"]

@@ -37,8 +37,6 @@ def test_a_turned_hierarchy_commands_the_same(design, canonical):
     assert layout_of(record).canonical is canonical
     assert not layout_of(other).canonical
     exact = command(SCALARS, record, record.gains())
-    for one in (record, other):
-        gains = jax.tree.map(np.asarray, one.gains())
-        found = jax.jit(lambda own, one=one: command(LANES, one, own))(gains)
-        assert found == pytest.approx(exact, rel=1e-12)
-        assert command(SCALARS, one, one.gains()) == pytest.approx(exact, rel=1e-12)
+    assert command(SCALARS, other, other.gains()) == pytest.approx(exact, rel=1e-12)
+    found = jax.jit(lambda own: command(LANES, other, own))(jax.tree.map(np.asarray, other.gains()))
+    assert found == pytest.approx(exact, rel=1e-12)

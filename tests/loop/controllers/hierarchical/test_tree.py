@@ -13,7 +13,7 @@ from hfc_design.controllers.hierarchical.tree import (
 from hfc_design.simulation.closed_loop import LANES
 
 
-@pytest.mark.parametrize(("inputs", "sample"), [(2, 1), (3, 3), (4, 15), (5, 105), (6, 100)])
+@pytest.mark.parametrize(("inputs", "sample"), [(2, 1), (6, 100)])
 def test_trees_as_data_equal_recursion(inputs, sample):
     random = np.random.default_rng(inputs)
     chosen = random.permutation(len(trees(inputs)))[:sample]

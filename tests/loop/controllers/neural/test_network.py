@@ -8,13 +8,6 @@ from hfc_design.controllers.neural.network import Weights, changes, passed
 from hfc_design.core.numbers import SCALARS
 
 RATE, SLOPE = 0.3, 0.7
-STILL = Weights([[0.0] * 3] * 5, [[0.0] * 6] * 2)
-
-
-def network(seed=0):
-    """Two inputs, five hidden units, two outputs."""
-    random = np.random.default_rng(seed)
-    return Weights(random.normal(size=(5, 3)).tolist(), random.normal(size=(2, 6)).tolist())
 
 
 def cost(weights, inputs, targets):
@@ -25,13 +18,14 @@ def cost(weights, inputs, targets):
 
 
 def test_weights_move_down_the_derivative_of_the_squares():
-    weights, inputs, targets = network(), [0.4, -1.1], [0.3, -2.0]
+    random = np.random.default_rng(0)  # two inputs, five hidden units, two outputs
+    weights = Weights(random.normal(size=(5, 3)).tolist(), random.normal(size=(2, 6)).tolist())
+    still, inputs, targets = Weights([[0.0] * 3] * 5, [[0.0] * 6] * 2), [0.4, -1.1], [0.3, -2.0]
     answer = passed(SCALARS, weights, SLOPE, inputs)
     off = [t - o for t, o in zip(targets, answer.outputs, strict=True)]
-    moved = changes(SCALARS, weights, STILL, answer, off, RATE, 0.9, SLOPE)
+    moved = changes(SCALARS, weights, still, answer, off, RATE, 0.9, SLOPE)
     with jax.enable_x64(True):
-        found = jax.grad(cost)(
-            Weights(*map(jnp.array, weights)), *map(jnp.array, (inputs, targets))
-        )
+        own = Weights(*map(jnp.array, weights))
+        found = jax.jit(jax.grad(cost))(own, *map(jnp.array, (inputs, targets)))
     for steps, slopes in zip(moved, found, strict=True):
         np.testing.assert_allclose(np.array(steps), -RATE * np.array(slopes), rtol=1e-12)

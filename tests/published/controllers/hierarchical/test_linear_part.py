@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from scheduled import SMALL, on_linear
 from sledge import hfc
 
 from hfc_design import api
@@ -15,17 +16,6 @@ from hfc_design.runs.individuals import genome_of
 from hfc_design.stability.margins import margins
 
 FILES = ("design.json", "history.csv", "checkpoint.npz")
-INPUTS = [
-    {"name": "error", "scale": 3000.0},
-    {"name": "error_rate", "scale": 50.0},
-    {"name": "reference_rate", "scale": 50.0},
-]
-SMALL = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 6}
-
-
-def on_linear(name="c-axis-ramp", part=None, **changes):
-    own = {"kind": "pd+hierarchical-fuzzy", "inputs": INPUTS, "linear": part or {}}
-    return api.load_scenario(name, {"controller": own, **SMALL, **changes})
 
 
 def test_without_tables_it_is_the_linear_loop():

@@ -2,8 +2,10 @@
 
 import numpy as np
 from sliding import sliding
+from wording import refused
 
 from hfc_design.controllers.fuzzy_sliding.section import learning
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runtime import Controller
 
 
@@ -21,3 +23,10 @@ def test_what_is_drawn_is_what_a_controller_learns():
     motion = learning(design.controller, {k: np.append(v, 0.0) for k, v in signals.items()}, 127.0)
     np.testing.assert_array_equal(motion.moves[-1], found.moves[0])
     assert not motion.moves[0].any()
+
+
+def test_a_machine_without_a_top_speed_needs_a_start():
+    own = {"controller": {"kind": "fuzzy-sliding"}, "limits.command": 120.0}
+    with refused() as found:
+        load_scenario("c-axis-ramp", own)
+    assert "controller.start" in found.refusal

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from wording import refused
 
 from hfc_design.controllers.soc.law import SETS, SocGains, degrees, soc
 from hfc_design.controllers.soc.record import EMPTY
 from hfc_design.core.numbers import ARRAYS, SCALARS
-from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.pairing import load_design
 from hfc_design.runtime import Controller
@@ -104,18 +104,16 @@ def test_what_was_learnt_is_a_design_that_goes_on():
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("key", "value"),
     [
-        ({"controller.table": [[0.0] * 11] * 10}, "has to have at least 11 entries, not 10$"),
-        (
-            {"controller.table": [[0.0] * 12] * 11},
-            "controller.table.0 = .*at most 11 entries, not 12",
-        ),
-        ({"controller.table": [[0.0] * 10 + [float("inf")]] * 11}, "finite number"),
-        ({"controller.ge": 0.0}, "controller.ge = 0.0: has to be greater than 0"),
-        ({"controller.adaptation.xi": 1.2}, "controller.adaptation.xi = 1.2"),
+        ("table", [[0.0] * 11] * 10),
+        ("table", [[0.0] * 12] * 11),
+        ("table", [[0.0] * 10 + [float("inf")]] * 11),
+        ("ge", 0.0),
+        ("adaptation.xi", 1.2),
     ],
 )
-def test_bad_designs_are_one_line(change, told):
-    with pytest.raises(UserError, match=told):
-        load_design("huang-soc", change)
+def test_bad_designs_are_one_line(key, value):
+    with refused() as found:
+        load_design("huang-soc", {f"controller.{key}": value})
+    assert f"controller.{key}" in found.refusal
