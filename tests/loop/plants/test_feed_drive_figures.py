@@ -5,7 +5,8 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jk04 import PARAMETER_SETS
+from feed_oracle import output
+from jk04 import CHANGE_TERMS, ERROR_TERMS, PARAMETER_SETS, rule_singletons
 
 from plants import FEED_DRIVE
 from plants.feed_drive import (
@@ -19,7 +20,7 @@ from plants.feed_drive import (
 FREE = (0.0, 0.0, 0.0)
 
 # The paper's machine: two axes, T = 10 ms, whole BLUs from interpolator and encoder, whole units
-# to the amplifier. Both controllers are written out here, so that the figures test the plant.
+# to the amplifier. Both controllers are plain transcriptions, so that the figures test the plant.
 SUBSTEPS = 4
 
 
@@ -69,38 +70,14 @@ def pid():
     return law
 
 
-RULES = [  # rule base I: rows e, columns the change of e
-    row.split()
-    for row in (
-        "NL NL NL NL NL NL NL",
-        "NL NL NM NM NS NS NS",
-        "NL NM NM NS NS NS ZR",
-        "ZR ZR ZR ZR ZR ZR ZR",
-        "ZR PS PS PS PM PM PL",
-        "PS PS PS PM PM PL PL",
-        "PL PL PL PL PL PL PL",
-    )
-]
-SINGLETONS = {"NL": -32, "NM": -16, "NS": -8, "ZR": 0, "PS": 8, "PM": 16, "PL": 32}
-
-
 def flc(factor=1.0):
     """FLC of JK04 Tables 1 and 3 without an integral; 0 where no rule fires."""
-    previous = 0.0
-
-    def grades(value, spacing, width):
-        value = min(max(value, -3 * spacing), 3 * spacing)  # the outer terms saturate
-        return [max(0.0, 1 - abs(value - k * spacing) / width) for k in range(-3, 4)]
+    previous, table = 0.0, factor * np.array(rule_singletons("I"))
 
     def law(e):
         nonlocal previous
         change, previous = e - previous, e
-        weighed = total = 0.0
-        for i, a in enumerate(grades(e, 7.0, 5.0)):
-            for j, b in enumerate(grades(change, 1.5, 1.0)):
-                weighed += a * b * factor * SINGLETONS[RULES[i][j]]
-                total += a * b
-        return weighed / total if total else 0.0
+        return output(ERROR_TERMS, CHANGE_TERMS, table, e, change)
 
     return law
 

@@ -7,8 +7,11 @@ from wording import refused
 
 from hfc_design import api
 from hfc_design.controllers.gains.genome import GainVectors
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import judge
 from hfc_design.objectives.lin_lee import lin_lee
+from hfc_design.objectives.measures import band_time, measure
+from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs import champion
 from hfc_design.search.loop import Archive, Search
 
@@ -66,3 +69,74 @@ def test_the_final_choice_is_by_merit(monkeypatch):
 def test_an_objective_that_lacks_something_is_refused(objective, own_plugins):
     with refused():
         api.register(objective)
+
+
+SEARCH = "search={{preset='nsga-ii', objectives={}}}"
+
+
+def told(scenario, *names, changes=()):
+    found = load_scenario(scenario, [SEARCH.format([*names]), *changes])
+    return [(one.name, one.unit, one.measure and one.measure.name) for one in found.traded]
+
+
+def test_units_are_no_measure():
+    assert told("c-axis-ramp", "tracking", "units")[1] == ("units", "1", None)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["tracking"],
+        ["tracking", "effort", "chatter", "iae"],
+        ["tracking", "speed"],
+        ["iae", "iae"],
+        ["tracking", "rms_error"],
+        ["tracking", "rms_contour_error"],
+        ["tracking", "band_time"],
+    ],
+)
+def test_what_cannot_be_traded_is_told_in_a_line(names):
+    with refused() as found:
+        told("c-axis-ramp", *names)
+    assert "search.objectives" in found.refusal
+    assert "\n" not in found.refusal
+
+
+def test_only_hierarchies_have_units():
+    with refused() as found:
+        told("c-axis-ramp", "tracking", "units", changes=["controller={kind='pd'}"])
+    assert "search.objectives" in found.refusal
+
+
+def test_costs_are_means_of_motions_and_of_machines_what_is_kept():
+    values = np.array([[[[1.0], [4.0]], [[3.0], [8.0]]]])  # motions (1, 4) and (3, 8)
+    mean = [(1 + 2 * 4) / 3, (3 + 2 * 8) / 3]
+    assert Ensemble((1.0, 2.0)).costs(values) == pytest.approx(np.array([[sum(mean) / 2]]))
+    assert Ensemble((1.0, 2.0), keep="worst").costs(values) == pytest.approx(max(mean))
+    assert Ensemble((1.0, 2.0), keep="quantile").costs(values) == pytest.approx(max(mean))
+
+
+def test_overshoot_on_a_program_is_beyond_every_reversal(tmp_path):
+    """X turns round at 6 mm and ends at 0; before it does so, nothing is beyond."""
+    (tmp_path / "there.ngc").write_text("G1 X6 F6000\nX0\n")
+    limits = {axis: {"acceleration_per_s2": 800.0} for axis in "xyzac"}
+    scenario = {
+        "plant": {"name": "five-axis"},
+        "reference": {"kind": "gcode", "file": str(tmp_path / "there.ngc"), "limits": limits},
+        "simulation": {"duration_s": 0.5, "sample_time_s": 0.002},
+        "controller": {"kind": "pid"},
+    }
+    x, y = load_scenario(scenario).samples().axes[:2]
+    turn, stands = int(x.target.argmax()), x.target == 0.0
+    assert not x.heading[:turn].any()
+    assert x.end[turn:] == pytest.approx(np.where(stands[turn:], 0.0, 6.0), abs=1e-3)
+    assert (x.heading[turn:] == np.where(stands[turn:], -1.0, 1.0)).all()
+    assert not y.heading.any()  # it never moves
+
+
+def test_a_band_is_a_program_once():
+    assert measure("band_time", 1e-3) is measure("band_time", 1e-3)
+    assert band_time(1e-3).meaning == "from then on the error stays within 0.001"
+    with refused(ValueError) as found:
+        measure("speed")
+    assert found.where == "speed"

@@ -74,7 +74,7 @@ def test_the_shares_add_up_to_the_command(tmp_path):
     assert "resonator of 3 rad/s" in hfc(*arguments).stdout
 
 
-def test_margins_at_rest_are_those_of_the_law_that_holds_there():
+def test_margins_at_rest_are_those_of_the_law_that_holds_there(tmp_path):
     """Tables that say 0.02 everywhere: the loop of ``pid+ff`` with the gains of both laws."""
     design = made(7)
     own = design.controller.model_dump(mode="json")
@@ -105,7 +105,11 @@ def test_margins_at_rest_are_those_of_the_law_that_holds_there():
     angles = np.linspace(0.01, 3.1, 40)
     np.testing.assert_allclose(*(loop.transfer(angles) for loop in loops), rtol=1e-6)
     found, expected = map(margins, loops)
-    assert found.delay == pytest.approx(expected.delay)
+    for key in ("stable", "gain_up", "gain_down", "phase", "delay"):
+        assert getattr(found, key) == pytest.approx(getattr(expected, key))
+    (tmp_path / "design.json").write_text(design_json(design))
+    told = " ".join(hfc("stability", tmp_path / "design.json").stdout.split())
+    assert "more or less of that law" in told
 
 
 @pytest.mark.parametrize(
