@@ -1,39 +1,21 @@
 """One object judges closed loops: in searches, in the final choice, in scores and in reports."""
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from calm import CALM, SMALL, given
+from wording import refused
 
 from hfc_design import api
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import Judged, judge
-
-#: In 0.3 s, with a PD part alone; a large derivative gain diverges.
-SMALL = {
-    "simulation.duration_s": 0.3,
-    "search.population": 16,
-    "search.generations": 6,
-    "controller": {"kind": "pd", "ranges": {"kd": [30.0, 1e8]}},
-}
-#: Below zero: minus the largest error in mrad; and one that is never a number.
-CALM = api.Objective(
-    lambda zero: zero,
-    lambda sums, moments, path: jnp.maximum(sums, jnp.abs(moments[0].error)),
-    lambda sums: -1000.0 * sums,
-    name="calm",
-    title="largest error",
-    unit="mrad",
-)
-
-
-def one(sums):
-    """An objective that is given."""
-    return api.Objective(lambda zero: zero, lambda s, moments, path: s, lambda s: s, name=sums)
+from hfc_design.objectives.lin_lee import lin_lee
+from hfc_design.objectives.objective import Moment
 
 
 def judged(fitness, shares, penalty, positions=(0.0, 0.0, 0.0)):
     """The judge's word on three individuals with such fitness and shares of sticking."""
     sums = np.array(fitness), (np.array(shares) * 50.0, np.full(3, 50.0))
-    found = judge(one("given"), penalty).judged(sums, [np.array(positions)])
+    found = judge(given("given"), penalty).judged(sums, [np.array(positions)])
     return Judged(*map(np.asarray, found))
 
 
@@ -75,10 +57,70 @@ def test_an_own_objective_has_weights_of_its_own(own_plugins):
         "worst": 5.0,
         "settled_after_s": 1.0,
     }
-    for changes, words in (
-        ({"kind": "weighed", "worst": "much"}, "fitness.worst = 'much'"),
-        ({"kind": "weighed", "best": 1.0}, "fitness.best = 1.0"),
-        ({"kind": 5}, "fitness.kind = 5"),
-    ):
-        with pytest.raises(api.UserError, match=words):
-            api.load_scenario("c-axis-ramp", {"fitness": changes})
+    for key, value in (("worst", "much"), ("best", 1.0)):
+        with refused() as told:
+            api.load_scenario("c-axis-ramp", {"fitness": {"kind": "weighed", key: value}})
+        assert f"fitness.{key} = {value!r}" in told.refusal
+    with refused() as told:
+        api.load_scenario("c-axis-ramp", {"fitness": {"kind": 5}})
+    assert "fitness.kind = 5" in told.refusal
+
+
+def scored(fitness, moments, stick_penalty=0.0):
+    """The merit of samples (error, error_rate, reference_rate, settled)."""
+    judging = judge(fitness, stick_penalty)
+    sums = judging.initial(np.float64(0.0))
+    for error, error_rate, reference_rate, settled in moments:
+        sums = judging.update(
+            sums, (Moment(error, error_rate, -error, 0.0, reference_rate, settled),), None
+        )
+    return float(judging.judged(sums, [np.float64(0.0)]).merit)
+
+
+def test_score_of_equation_5_by_hand():
+    moments = [(0.5, -2.0, 0.0, 1.0), (-1.5, 3.0, 0.0, 1.0)]
+    assert scored(lin_lee(3.0, 0.1), moments) == pytest.approx(1000 * (3 / 2.0 + 0.1 / 5.0))
+    assert scored(lin_lee(2.0, 0.0), moments) == pytest.approx(1000.0)
+
+
+def test_sticking_takes_its_share_of_the_score():
+    """Stuck is an error rate between 0.9 and 1.1 of the commanded 1 rad/s; the first is early."""
+    rates = [1.0, 0.95, 0.0, 1.05, 1.2]
+    moments = [(1.0, rate, 1.0, float(k > 0)) for k, rate in enumerate(rates)]
+    plain = 1000 * (3 / 5 + 0.1 / sum(rates))
+    assert scored(lin_lee(), moments, 4.0) == pytest.approx(plain / (1 + 4 * 0.5))
+    assert scored(lin_lee(), moments, 0.0) == pytest.approx(plain)
+
+
+def test_constraints_of_a_scenario_are_in_the_units_of_its_machine():
+    limits = {"late_error": "2 mrad", "chatter": 3, "band_time": "0.5 s", "band": "50 urad"}
+    scenario = api.load_scenario({"constraints": limits})
+    most = {one.measure.name: one.most for one in scenario.ensemble.constraints}
+    assert most == pytest.approx({"late_error": 2e-3, "chatter": 3.0, "band_time": 0.5})
+    feed = {"plant": {"name": "feed-drive"}, "simulation": {"sample_time_s": 0.01}}
+    feed |= {"controller": {"kind": "pid"}, "constraints": {"late_error": "20 um"}}
+    (late,) = api.load_scenario(feed).ensemble.constraints
+    millimetres = api.load_scenario(feed).plant.each()[0].length
+    assert late.most == pytest.approx(0.02 / millimetres)
+
+
+def told(scenario, *names):
+    search = f"search={{preset='nsga-ii', objectives={[*names]}}}"
+    found = load_scenario(scenario, [search])
+    return [(one.name, one.unit, one.measure and one.measure.name) for one in found.traded]
+
+
+def test_tracking_is_what_the_scenario_tolerates_of_an_error():
+    assert told("c-axis-ramp", "tracking", "effort") == [
+        ("tracking", "rad", "rms_error"),
+        ("effort", "V", "rms_command"),
+    ]
+    assert told("c-axis-practical", "chatter", "tracking") == [
+        ("chatter", "V", "chatter"),
+        ("tracking", "rad", "settled_rms_error"),
+    ]
+    assert told("feed-drive-circle", "tracking", "effort", "iae") == [
+        ("tracking", "BLU", "rms_contour_error"),
+        ("effort", "unit", "rms_command"),
+        ("iae", "BLU s", "iae"),
+    ]

@@ -1,39 +1,18 @@
 """Measures that add up while a loop runs, against NumPy on its recorded motion."""
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from measuring import MOVE, measured, unsettled
 
 from hfc_design.files.named_scenario import load_scenario
-from hfc_design.files.pairing import controller_of, load_design
-from hfc_design.objectives.measures import MEASURES, measure
-from hfc_design.objectives.objective import Moment
-from hfc_design.simulation import population
-from hfc_design.simulation.closed_loop import closed_loop
+from hfc_design.files.pairing import load_design
+from hfc_design.objectives.measures import measure
 from hfc_design.simulation.evaluating import evaluate
 
-#: A move to 20 mrad and a hold; it is to be settled after 1.5 s.
-MOVE = {
-    "name": "move",
-    "reference": {"kind": "trapezoidal", "distance": 0.02, "velocity": 0.02, "acceleration": 0.2},
-    "simulation": {"duration_s": 2.0},
-    "fitness": {"settled_after_s": 0.5},
-    "limits": {"command": 9.0},
-    "load": {"constant": -5.0},
-}
 SPEEDS = "spindle_velocity", "rotor_velocity"
-
-
-def measured(design, scenario, measures):
-    """Of the only machine, in float64."""
-    found = load_scenario(scenario)
-    controller, gains = controller_of(load_design(design), found)
-    loop = closed_loop(found, controller)
-    loop = loop._replace(judge=loop.judge._replace(measured=tuple(measures)))
-    machines = population.one_machine(found.plant.values())
-    judged = population.scores(loop, machines, [found.samples()], gains, np.float64)
-    return judged.values[0, 0, 0, -len(measures) :]
+#: Half a turn within what other tests simulate of it too.
+FAST = {"simulation.duration_s": 4.0, "reference.feed_mm_min": 2000.0}
+BOTH = [measure("unsettled"), measure("stick_slip")]
 
 
 @pytest.mark.parametrize("gain", [1.0, 2.0])
@@ -56,27 +35,8 @@ def test_what_a_disturbance_of_the_start_leaves_is_that_of_two_motions(gain):
     swing = np.hypot(place.std(axis=1), 0.01 * speed.std(axis=1))  # ten samples are 10 ms
     growth = min(x.std(axis=1)[1] / x.std(axis=1)[0] for x in (place, speed))
     expected = swing[1] * np.clip(growth, 1.0, 10.0)
-    (found,) = measured(design, MOVE, [measure("unsettled")])
+    found, _ = measured(design, MOVE, BOTH)
     assert found == pytest.approx(expected, rel=1e-6)
-
-
-def unsettled(rate, period, phase=0.0, offset=0.0, size=1.0):
-    """Of a swing of a ``size`` in the end that grows by e^(rate t), in a quarter of 0.6 s."""
-    time, own = np.arange(-600, 0) * 1e-3, measure("unsettled")
-    turn = (2j * np.pi / period if period else 0.0) + rate
-    swing = size * np.exp(turn * time + 1j * phase)
-    late = np.repeat([1.0, 2.0], 300)
-    moment = Moment(*[jnp.zeros(())] * 6, sample_time=jnp.asarray(1e-3))
-
-    def one(sums, row):
-        apart, speed, half = row
-        here = moment._replace(apart=apart, apart_rate=speed, late=half)
-        return own.update(sums, (here,), None), None
-
-    with jax.enable_x64(True):
-        rows = (offset + swing.real, (turn * swing).real, late)
-        sums, _ = jax.lax.scan(one, own.initial(jnp.zeros(())), rows)
-        return float(own.value(sums))
 
 
 @pytest.mark.parametrize("phase", [0.0, 1.0, 2.0, 3.0])
@@ -89,7 +49,7 @@ def test_what_decays_counts_by_what_is_left_of_it(phase):
 
 def test_contour_error_and_vectors_of_two_axes():
     """A circle: the errors of the page's metrics, which are read off the recorded motion."""
-    circle = load_scenario("feed-drive-circle", {"simulation.duration_s": 8.0})
+    circle = load_scenario("feed-drive-circle", FAST)
     names = ("rms_contour_error", "max_contour_error", "rms_error", "peak_command")
     names += ("path_error", "worst_glitch")
     found = measured("jee-koren-2004-pid", circle, [measure(x) for x in names])
@@ -109,4 +69,4 @@ def test_contour_error_and_vectors_of_two_axes():
 
 def test_nothing_counts_where_nothing_slides():
     still = MOVE | {"reference": {"kind": "step", "height": 0.001}}
-    assert measured("pd-only", still, [MEASURES["stick_slip"]]) == 0.0
+    assert measured("pd-only", still, BOTH)[1] == 0.0

@@ -12,6 +12,8 @@ from scipy.integrate import solve_ivp
 from plants.blocks import bristle, friction_torque, rk4
 from plants.c_axis import CAxisParameters, CAxisState, coefficients, derivative, step
 
+FIXED, FREE = coefficients(CAxisParameters()), (0.0, 0.0, 0.0)
+
 
 def test_derivative_is_equation_2():
     random = np.random.default_rng(1)
@@ -35,15 +37,17 @@ def test_published_gains_have_the_poles_that_settle_the_motor(poles, pair):
     assert (found.real.max() < 0) == (poles == 2)
 
 
-def stepped(state, voltage, seconds, steps, **changes):
+def stepped(state, voltage, seconds, steps):
     """The state after ``steps`` RK4 steps without load."""
-    fixed = coefficients(CAxisParameters(**changes))
-    dt = seconds / steps
+    return _stepped(FIXED, CAxisState(*map(jnp.float64, state)), voltage, seconds / steps, steps)
 
+
+@jax.jit
+def _stepped(fixed, x, voltage, dt, steps):
     def body(_, x):
-        return step(fixed, x, voltage, (0.0, 0.0, 0.0), dt)
+        return step(fixed, x, voltage, FREE, dt)
 
-    return jax.lax.fori_loop(0, steps, body, CAxisState(*map(jnp.asarray, state)))
+    return jax.lax.fori_loop(0, steps, body, x)
 
 
 def test_step_converges_with_order_4():
@@ -82,6 +86,17 @@ PASSIVE_SPEED = 4 * 0.7 / 126.5
 START_ENERGY = 0.5 * 5.102 * PASSIVE_SPEED**2
 
 
+@jax.jit
+def freed(fixed, start, magnetic):
+    """Energies after each of 5,000 steps of 0.2 ms."""
+
+    def body(x, _):
+        moved = step(fixed, x, 0.0, FREE, 2e-4)
+        return moved, energy(moved, magnetic)
+
+    return jax.lax.scan(body, start, length=5000)[1]
+
+
 @pytest.mark.parametrize("flux", [0.0, 0.6])
 def test_free_machine_only_loses_energy(flux):
     """Without flux the motor is cut off; with it, its terminals are shorted.
@@ -101,11 +116,7 @@ def test_free_machine_only_loses_energy(flux):
     assert possible.sum() > 50
     start = CAxisState(*(jnp.asarray((part * factor)[possible]) for part in x))
 
-    def body(x, _):
-        moved = step(fixed, x, 0.0, (0.0, 0.0, 0.0), 2e-4)
-        return moved, energy(moved, magnetic)
-
-    _, later = jax.lax.scan(body, start, length=5000)
+    later = freed(fixed, start, magnetic)
     history = np.concatenate([energy(start, magnetic)[None], later]) / START_ENERGY
     assert history[0] == pytest.approx(1.0)
     assert np.diff(history, axis=0).max() < 1e-9
@@ -116,9 +127,10 @@ class Bristle(NamedTuple):
     deflection: Any
 
 
-FRICTION = coefficients(CAxisParameters()).friction
+FRICTION = FIXED.friction
 
 
+@jax.jit
 def bent(velocity, dt, steps):
     """Bristle deflections after ``steps`` at constant ``velocity``, starting straight."""
 
@@ -126,7 +138,7 @@ def bent(velocity, dt, steps):
         return Bristle(bristle(FRICTION, velocity, z.deflection)[1])
 
     def body(_, z):
-        return rk4(rate, z, (0.0, 0.0, 0.0), dt)
+        return rk4(rate, z, FREE, dt)
 
     return jax.lax.fori_loop(0, steps, body, Bristle(jnp.zeros_like(velocity))).deflection
 

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from jk04 import PARAMETER_SETS, without_friction
 from scipy.integrate import solve_ivp
+from wording import refused
 
+from hfc_design import api
+from plants import FEED_DRIVE
 from plants.feed_drive import (
     FeedDriveParameters,
     FeedDriveState,
@@ -148,29 +151,28 @@ def test_axis_at_rest_sticks_up_to_the_break_away_level(axis, rise):
     assert after(exact, (0.0, 0.0), np.nextafter(-16.0, -17.0), 0.1, 10)[1] < 0.0
 
 
-@pytest.mark.parametrize("name", list(PARAMETER_SETS))
-def test_without_command_the_axis_only_slows_down(name):
-    c = coefficients(PARAMETER_SETS[name])
-    speeds = np.linspace(-4000.0, 4000.0, 401)
-    start = FeedDriveState(jnp.zeros(401), jnp.asarray(speeds))
+@jax.jit
+def slowed(c, start):
+    """The last state and those of 300 steps of 5 ms without a command."""
 
     def body(x, _):
         moved = jax.vmap(lambda x: step(c, x, 0.0, FREE, 0.005))(x)
         return moved, moved
 
-    last, path = jax.lax.scan(body, start, length=300)
+    return jax.lax.scan(body, start, length=300)
+
+
+@pytest.mark.parametrize("name", list(PARAMETER_SETS))
+def test_without_command_the_axis_only_slows_down(name):
+    speeds = np.linspace(-4000.0, 4000.0, 401)
+    start = FeedDriveState(jnp.zeros(401), jnp.asarray(speeds))
+    last, path = slowed(coefficients(PARAMETER_SETS[name]), start)
     velocity = np.concatenate([speeds[None], path.velocity])
     assert (np.diff(abs(velocity), axis=0) <= 0).all()
     assert (velocity * speeds >= 0).all()  # and never turns round
     assert (np.diff(path.position, axis=0) * speeds >= 0).all()
     if PARAMETER_SETS[name].coulomb:
         assert (last.velocity == 0).all()
-
-
-def test_command_that_is_no_number_shows_in_the_state_even_at_rest():
-    c = coefficients(FeedDriveParameters())
-    moved = step(c, FeedDriveState(0.0, 0.0), accepted(c, math.nan), FREE, 0.01)
-    assert all(math.isnan(value) for value in moved)
 
 
 def test_load_that_changes_within_a_step_acts_with_its_mean():
@@ -180,21 +182,47 @@ def test_load_that_changes_within_a_step_acts_with_its_mean():
     np.testing.assert_allclose(found, step(c, x, 50.0, (7.0, 7.0, 7.0), 0.01), rtol=1e-12)
 
 
-@pytest.mark.parametrize(("dtype", "tolerance"), [(jnp.float64, 1e-12), (jnp.float32, 2e-5)])
-def test_population_moves_like_its_members(dtype, tolerance):
-    random = np.random.default_rng(5)
-    sets = [PARAMETER_SETS[name] for name in ("x-coulomb", "y-start", "frictionless")] * 30
-    p = FeedDriveParameters(*(jnp.asarray(column, dtype) for column in zip(*sets, strict=True)))
-    position, velocity = random.uniform(-50, 50, 90), random.uniform(-2000, 2000, 90)
-    velocity[::4] = 0.0
-    command = random.uniform(-128, 128, 90)
-    x = FeedDriveState(jnp.asarray(position, dtype), jnp.asarray(velocity, dtype))
-    moved = jax.jit(jax.vmap(lambda p, x, u: step(coefficients(p), x, u, FREE, 0.01)))(
-        p, x, jnp.asarray(command, dtype)
-    )
-    assert moved.position.dtype == moved.velocity.dtype == dtype
-    for k in range(90):
-        alone = after(sets[k], (position[k], velocity[k]), command[k], 0.01, 1)
-        np.testing.assert_allclose(
-            [moved.position[k], moved.velocity[k]], alone, rtol=tolerance, atol=100 * tolerance
-        )
+def test_converter_takes_whole_units_within_its_limits():
+    c = coefficients(FeedDriveParameters())
+    for command, wanted in (
+        (0.4, 0.0), (0.6, 1.0), (-0.6, -1.0), (12.49, 12.0), (-12.51, -13.0),
+        (126.6, 127.0), (127.4, 127.0), (900.0, 127.0), (-127.7, -128.0), (-900.0, -128.0),
+    ):  # fmt: skip
+        assert accepted(c, command) == wanted
+    narrow = coefficients(FeedDriveParameters(lowest_command=-20.0, highest_command=30.0))
+    assert (accepted(narrow, -50.0), accepted(narrow, 50.0)) == (-20.0, 30.0)
+
+
+def test_encoder_reports_whole_units_and_leaves_the_velocity():
+    c = coefficients(FeedDriveParameters())
+    for position, wanted in ((0.4, 0.0), (0.6, 1.0), (-0.6, -1.0), (4000.49, 4000.0)):
+        assert FEED_DRIVE.measured(c, FeedDriveState(position, 12.3)) == (wanted, 12.3)
+    assert FEED_DRIVE.signals(c, FeedDriveState(2.0, 3.0)) == {"position": 2.0, "velocity": 3.0}
+    units = {"error": "BLU", "error_rate": "BLU/s", "command": "unit", "load": "unit"}
+    assert {**units, "position": "BLU", "velocity": "BLU/s"} == FEED_DRIVE.units
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("gain", 0.0),
+        ("gain", math.nan),
+        ("time_constant", -1.0),
+        ("coulomb", -1.0),
+        ("negative_start", 6.4),
+        ("lowest_command", 0.0),
+        ("mass", 1.0),
+        ("positive_slope", -9.0),
+        ("positive_slope", -1e300),
+        ("negative_slope", -8.0),
+    ],
+)
+def test_an_axis_that_is_impossible_is_refused_by_its_key(name, value):
+    with refused() as found:
+        api.load_scenario({"plant": {"name": "feed-drive", "parameters": {name: value}}})
+    assert f"plant.parameters.{name}" in found.refusal
+
+
+def test_every_named_set_is_possible():
+    for parameters in PARAMETER_SETS.values():
+        assert FEED_DRIVE.fault(parameters._asdict()) is None

@@ -5,7 +5,8 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jk04 import PARAMETER_SETS
+from feed_oracle import output
+from jk04 import CHANGE_TERMS, ERROR_TERMS, PARAMETER_SETS, rule_singletons
 
 from plants import FEED_DRIVE
 from plants.feed_drive import (
@@ -19,7 +20,7 @@ from plants.feed_drive import (
 FREE = (0.0, 0.0, 0.0)
 
 # The paper's machine: two axes, T = 10 ms, whole BLUs from interpolator and encoder, whole units
-# to the amplifier. Both controllers are written out here, so that the figures test the plant.
+# to the amplifier. Both controllers are plain transcriptions, so that the figures test the plant.
 SUBSTEPS = 4
 
 
@@ -69,38 +70,14 @@ def pid():
     return law
 
 
-RULES = [  # rule base I: rows e, columns the change of e
-    row.split()
-    for row in (
-        "NL NL NL NL NL NL NL",
-        "NL NL NM NM NS NS NS",
-        "NL NM NM NS NS NS ZR",
-        "ZR ZR ZR ZR ZR ZR ZR",
-        "ZR PS PS PS PM PM PL",
-        "PS PS PS PM PM PL PL",
-        "PL PL PL PL PL PL PL",
-    )
-]
-SINGLETONS = {"NL": -32, "NM": -16, "NS": -8, "ZR": 0, "PS": 8, "PM": 16, "PL": 32}
-
-
 def flc(factor=1.0):
     """FLC of JK04 Tables 1 and 3 without an integral; 0 where no rule fires."""
-    previous = 0.0
-
-    def grades(value, spacing, width):
-        value = min(max(value, -3 * spacing), 3 * spacing)  # the outer terms saturate
-        return [max(0.0, 1 - abs(value - k * spacing) / width) for k in range(-3, 4)]
+    previous, table = 0.0, factor * np.array(rule_singletons("I"))
 
     def law(e):
         nonlocal previous
         change, previous = e - previous, e
-        weighed = total = 0.0
-        for i, a in enumerate(grades(e, 7.0, 5.0)):
-            for j, b in enumerate(grades(change, 1.5, 1.0)):
-                weighed += a * b * factor * SINGLETONS[RULES[i][j]]
-                total += a * b
-        return weighed / total if total else 0.0
+        return output(ERROR_TERMS, CHANGE_TERMS, table, e, change)
 
     return law
 
@@ -111,7 +88,7 @@ def rms(values):
 
 def test_pid_with_coulomb_friction_has_the_published_contour_errors():
     """Fig. 12(b): RMS 3.4 and maximum 15.6 BLU; independently found for F_c = 15: 3.52, 15.9."""
-    _, contour = circle(pid, ["x-coulomb", "y-coulomb"], 2000.0, 3)
+    _, contour = circle(pid, ["x-coulomb", "y-coulomb"], 2000.0, 2)
     np.testing.assert_allclose(rms(contour), 3.4, rtol=0.1)
     np.testing.assert_allclose(abs(contour).max(axis=1), 15.6, rtol=0.1)
     np.testing.assert_allclose(rms(contour)[1:], 3.52, rtol=0.015)  # after the start
@@ -126,7 +103,7 @@ def test_pid_without_friction():
 
 def test_flc_with_start_friction_has_the_published_axial_error():
     """Fig. 10(a): approximately 16.2 BLU in every cycle."""
-    axial, _ = circle(flc, ["x-start", "y-start"], 4000.0, 3)
+    axial, _ = circle(flc, ["x-start", "y-start"], 4000.0, 2)
     np.testing.assert_allclose(rms(axial), 16.2, atol=0.3)
 
 

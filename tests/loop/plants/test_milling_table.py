@@ -1,5 +1,8 @@
 """An axis of the milling table against SciPy, its energy, and what theory says of backlash."""
 
+from functools import partial
+
+import driven
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,26 +20,13 @@ from plants.milling_table import (
 )
 
 NOMINAL = MillingTableParameters()
-FREE = (0.0, 0.0, 0.0)
 #: On the flank that pushes forwards at 8 mm/s.
 PUSHED = (0.0, 8.0, 0.2068, 8.0)
 
 
-@jax.jit
-def moved(c, x, voltages, load, dt):
-    """The states after each of ``voltages``, as columns of a state."""
-
-    def body(x, voltage):
-        after = step(c, x, voltage, (load, load, load), dt)
-        return after, after
-
-    return jax.lax.scan(body, x, voltages)[1]
-
-
 def path(p, start, voltages, dt=0.005, load=0.0):
     """(steps, 4) states."""
-    x = MillingTableState(*map(jnp.float64, start))
-    return np.stack(moved(coefficients(p), x, jnp.asarray(voltages, float), load, dt), axis=1)
+    return driven.path(MILLING_TABLE, p, start, voltages, dt, load)
 
 
 CASES = {
@@ -181,15 +171,17 @@ def predicted(gain):
 
 def swinging(gain, start, seconds):
     """Table and motor in a loop with a proportional gain [V/mm] on the table's position."""
-    c = coefficients(LOOSE)
+    x = MillingTableState(*map(jnp.float64, (start, 0.0, start, 0.0)))
+    return map(np.array, _swinging(coefficients(LOOSE), x, gain, round(seconds / SAMPLE)))
 
+
+@partial(jax.jit, static_argnums=3)
+def _swinging(c, x, gain, steps):
     def body(x, _):
-        after = step(c, x, -gain * x.position, FREE, SAMPLE)
+        after = step(c, x, -gain * x.position, (0.0, 0.0, 0.0), SAMPLE)
         return after, (after.position, after.motor_position)
 
-    x = MillingTableState(*map(jnp.float64, (start, 0.0, start, 0.0)))
-    steps = round(seconds / SAMPLE)
-    return map(np.array, jax.jit(lambda x: jax.lax.scan(body, x, length=steps)[1])(x))
+    return jax.lax.scan(body, x, length=steps)[1]
 
 
 @pytest.mark.parametrize(("gain", "within"), [(3.0, 0.07), (8.0, 0.035), (20.0, 0.02)])
@@ -219,29 +211,3 @@ def test_sensors_count_and_the_command_is_bound():
     ideal = coefficients(NOMINAL._replace(scale_resolution=0.0))
     assert MILLING_TABLE.measured(ideal, seen._replace(position=0.0126)).position == 0.0126
     assert MILLING_TABLE.accepted(c, -12.0) == -10.0
-    assert MILLING_TABLE.fault({"backlash": 0.0, "coulomb_friction": 0.0}) is None
-    assert MILLING_TABLE.fault({"backlash": -0.1}) == (
-        "parameters.backlash = -0.1: has to be zero or more"
-    )
-
-
-def test_command_that_is_no_number_shows_in_the_whole_state_even_at_rest():
-    assert np.isnan(path(NOMINAL, np.zeros(4), [np.nan])).all()
-
-
-@pytest.mark.parametrize(("dtype", "tolerance"), [(jnp.float64, 1e-9), (jnp.float32, 2e-4)])
-def test_population_moves_like_its_members(dtype, tolerance):
-    random = np.random.default_rng(5)
-    sets = [NOMINAL, NOMINAL._replace(backlash=0.0), NOMINAL._replace(coulomb_friction=0.0)] * 8
-    p = MillingTableParameters(*(jnp.asarray(x, dtype) for x in zip(*sets, strict=True)))
-    at = random.uniform(-60, 60, 24)
-    start = (at, random.uniform(-9, 9, 24), at + random.uniform(-0.2, 0.2, 24), np.zeros(24))
-    voltage = random.uniform(-10, 10, 24)
-    x = MillingTableState(*(jnp.asarray(column, dtype) for column in start))
-    go = jax.jit(jax.vmap(lambda p, x, u: step(coefficients(p), x, u, FREE, 0.005)))
-    after = go(p, x, jnp.asarray(voltage, dtype))
-    assert after.position.dtype == dtype
-    for k in range(24):
-        alone = path(sets[k], [column[k] for column in start], voltage[k : k + 1])[0]
-        off = np.array([leaf[k] for leaf in after]) - alone
-        assert (np.abs(off) < tolerance * np.array([0.1, 100.0, 0.1, 100.0])).all()

@@ -2,8 +2,7 @@
 
 import math
 
-import jax
-import jax.numpy as jnp
+import driven
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -14,30 +13,16 @@ from plants.positioning_stage import (
     PositioningStageParameters,
     PositioningStageState,
     coefficients,
-    step,
     top_speed,
 )
 
-FREE = (0.0, 0.0, 0.0)
 NOMINAL = PositioningStageParameters()
 LOPSIDED = NOMINAL._replace(viscous_asymmetry=0.3, stiction_rise=4.0)
 
 
-@jax.jit
-def moved(c, x, voltages, load, dt):
-    """The states after each of ``voltages``."""
-
-    def body(x, voltage):
-        after = step(c, x, voltage, (load, load, load), dt)
-        return after, after
-
-    return jax.lax.scan(body, x, voltages)[1]
-
-
 def path(p, start, voltages, dt=1e-3, load=0.0):
     """(steps, 2) positions and velocities in mm and s."""
-    x = PositioningStageState(*map(jnp.float64, start))
-    return np.stack(moved(coefficients(p), x, jnp.asarray(voltages, float), load, dt), axis=1)
+    return driven.path(POSITIONING_STAGE, p, start, voltages, dt, load)
 
 
 def after(p, start, voltage, seconds, count=1, load=0.0):
@@ -193,27 +178,3 @@ def test_the_encoder_counts_and_the_command_is_bound():
     ideal = coefficients(NOMINAL)
     assert POSITIONING_STAGE.measured(ideal, PositioningStageState(0.00031, 1.3)) == (0.00031, 1.3)
     assert [POSITIONING_STAGE.accepted(c, u) for u in (-12.0, 4.0, 12.0)] == [-5.0, 4.0, 5.0]
-
-
-def test_command_that_is_no_number_shows_in_the_state_even_at_rest():
-    assert np.isnan(path(NOMINAL, (0.0, 0.0), [np.nan])).all()
-
-
-@pytest.mark.parametrize(("dtype", "tolerance"), [(jnp.float64, 1e-12), (jnp.float32, 2e-5)])
-def test_population_moves_like_its_members(dtype, tolerance):
-    random = np.random.default_rng(5)
-    sets = [NOMINAL, LOPSIDED, NOMINAL._replace(offset=40.0)] * 8
-    p = PositioningStageParameters(*(jnp.asarray(x, dtype) for x in zip(*sets, strict=True)))
-    position, velocity = random.uniform(-9, 9, 24), random.uniform(-120, 120, 24)
-    velocity[::4] = 0.0
-    voltage = random.uniform(-10, 10, 24)
-    x = PositioningStageState(jnp.asarray(position, dtype), jnp.asarray(velocity, dtype))
-    found = jax.jit(jax.vmap(lambda p, x, u: step(coefficients(p), x, u, FREE, 1e-3)))(
-        p, x, jnp.asarray(voltage, dtype)
-    )
-    assert found.position.dtype == found.velocity.dtype == dtype
-    for k in range(24):
-        alone = after(sets[k], (position[k], velocity[k]), voltage[k], 1e-3)
-        np.testing.assert_allclose(
-            [found.position[k], found.velocity[k]], alone, rtol=tolerance, atol=10 * tolerance
-        )

@@ -2,31 +2,13 @@
 
 import json
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from calm import CALM, LOST, SMALL, TITLE
+from resuming import whole_and_in_parts
 from run_folders import hfc
 
 from hfc_design import api
-
-TITLE = "fitness, LL eq. 5 / (1 + 300 stick share)"
-#: In 0.3 s, with a PD part alone; a large derivative gain diverges.
-SMALL = {
-    "simulation.duration_s": 0.3,
-    "search.population": 16,
-    "search.generations": 6,
-    "controller": {"kind": "pd", "ranges": {"kd": [30.0, 1e8]}},
-}
-#: Below zero: minus the largest error in mrad; and one that is never a number.
-CALM = api.Objective(
-    lambda zero: zero,
-    lambda sums, moments, path: jnp.maximum(sums, jnp.abs(moments[0].error)),
-    lambda sums: -1000.0 * sums,
-    name="calm",
-    title="largest error",
-    unit="mrad",
-)
-LOST = CALM._replace(name="lost", score=lambda sums: jnp.nan * sums)
 
 
 @pytest.mark.parametrize(("precision", "off"), [("float32", 0.02), ("float64", 1e-9)])
@@ -61,7 +43,8 @@ def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins
         changes["controller"] = {"inputs": [{"name": k, "scale": v} for k, v in inputs.items()]}
         changes["search.generations"] = 20
     scenario = api.load_scenario("c-axis-ramp", changes)
-    whole = api.design(scenario, tmp_path / "whole")
+    files = ("design.json", "history.csv", "checkpoint.npz", "report.html")
+    whole = whole_and_in_parts(scenario, tmp_path, 3, files)
     history = whole.search.history
     assert history.diverged.sum() > 0 or preset != "race"
     assert history.best[-1] > history.best[0]
@@ -74,19 +57,6 @@ def test_a_fitness_below_zero_improves_and_resumes(preset, tmp_path, own_plugins
     share = own.metrics["stick_share"]
     penalty = scenario.search.stick_penalty
     assert own.merit == pytest.approx(own.fitness * (1 + penalty * share), rel=1e-9)
-
-    class Stopped(Exception):
-        pass
-
-    def stop(search):
-        if search.generation == 3:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        api.design(scenario, tmp_path / "parts", stop)
-    api.design(scenario, tmp_path / "parts")
-    for file in ("design.json", "history.csv", "checkpoint.npz", "report.html"):
-        assert (tmp_path / "parts" / file).read_bytes() == (tmp_path / "whole" / file).read_bytes()
 
 
 def test_where_everything_fails_the_run_ends_and_says_so(tmp_path, own_plugins, no_baselines):

@@ -1,38 +1,19 @@
 """One object judges closed loops: in searches, in the final choice, in scores and in reports."""
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from calm import CALM, SMALL, TITLE, given
+from wording import refused
 
 from hfc_design import api
 from hfc_design.controllers.gains.genome import GainVectors
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.objectives.judge import judge
 from hfc_design.objectives.lin_lee import lin_lee
+from hfc_design.objectives.measures import band_time, measure
+from hfc_design.objectives.verdict import Ensemble
 from hfc_design.runs import champion
 from hfc_design.search.loop import Archive, Search
-
-TITLE = "fitness, LL eq. 5 / (1 + 300 stick share)"
-#: In 0.3 s, with a PD part alone; a large derivative gain diverges.
-SMALL = {
-    "simulation.duration_s": 0.3,
-    "search.population": 16,
-    "search.generations": 6,
-    "controller": {"kind": "pd", "ranges": {"kd": [30.0, 1e8]}},
-}
-#: Below zero: minus the largest error in mrad; and one that is never a number.
-CALM = api.Objective(
-    lambda zero: zero,
-    lambda sums, moments, path: jnp.maximum(sums, jnp.abs(moments[0].error)),
-    lambda sums: -1000.0 * sums,
-    name="calm",
-    title="largest error",
-    unit="mrad",
-)
-
-
-def one(sums):
-    """An objective that is given."""
-    return api.Objective(lambda zero: zero, lambda s, moments, path: s, lambda s: s, name=sums)
 
 
 def test_what_a_judge_is_called():
@@ -43,7 +24,7 @@ def test_what_a_judge_is_called():
     assert judge(CALM, 2.5).title == worse
     never_below = CALM._replace(positive=True)
     assert judge(never_below, 2.5).title == "largest error / (1 + 2.5 stick share) [mrad]"
-    assert judge(one("mine"), 0.0).title == "fitness, mine"
+    assert judge(given("mine"), 0.0).title == "fitness, mine"
     assert judge(lin_lee(), 300.0) is hard  # one compiled program
 
 
@@ -75,18 +56,87 @@ def test_the_final_choice_is_by_merit(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("objective", "words"),
+    "objective",
     [
-        (CALM._replace(update=None), ["fitness 'calm'", "update = None: has to be a function"]),
-        (CALM._replace(score=1.0), ["fitness 'calm'", "score = 1.0: has to be a function"]),
-        (CALM._replace(settings=dict), ["fitness 'calm'", "settings", "ObjectiveSettings"]),
-        (CALM._replace(name=""), ["fitness ''", "a name has letters"]),
-        (CALM._replace(name="stick-share"), ["'stick-share' is built in"]),
-        (object(), ["none of", "fitness", "plant"]),
+        pytest.param(CALM._replace(update=None), id="no update"),
+        pytest.param(CALM._replace(score=1.0), id="a score that is a number"),
+        pytest.param(CALM._replace(settings=dict), id="settings that are none"),
+        pytest.param(CALM._replace(name=""), id="no name"),
+        pytest.param(CALM._replace(name="stick-share"), id="a name that is built in"),
+        pytest.param(3, id="a number"),
     ],
 )
-def test_an_objective_that_lacks_something(objective, words, own_plugins):
-    with pytest.raises(api.UserError) as error:
+def test_an_objective_that_lacks_something_is_refused(objective, own_plugins):
+    with refused():
         api.register(objective)
-    for word in words:
-        assert word in str(error.value)
+
+
+SEARCH = "search={{preset='nsga-ii', objectives={}}}"
+
+
+def told(scenario, *names, changes=()):
+    found = load_scenario(scenario, [SEARCH.format([*names]), *changes])
+    return [(one.name, one.unit, one.measure and one.measure.name) for one in found.traded]
+
+
+def test_units_are_no_measure():
+    assert told("c-axis-ramp", "tracking", "units")[1] == ("units", "1", None)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["tracking"],
+        ["tracking", "effort", "chatter", "iae"],
+        ["tracking", "speed"],
+        ["iae", "iae"],
+        ["tracking", "rms_error"],
+        ["tracking", "rms_contour_error"],
+        ["tracking", "band_time"],
+    ],
+)
+def test_what_cannot_be_traded_is_told_in_a_line(names):
+    with refused() as found:
+        told("c-axis-ramp", *names)
+    assert "search.objectives" in found.refusal
+    assert "\n" not in found.refusal
+
+
+def test_only_hierarchies_have_units():
+    with refused() as found:
+        told("c-axis-ramp", "tracking", "units", changes=["controller={kind='pd'}"])
+    assert "search.objectives" in found.refusal
+
+
+def test_costs_are_means_of_motions_and_of_machines_what_is_kept():
+    values = np.array([[[[1.0], [4.0]], [[3.0], [8.0]]]])  # motions (1, 4) and (3, 8)
+    mean = [(1 + 2 * 4) / 3, (3 + 2 * 8) / 3]
+    assert Ensemble((1.0, 2.0)).costs(values) == pytest.approx(np.array([[sum(mean) / 2]]))
+    assert Ensemble((1.0, 2.0), keep="worst").costs(values) == pytest.approx(max(mean))
+    assert Ensemble((1.0, 2.0), keep="quantile").costs(values) == pytest.approx(max(mean))
+
+
+def test_overshoot_on_a_program_is_beyond_every_reversal(tmp_path):
+    """X turns round at 6 mm and ends at 0; before it does so, nothing is beyond."""
+    (tmp_path / "there.ngc").write_text("G1 X6 F6000\nX0\n")
+    limits = {axis: {"acceleration_per_s2": 800.0} for axis in "xyzac"}
+    scenario = {
+        "plant": {"name": "five-axis"},
+        "reference": {"kind": "gcode", "file": str(tmp_path / "there.ngc"), "limits": limits},
+        "simulation": {"duration_s": 0.5, "sample_time_s": 0.002},
+        "controller": {"kind": "pid"},
+    }
+    x, y = load_scenario(scenario).samples().axes[:2]
+    turn, stands = int(x.target.argmax()), x.target == 0.0
+    assert not x.heading[:turn].any()
+    assert x.end[turn:] == pytest.approx(np.where(stands[turn:], 0.0, 6.0), abs=1e-3)
+    assert (x.heading[turn:] == np.where(stands[turn:], -1.0, 1.0)).all()
+    assert not y.heading.any()  # it never moves
+
+
+def test_a_band_is_a_program_once():
+    assert measure("band_time", 1e-3) is measure("band_time", 1e-3)
+    assert band_time(1e-3).meaning == "from then on the error stays within 0.001"
+    with refused(ValueError) as found:
+        measure("speed")
+    assert found.where == "speed"

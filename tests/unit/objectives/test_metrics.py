@@ -97,29 +97,20 @@ def test_stick_events_are_counted_at_their_start():
     assert found["stick_share"] == pytest.approx(0.5)
 
 
-def test_sticking_before_it_has_settled_does_not_count():
-    speed = [0, 0, 0, 1, 1, 0, 1, 1]
-    found = measured(np.ones(8), speed=speed, settled_after=0.3)
-    assert found["stick_events"] == 1
-    assert found["stick_share"] == pytest.approx(0.2)
-
-
-def test_stuck_when_the_settled_part_begins_is_one_event():
-    speed = [0, 0, 0, 0, 1, 1]
-    found = measured(np.ones(6), speed=speed, settled_after=0.2)
-    assert found["stick_events"] == 1
-    assert found["stick_share"] == pytest.approx(0.5)
-
-
-def test_turning_the_wrong_way_is_not_sticking():
-    found = measured(np.ones(4), speed=[-1, -1, -1, -1])
-    assert found["stick_events"] == 0
-
-
-def test_standing_still_as_commanded_is_not_sticking():
-    found = measured(np.ones(4), speed=np.zeros(4), commanded=np.zeros(4))
-    assert found["stick_events"] == 0
-    assert found["stick_share"] == 0.0
+@pytest.mark.parametrize(
+    ("speed", "commanded", "settled_after", "events", "share"),
+    [
+        pytest.param([0, 0, 0, 1, 1, 0, 1, 1], 1, 0.3, 1, 0.2, id="before it has settled: not"),
+        pytest.param([0, 0, 0, 0, 1, 1], 1, 0.2, 1, 0.5, id="when the settled part begins: once"),
+        pytest.param([-1, -1, -1, -1], 1, 0.0, 0, 0.0, id="turning the wrong way: not"),
+        pytest.param([0, 0, 0, 0], 0, 0.0, 0, 0.0, id="standing as commanded: not"),
+    ],
+)
+def test_what_counts_as_sticking(speed, commanded, settled_after, events, share):
+    commanded = np.full(len(speed), float(commanded))
+    found = measured(np.ones(len(speed)), speed, commanded, settled_after=settled_after)
+    assert found["stick_events"] == events
+    assert found["stick_share"] == pytest.approx(share)
 
 
 def test_voltage():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from wording import refused
 
 from hfc_design import api
 from hfc_design.objectives.constraints import Constraint
@@ -107,18 +108,13 @@ def test_what_fails_breaks_everything_and_only_what_always_fails_is_lost():
 
 
 @pytest.mark.parametrize(
-    ("constraints", "message"),
-    [
-        ({"stick": 0}, "constraints.stick: is no measure; did you mean stick_slip? "),
-        ({"late_error": "2 V"}, "constraints.late_error = '2 V': has to be a quantity in rad"),
-        ({"chatter": -1}, "constraints.chatter = -1.0: has to be zero or more"),
-        ({"max_contour_error": 1}, "constraints.max_contour_error: is of a machine that follows a"),
-    ],
+    ("name", "most"),
+    [("stick", 0), ("late_error", "2 V"), ("chatter", -1), ("max_contour_error", 1)],
 )
-def test_constraints_that_cannot_be(constraints, message):
-    with pytest.raises(api.UserError) as refusal:
-        api.load_scenario({"constraints": constraints})
-    assert message in str(refusal.value)
+def test_constraints_that_cannot_be(name, most):
+    with refused() as found:
+        api.load_scenario({"constraints": {name: most}})
+    assert f"constraints.{name}" in found.refusal
 
 
 @pytest.mark.parametrize("forgiven", [0.0, 0.3])

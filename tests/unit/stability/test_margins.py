@@ -81,7 +81,7 @@ def random_loop(seed, unstable):
 
 
 @pytest.mark.parametrize("unstable", [False, True])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_at_its_margins_a_loop_swings(seed, unstable):
     """Just inside them all poles lie in the unit circle, just outside one does not."""
     loop = random_loop(seed, unstable)

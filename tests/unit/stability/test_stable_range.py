@@ -1,11 +1,15 @@
 """The stable range against frequency responses, eigenvalues and grids of JK04 eq. 21 and 22."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 from shaken import shaken
+from wording import refused
 
 from hfc_design.core.records import UserError
 from hfc_design.stability.stable_range import stable_range
@@ -179,7 +183,7 @@ def test_the_range_is_no_proof_at_its_very_end():
     assert grown(6.5, 1.94, 20_000) < -100
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.floats(0.001, 50.0))
 def test_k2_falls_with_k1(ratio):
     drive = stable_range(28.3, TAU, ratio * TAU)
@@ -222,21 +226,19 @@ def test_any_numbers_give_a_range_or_one_line(gain, time_constant, sample_time):
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "where"),
     [
-        ((0.0, TAU, T), "gain = 0.0: has to be a finite number greater than 0"),
-        ((28.3, -1.0, T), "time constant = -1.0"),
-        ((28.3, TAU, np.nan), "sample time = nan"),
-        (
-            (28.3, TAU, 10.0),
-            "sample time / time constant = 181.818: has to lie within 0.001 and 50",
-        ),
-        ((1e20, TAU, T), "gain \\* sample time = 1e\\+18 BLU/unit"),
+        ((0.0, TAU, T), "gain"),
+        ((28.3, -1.0, T), "time constant"),
+        ((28.3, TAU, np.nan), "sample time"),
+        ((28.3, TAU, 10.0), "sample time / time constant"),
+        ((1e20, TAU, T), "gain * sample time"),
     ],
 )
-def test_values_that_no_drive_has(values, words):
-    with pytest.raises(UserError, match=words):
+def test_values_that_no_drive_has(values, where):
+    with refused() as found:
         stable_range(*values)
+    assert found.where == where
 
 
 @pytest.mark.parametrize("k1", [0.0, -1.0, np.nan, np.inf, [1.0, -2.0]])
@@ -253,3 +255,12 @@ def test_a_ratio_just_at_an_end_is_within(every, tau):
     """2.1e-5 / 0.021 is less than 0.001 by its last bit."""
     bounds = [stable_range(28.3, tau, x).k1_bound for (x,) in shaken(every)]
     np.testing.assert_allclose(bounds, bounds[0], rtol=1e-9)
+
+
+def test_stability_and_sectors_do_not_import_jax():
+    code = (
+        "import sys, hfc_design.stability.stable_range, hfc_design.stability.sectors;"
+        "print('jax' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

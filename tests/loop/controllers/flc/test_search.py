@@ -1,12 +1,17 @@
 """The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
 
+import json
+
+import made_up
 import numpy as np
 import pytest
+from feed_genomes import CIRCLE, bred, genome
 from jk04 import confined
+from wording import refused
 
 from hfc_design.controllers.aflc.record import AflcDesign
 from hfc_design.controllers.genome import taken
-from hfc_design.core.records import UserError
+from hfc_design.files.design import design_json, parse_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design, own_scenario
 from hfc_design.runs import individuals
@@ -16,25 +21,7 @@ from hfc_design.simulation.evaluating import evaluate
 from hfc_design.stability.sectors import true_sectors
 from hfc_design.stability.stable_range import stable_range
 
-CIRCLE = "feed-drive-circle"
 KINDS = ("flc", "aflc")
-#: Of one length, the tests here and of other files share programs that take long to compile.
-SECONDS = "simulation.duration_s=4.0"
-
-
-def genome(kind, *changes):
-    return individuals.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
-
-
-def bred(own, count=60, rounds=4):
-    """A population after some rounds of mixing and wild mutation."""
-    rng = np.random.default_rng(5)
-    found = own.fresh(np.zeros(count, int), rng)
-    for _ in range(rounds):
-        other = taken(found, rng.permutation(count))
-        mixed = own.blended(found, other, rng.uniform(-0.25, 1.25, count))
-        found = own.mutated(mixed, np.full(count, 0.8), rng)
-    return found
 
 
 def test_terms_that_overlap_wholly_are_terms_of_a_design():
@@ -53,7 +40,7 @@ def test_terms_that_overlap_wholly_are_terms_of_a_design():
 def test_every_table_lies_in_the_stable_range_and_has_no_gap(kind):
     own = genome(kind)
     drive = stable_range(40.0, 0.055, 0.01)
-    found = bred(own)
+    found = bred(own, count=20)
     assert np.ptp(found.singletons, axis=0).max() > 10  # they do differ
     for k in range(len(found.tree)):
         individual = taken(found, slice(k, k + 1))
@@ -89,26 +76,25 @@ def test_a_start_inside_the_range_is_the_first_individual():
             assert (mine["left"] is None) == (theirs.left is None)
 
 
-def small(kind):
-    sizes = ["search.population=16", "search.generations=5"]
-    return load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS, *sizes])
+SIZES = ["search.population=16", "search.generations=3"]
+SMALL = load_scenario(CIRCLE, ["controller.kind=flc", "simulation.duration_s=4.0", *SIZES])
 
 
-@pytest.fixture(scope="module", params=["flc", pytest.param("aflc", marks=pytest.mark.slow)])
-def run(request, tmp_path_factory):
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
     """A run of few tables, and how often its programs were compiled."""
-    folder = tmp_path_factory.mktemp("runs") / request.param
+    folder = tmp_path_factory.mktemp("runs") / "flc"
     programs = (compiled.scores_needed, compiled.trajectories)
     for program in programs:
         program.clear_cache()
-    found = design.run(design.new_run(small(request.param), folder), folder)
+    found = design.run(design.new_run(SMALL, folder), folder)
     return found, [program._cache_size() for program in programs], folder
 
 
 def test_one_compilation_serves_all_tables(run):
     found, compilations, _ = run
     assert compilations == [1, 1]
-    assert found.search.generation == 5
+    assert found.search.generation == 3
 
 
 def test_the_run_folder_holds_the_design(run):
@@ -119,16 +105,15 @@ def test_the_run_folder_holds_the_design(run):
     assert again.fitness == found.evaluation.fitness
 
 
-def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
-    scenario = small("flc").model_copy(deep=True)
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    design.run(design.new_run(scenario, whole), whole)
+def test_stopped_and_resumed_equals_uninterrupted(run, tmp_path):
+    _, _, whole = run
+    parts = tmp_path / "parts"
 
     def stop(search):
-        if search.generation == 3:
+        if search.generation == 2:
             raise KeyboardInterrupt
 
-    own = design.new_run(scenario, parts)
+    own = design.new_run(SMALL, parts)
     with pytest.raises(KeyboardInterrupt):
         design.run(own, parts, stop)
     design.run(design.opened_run(parts), parts)
@@ -137,19 +122,64 @@ def test_stopped_and_resumed_equals_uninterrupted(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scenario", "changes", "words"),
+    ("scenario", "key", "value"),
     [
-        ("c-axis-ramp", ["controller={kind='flc'}"], ["controller.kind = 'flc'", "c-axis"]),
-        (CIRCLE, ["controller.kind='fuzzy'"], ["controller", "'fuzzy'", " aflc,"]),
-        (CIRCLE, ["controller.start=nobody"], ["controller", "nobody", "no such design"]),
-        (CIRCLE, ["controller.start=jee-koren-2004-pid"], ["controller", "start"]),
-        (CIRCLE, ["simulation.sample_time_s=0.005"], ["controller.start", "0.01", "0.005"]),
-        (CIRCLE, ["search.preset=lin-lee-1999"], ["lin-lee-1999", "hierarchies", "race"]),
-        (CIRCLE, ["controller.largest_integral_gain=-1.0"], ["largest_integral_gain", "-1.0"]),
+        ("c-axis-ramp", "controller", "{kind='flc'}"),
+        (CIRCLE, "controller.kind", "fuzzy"),
+        (CIRCLE, "controller.start", "nobody"),
+        (CIRCLE, "controller.start", "jee-koren-2004-pid"),
+        (CIRCLE, "simulation.sample_time_s", "0.005"),
+        (CIRCLE, "search.preset", "lin-lee-1999"),
+        (CIRCLE, "controller.largest_integral_gain", "-1.0"),
     ],
 )
-def test_searches_that_cannot_be(scenario, changes, words):
-    with pytest.raises(UserError) as refusal:
-        load_scenario(scenario, changes)
-    for word in [scenario, *words]:
-        assert word in str(refusal.value)
+def test_searches_that_cannot_be(scenario, key, value):
+    with refused() as found:
+        load_scenario(scenario, [f"{key}={value}"])
+    assert found.where == scenario
+
+
+def genome_of(design, folder):
+    (folder / "start.json").write_text(design_json(design))
+    start = ["controller.kind=flc", f"controller.start={folder / 'start.json'}"]
+    return individuals.genome_of(load_scenario("feed-drive-circle", start))
+
+
+def centred(rows, columns):
+    """A table of another program, with middle terms on 0."""
+    data = json.loads(design_json(made_up.named(3, rows, columns)))
+    heights = 4.0 * np.add.outer(np.arange(rows) - rows // 2, np.arange(columns) - columns // 2)
+    data["controller"]["rules"] = {"centroids": heights.tolist()}
+    for key in ("error_terms", "error_change_terms"):
+        terms = data["controller"][key]
+        for k, term in enumerate(terms):
+            centre = float(k - len(terms) // 2)
+            ends = {"left": centre - 1.0 if k else None}
+            ends["right"] = centre + 1.0 if k + 1 < len(terms) else None
+            term |= {"centre": centre, **ends}
+    return parse_design(json.dumps(data), "start.json")
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(3, 5), (7, 3), (11, 11)])
+def test_a_search_varies_tables_of_any_odd_size_within_the_stable_range(rows, columns, tmp_path):
+    start = centred(rows, columns)
+    own, random = genome_of(start, tmp_path), np.random.default_rng(1)
+    found = own.fresh(np.zeros(8, int), random)
+    found = own.mutated(found, np.full(8, 0.3), random)
+    found = own.blended(found, found, np.full(8, 0.5))
+    for k in range(8):
+        one = type(found)(*(part[k : k + 1] for part in found))
+        record = type(start.controller).model_validate(own.record(one))
+        assert record.rules.shape() == (rows, columns)
+        assert record.names == start.controller.names
+        labels = [term.label for term in record.error_change_terms]
+        assert labels == [term.label for term in start.controller.error_change_terms]
+        sectors = true_sectors(*record.table()[:3])
+        assert own.stable.contains(max(sectors.k1, 1e-3), sectors.k2)  # of 0 there is no range
+        assert min(sectors.k1_low, sectors.k2_low) >= -1e-9
+
+
+def test_a_search_needs_a_middle_term(tmp_path):
+    with refused() as found:
+        genome_of(made_up.named(2, 2, 11), tmp_path)
+    assert "error_terms" in found.refusal

@@ -1,133 +1,43 @@
 """The report of a run that designs a feed drive's fuzzy controller, and its pictures."""
 
-import re
+from types import SimpleNamespace
 
 import feed_oracle
 import numpy as np
 import pytest
-from feed_oracle import verdict_jk04
 from jk04 import CHANGE_TERMS, ERROR_TERMS, rule_singletons
 
-from hfc_design.controllers.aflc.section import at_the_end
 from hfc_design.controllers.flc import pictures as fuzzy_plots
 from hfc_design.controllers.flc.record import FlcDesign
 from hfc_design.controllers.flc.rules import LABELS
-from hfc_design.controllers.kind import Shown
 from hfc_design.controllers.surfaces import flat
-from hfc_design.files.design import Design
-from hfc_design.files.machine import SensorSettings
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
-from hfc_design.report.page import write_page
 from hfc_design.report.parts import sections
-from hfc_design.runs.run import Result, new_run
+from hfc_design.report.verdict import summary
 from hfc_design.runtime import Controller
-from hfc_design.search.loop import Archive, History, Search
-from hfc_design.simulation.evaluating import evaluate
+from hfc_design.simulation.evaluating import Evaluation, evaluate
 
 INFINITY = float("inf")
-#: Steps of JK04 Table 3; a linear loop with the drive of fig. 10 is stable up to 5.156 unit/BLU.
-ADAPTATION = {
-    "k_a": 0.5,
-    "k_b": 0.125,
-    "k_c": 1.0,
-    "stable_range": {"k1_max": 5.25, "k2_max": 3.5},
-}
+SHORT = {"simulation.duration_s": 0.5}
 
 
-@pytest.fixture(scope="module", params=["flc", pytest.param("aflc", marks=pytest.mark.slow)])
-def report(request, tmp_path_factory):
-    """The arguments of ``write_page`` for each kind of design, and its page."""
-    folder = tmp_path_factory.mktemp(request.param) / "run"
-    changes = ["simulation.duration_s=4.0", f"controller.kind={request.param}"]
-    scenario = new_run(load_scenario("feed-drive-circle", changes), folder)
-    record = load_design(f"jee-koren-2004-{request.param}").model_dump()
-    record["plant"]["parameters"] = {"gain": 40.0}
-    if request.param == "aflc":
-        record["controller"]["adaptation"] = ADAPTATION
-    design = Design.model_validate(record)
-    history = History(np.array([0.1]), np.array([0.1]), np.array([0]), np.array([1]))
-    result = Result(
-        design, evaluate(design, scenario), Search(1, None, Archive(None, None), history)
+def test_summary_compares_contour_errors():
+    scenario = load_scenario("feed-drive-circle")
+
+    def off(rms):
+        metrics, contour = {"rms_contour_error_BLU": rms}, SimpleNamespace(unit="BLU")
+        return Evaluation(1.0, 1.0, False, None, metrics, np.empty(0), (), contour)
+
+    lost = off(None)._replace(diverged=True)
+    published = {f"jee-koren-2004-{kind}": off(rms) for kind, rms in (("aflc", 1.0), ("flc", 5.0))}
+    assert summary(scenario, off(2.0), published | {"jee-koren-2004-pid": lost}) == (
+        "The controller reaches a contour error of 2 BLU rms on feed-drive-circle: that of the "
+        "AFLC of Jee & Koren (2004) is 0.5 times as large (1 BLU), that of their FLC is 2.5 times "
+        "as large (5 BLU) and their PID diverges there."
     )
-    rivals = {name: evaluate(load_design(name), scenario) for name in ("jee-koren-2004-pid",)}
-    arguments = scenario, result, folder, rivals
-    write_page(*arguments)
-    return arguments, (folder / "report.html").read_text()
-
-
-def rows_of(page):
-    """First cell -> the other cells of every table's rows."""
-    rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', page)
-    return {name: re.findall(r'<td class="value">(.*?)</td>', rest) for name, rest in rows}
-
-
-def test_page_holds_the_design(report):
-    (_, result, folder, _), page = report
-    titles = re.findall("<h2>(.*?)</h2>", page)
-    adapts = result.design.controller.kind == "aflc"
-    assert ("What the adaptation made of it" in titles) == adapts
-    assert titles[:3] == ["Can I use it?", "What it does", "How good it is"]
-    assert titles[3:5] == ["On other machines", "The controller"]
-    assert titles[-3:] == ["Stability", "How it was found", "How to run it again"]
-    assert page.count("<img") == (13 if adapts else 7)
-    text = re.sub(r'src="[^"]*"', "", page).partition("Configuration")[0]
-    for word in ("ierarch", "PD part", "pindle", "oltage", "Lin &amp; Lee", "structures"):
-        assert word not in text
-    rows = rows_of(page)
-    assert rows["integral gain"] == ["0", "unit/(BLU s)"]
-    assert float(rows["rms contour error [BLU]"][0]) == pytest.approx(
-        result.evaluation.metrics["rms_contour_error_BLU"], rel=1e-3
-    )
-    if adapts:
-        assert rows["step of an edge of an error term, k_a"] == ["0.5", "BLU"]
-        assert rows["step of an edge of a term of the change, k_b"] == ["0.125", "BLU"]
-        assert rows["step of a command in the rule table, k_c"] == ["1", "unit"]
-        assert rows["limit of the adaptation, K₁"] == ["5.25", "unit/BLU"]
-        assert rows["limit of the adaptation, K₂"] == ["3.5", "unit/BLU"]
-        assert rows["limit of the adaptation"] == ["5.25", "3.5", "no"]
-    # JK04 eq. 13: 32 units at 21 BLU; 16 at 14 and 8 at 7 are less
-    assert rows["table, eq. 13 and 14"][0] == "1.524"
-    assert (folder / "tables" / "rules.csv").exists()
-
-
-def test_same_run_gives_the_same_bytes(report):
-    arguments, page = report
-    write_page(*arguments)
-    assert (arguments[2] / "report.html").read_text() == page
-
-
-def test_adapted_table_is_that_of_a_plain_transcription(report):
-    scenario, result, _, _ = report[0]
-    design, own = result.design, result.evaluation
-    title = "What the adaptation made of it"
-    titles = [section.title for section in sections(design, own, scenario)]
-    if design.controller.kind == "flc":
-        assert title not in titles
-        return
-    assert title in titles
-    signals = {axis.name: axis.told() for axis in own.axes}
-    found = at_the_end(design.controller, Shown(own.machine, scenario.plant.values(), signals))
-    assert list(found) == ["X", "Y"]
-    for axis, record in zip(own.axes, found.values(), strict=True):
-        expected = feed_oracle.Adaptive(
-            ERROR_TERMS,
-            CHANGE_TERMS,
-            rule_singletons("I"),
-            (0.5, 0.125, 1.0),
-            verdict_jk04,
-            (5.25, 3.5),
-        )
-        for error in axis.reference - np.round(axis.motion.state.position):
-            expected.step(error)
-        assert expected.c != [list(row) for row in rule_singletons("I")]
-        np.testing.assert_allclose(record.rules.centroids, expected.c, atol=1e-9)
-        np.testing.assert_allclose(record.table().error_terms, expected.a, atol=1e-9)
-        np.testing.assert_allclose(record.table().change_terms, expected.b, atol=1e-9)
-    noisy = scenario.model_copy(update={"sensors": SensorSettings(noise=0.3)})
-    assert title not in [section.title for section in sections(design, own, noisy)]
-    lost = own._replace(diverged=True)
-    assert title not in [section.title for section in sections(design, lost, scenario)]
+    assert summary(scenario, off(2.0), {}).endswith("2 BLU rms on feed-drive-circle.")
+    assert "diverges on feed-drive-circle" in summary(scenario, lost, published)
 
 
 def flc():
@@ -137,7 +47,7 @@ def flc():
 def test_only_what_adapts_has_an_adapted_table():
     with pytest.raises(ValueError, match="kind flc does not adapt"):
         Controller(load_design("jee-koren-2004-flc")).adapted()
-    design, scenario = load_design("pd-only"), load_scenario("c-axis-ramp")
+    design, scenario = load_design("pd-only"), load_scenario("c-axis-ramp", SHORT)
     (section,) = sections(design, evaluate(design, scenario), scenario)
     assert section.listing.caption == "Gains of the kind pd."
     assert section.drawings == []

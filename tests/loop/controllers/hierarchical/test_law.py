@@ -11,9 +11,17 @@ from hfc_design.controllers.hierarchical.law import (
     LIN_LEE_TERMS,
     Term,
     averaged,
+    hierarchical,
     membership,
     memberships,
 )
+from hfc_design.controllers.hierarchical.record import HierarchicalDesign, layout_of
+from hfc_design.controllers.hierarchical.tree import (
+    all_sources,
+    trees,
+)
+from hfc_design.core.numbers import SCALARS
+from hfc_design.files.pairing import load_design
 from hfc_design.simulation.closed_loop import LANES
 
 TABLE = np.random.default_rng(2).uniform(-1.0, 1.0, (7, 7))
@@ -27,31 +35,6 @@ def infer(xp, terms, table, column, row):
 @jax.jit
 def inferred(table, column, row):
     return infer(LANES, LIN_LEE_TERMS, table, column, row)
-
-
-# By hand: exp(-rate (|u - centre| - half_width)^2), 1 on the flat top.
-@pytest.mark.parametrize(
-    ("term", "u", "degree"),
-    [
-        ("f1", -1.05, 1.0),
-        ("f1", -0.9, 1.0),
-        ("f1", -0.4, exp(-4 * 0.5**2)),
-        ("f1", -1.6, exp(-4 * 0.5**2)),  # both sides fall, also outside the universe
-        ("f2", -0.64, 1.0),
-        ("f2", -0.5, exp(-8 * 0.05**2)),
-        ("f3", -0.2, 1.0),
-        ("f3", 0.05, exp(-32 * 0.25**2)),
-        ("f4", 0.25, exp(-2)),
-        ("f4", -0.125, exp(-0.5)),
-        ("f5", 0.7, exp(-8)),
-        ("f6", 0.0, exp(-8 * 0.55**2)),
-        ("f7", 0.5, exp(-4 * 0.4**2)),
-        ("f7", 1.1, 1.0),
-    ],
-)
-def test_membership_by_hand(term, u, degree):
-    (found,) = (t for t in LIN_LEE_TERMS if t.label == term)
-    assert membership(LANES, found, np.float64(u)) == pytest.approx(degree, rel=1e-14)
 
 
 def gauss2mf(x, sigma1, c1, sigma2, c2):
@@ -118,3 +101,61 @@ def test_float32_is_close_to_float64():
         single = inferred(TABLE.astype(np.float32), np.float32(column), np.float32(row))
         assert single.dtype == np.float32
         assert single == pytest.approx(oracle.infer(TABLE, column, row), abs=1e-6)
+
+
+@pytest.mark.parametrize(("inputs", "sample"), [(2, 1), (6, 100)])
+def test_trees_as_data_equal_recursion(inputs, sample):
+    random = np.random.default_rng(inputs)
+    chosen = random.permutation(len(trees(inputs)))[:sample]
+
+    @jax.jit
+    def evaluated(values, pairs, tables):
+        values = list(values)
+        for (column, row), table in zip(pairs, tables, strict=True):
+            in_column, in_row = (
+                memberships(LANES, LIN_LEE_TERMS, LANES.pick(dict(enumerate(values)), source))
+                for source in (column, row)
+            )
+            values.append(averaged(LANES, table, in_column, in_row))
+        return values[-1]
+
+    for k in chosen:
+        values = random.uniform(-1.0, 1.0, inputs)
+        tables = random.uniform(-1.5, 1.5, (inputs - 1, 7, 7))
+        pairs = all_sources(inputs)[k]
+        wanted = oracle.output(oracle.nested(inputs, pairs.tolist(), tables), values.tolist())
+        assert evaluated(values, pairs, tables) == pytest.approx(wanted, rel=1e-12, abs=1e-13)
+
+
+SIGNALS = dict(zip(("error", "deflection", "deflection_rate"), (0.011, -0.004, 0.02), strict=True))
+
+
+SIGNALS |= {"error_rate": -0.03, "spindle_velocity": 0.017}
+
+
+def turned(record: HierarchicalDesign) -> HierarchicalDesign:
+    """The same hierarchy with columns as rows."""
+    data = record.model_dump()
+    for unit in data["units"]:
+        unit["column_input"], unit["row_input"] = unit["row_input"], unit["column_input"]
+        unit["consequents"] = np.array(unit["consequents"]).T.tolist()
+    return HierarchicalDesign.model_validate(data)
+
+
+def command(xp, record, gains):
+    law = hierarchical(layout_of(record), record.sample_time_s)
+    return law.step(xp, gains, law.initial_memory(0.0), SIGNALS)[0]
+
+
+@pytest.mark.parametrize(
+    ("design", "canonical"), [("lin-lee-1999-table-1", True), ("lin-lee-1999-table-2", False)]
+)
+def test_a_turned_hierarchy_commands_the_same(design, canonical):
+    record = load_design(design).controller
+    other = turned(record)
+    assert layout_of(record).canonical is canonical
+    assert not layout_of(other).canonical
+    exact = command(SCALARS, record, record.gains())
+    assert command(SCALARS, other, other.gains()) == pytest.approx(exact, rel=1e-12)
+    found = jax.jit(lambda own: command(LANES, other, own))(jax.tree.map(np.asarray, other.gains()))
+    assert found == pytest.approx(exact, rel=1e-12)

@@ -2,24 +2,14 @@
 
 import numpy as np
 import pytest
+from linear_designs import design
 from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete, dlsim
 from sledge import imported
 
 from hfc_design import api
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.files.design import Design
 from hfc_design.runtime import Controller
-
-
-def design(limit=None, plant="c-axis", every=0.01, **own):
-    data = {
-        "name": "mine",
-        "plant": {"name": plant, "parameters": {}},
-        "controller": {"kind": "pid+ff", "sample_time_s": every, "kp": 0.0} | own,
-        "limits": {"command": limit} if limit else {},
-    }
-    return Design.model_validate(data)
 
 
 def test_the_simulator_steps_the_same_law():

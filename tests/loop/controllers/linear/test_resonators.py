@@ -2,39 +2,18 @@
 
 import numpy as np
 import pytest
+from linear_designs import EVERY, STILL, design, filters, one, plant
 from made_up import limited, linear, resonating
 from scipy.linalg import solve_discrete_are
-from scipy.signal import cont2discrete
 from sledge import imported
 
 from hfc_design import api
 from hfc_design.controllers.linear import model as of_drive
-from hfc_design.files.design import Design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 from hfc_design.stability.margins import margins
 
-EVERY = 0.01
 FREQUENCIES = [5.0, 20.0]
-MASS, FRICTION = 2.0, 3.0
-
-
-def design(limit=None, **own):
-    data = {
-        "name": "mine",
-        "plant": {"name": "c-axis", "parameters": {}},
-        "controller": {"kind": "pid+ff", "sample_time_s": EVERY, "kp": 0.0} | own,
-        "limits": {"command": limit} if limit else {},
-    }
-    return Design.model_validate(data)
-
-
-def one(frequency, in_phase, quadrature):
-    return {"frequency_rad_s": frequency, "in_phase": in_phase, "quadrature": quadrature}
-
-
-def told(error):
-    return {"error": error, "error_rate": 0.0, "reference_rate": 0.0, "reference_acceleration": 0.0}
 
 
 def of_sledge(kind, frequencies=FREQUENCIES, **settings):
@@ -46,20 +25,6 @@ def of_sledge(kind, frequencies=FREQUENCIES, **settings):
     return genome_of(api.load_scenario({**whole, "simulation": {"sample_time_s": EVERY}}))
 
 
-def plant():
-    """(a, b) of place and speed, held for a sample."""
-    rates = np.array([[0.0, 1.0], [0.0, -FRICTION / MASS]])
-    a, b, *_ = cont2discrete((rates, np.array([[0.0], [1.0 / MASS]]), np.eye(2), 0), EVERY)
-    return a, b[:, 0]
-
-
-def filters(in_phase, quadrature, angle):
-    """Numerator and denominator in z^-1: T (p (z - cos) - q sin) / (z^2 - 2 cos z + 1)."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    above = EVERY * np.array([0.0, in_phase, -in_phase * cosine - quadrature * sine])
-    return above, np.array([1.0, -2.0 * cosine, 1.0])
-
-
 def simulated(record, load):
     """Errors of the sledge under a load of each sample, in the runtime."""
     a, b = plant()
@@ -67,7 +32,7 @@ def simulated(record, load):
     state, errors = np.zeros(2), []
     for force in load.tolist():
         errors.append(-state[0])
-        signals = told(-state[0]) | {"error_rate": -state[1]}
+        signals = STILL | {"error": -state[0]} | {"error_rate": -state[1]}
         state = a @ state + b * (controller.step(signals) - force)
     return np.array(errors)
 

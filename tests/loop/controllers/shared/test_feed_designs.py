@@ -1,140 +1,42 @@
-"""Feed-drive design files: the loop and the runtime agree; what is wrong in one is named."""
-
-import json
-from functools import partial
+"""Feed-drive design files: the loop and the runtime agree."""
 
 import feed_oracle
 import jax
-import jax.numpy as jnp
-import made_up
 import numpy as np
 import pytest
-from jax import lax
+from feed_designs import DESIGNS, LARGE, changed, five, jax_motion, runtime_motion
 from lifted import controller_of
 
-from hfc_design.controllers.controller import View
-from hfc_design.core import devices
-from hfc_design.files.design import design_json, parse_design
-from hfc_design.files.pairing import load_design
-from hfc_design.runtime import Controller
-from hfc_design.simulation.closed_loop import LANES
-from hfc_design.simulation.stepping import _rows
 
-devices.configure()
+@pytest.fixture(scope="module")
+def rough():
+    """A rough reference, and five individuals of which the first is the design."""
+    name = LARGE[0]
+    controller, one = controller_of(DESIGNS[name])
+    random = np.random.default_rng(3)
 
-NAMES = [
-    "jee-koren-2004-pid",
-    "jee-koren-2004-flc",
-    "jee-koren-2004-aflc",
-    "jee-koren-1995-soflc",
-]
-X_AXIS = {
-    "forward": [0.05, -1.16, 6.54],
-    "backward": [-0.04, -1.0, -6.43],
-    "highest_velocity_mm_s": 12.0,
-    "breakaway": [6.54, -6.43],
-    "smallest_error": 2.0,
-}
+    def varied(leaf):
+        factors = random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,))
+        factors[..., 0] = 1.0
+        return leaf * factors
 
-
-def changed(name, **controller):
-    """A built-in design with keys of its controller replaced."""
-    data = json.loads(design_json(load_design(name)))
-    data["controller"] |= controller
-    return parse_design(json.dumps(data), "mine.json")
-
-
-DESIGNS = {name: load_design(name) for name in NAMES}
-for kind in ("2004-flc", "2004-aflc", "1995-soflc"):
-    DESIGNS[f"{kind} with all terms"] = changed(
-        f"jee-koren-{kind}", integral_gain=8.0, low_velocity=X_AXIS
-    )
-DESIGNS["2004-aflc with options"] = made_up.with_options("aflc", 5)
-DESIGNS["pid with a dead zone"] = changed("jee-koren-2004-pid", dead_zone=1.0)
-for form in ("P", "PI"):
-    DESIGNS[f"flc {form}"] = changed("jee-koren-2004-flc", form=form)
-#: Of these also populations are compiled.
-LARGE = ("2004-aflc with all terms", "1995-soflc with all terms")
-
-
-def circle(count=600):
-    """Reference of a circle's axis in whole BLU."""
-    return np.rint(1000.0 * (1 - np.cos(2 * np.pi * np.arange(count) / 400))).tolist()
-
-
-def drive(position, velocity, command):
-    """A drive of gain 28.3 and 55 ms under a held command, in 10 ms."""
-    velocity = velocity + 0.01 / 0.055 * (28.3 * command - velocity)
-    return position + 0.01 * velocity, velocity
-
-
-def signals_of(position, velocity, reference, floor):
-    return {"error": reference - floor(position + 0.5), "velocity": velocity, "position": position}
-
-
-def runtime_motion(design, references):
-    controller = Controller(design)
-    position = velocity = 0.0
-    for reference in references:
-        command = controller.step(signals_of(position, velocity, reference, np.floor))
-        yield command
-        position, velocity = drive(position, velocity, float(np.clip(command, -128, 127)))
-
-
-def jax_motion(controller, gains, references, dtype=np.float64):
-    """Commands (steps, individuals) of a population under vmap, sliced as in the simulator."""
-    gains = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), gains)
-    found = _jax_motion(controller, gains, jnp.asarray(references, dtype))
-    assert found.dtype == dtype
-    return np.asarray(found)
-
-
-@partial(jax.jit, static_argnums=0)
-def _jax_motion(controller, gains, references):
-    zeros = jnp.zeros(jax.tree.leaves(gains)[0].shape[-1], references.dtype)
-    start = controller.initial_memory(zeros), zeros, zeros
-
-    def sample(gains, carry, reference):
-        memory, position, velocity = carry
-        signals = signals_of(position, velocity, reference, jnp.floor)
-        (command,), memory = controller.step(LANES, gains, memory, View((signals,)))
-        moved = drive(position, velocity, jnp.clip(command, -128, 127))
-        return (memory, *moved), command
-
-    every = jax.vmap(sample, in_axes=(0, 0, None))
-
-    def body(carry, reference):
-        return every(jax.tree.map(_rows, gains), carry, reference)
-
-    return lax.scan(body, start, references)[1]
-
-
-def five(gains):
-    """A population of five that are alike, for which a population of five has been compiled."""
-    return jax.tree.map(lambda leaf: np.repeat(leaf, 5, axis=-1), gains)
-
-
-@pytest.mark.parametrize("name", ["jee-koren-2004-aflc", "jee-koren-1995-soflc"])
-def test_the_loop_equals_the_runtime_on_a_rough_reference(name):
-    design = DESIGNS[name]
     reference = feed_oracle.errors(600, 3)
+    many = jax.tree.map(varied, one)
+    return DESIGNS[name], controller, many, reference, jax_motion(controller, many, reference)
+
+
+def test_the_loop_equals_the_runtime_on_a_rough_reference(rough):
+    design, _, _, reference, found = rough
     expected = list(runtime_motion(design, reference))
-    found = jax_motion(*controller_of(design), reference)
     np.testing.assert_allclose(found[:, 0], expected, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", LARGE)
-def test_a_population_equals_its_individuals(name):
-    controller, one = controller_of(DESIGNS[name])
-    random = np.random.default_rng(3)
-    many = jax.tree.map(
-        lambda leaf: leaf * random.uniform(0.95, 1.05, (1,) * (leaf.ndim - 1) + (5,)), one
-    )
-    together = jax_motion(controller, many, circle())
+def test_a_population_equals_its_individuals(rough):
+    _, controller, many, reference, together = rough
     assert np.ptp(together[-1]) > 0.1
     for k in range(5):
         own = jax.tree.map(lambda leaf, k=k: leaf[..., k : k + 1], many)
-        alone = jax_motion(controller, five(own), circle())
+        alone = jax_motion(controller, five(own), reference)
         np.testing.assert_allclose(together[:, k], alone[:, 0], rtol=1e-12, atol=1e-12)
 
 

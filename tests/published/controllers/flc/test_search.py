@@ -1,8 +1,8 @@
 """The search of a feed drive's fuzzy controllers: its genome, and what comes out of it."""
 
 import jax
-import numpy as np
 import pytest
+from feed_genomes import CIRCLE, bred, genome
 
 from hfc_design.controllers.genome import taken
 from hfc_design.files.named_scenario import load_scenario
@@ -13,25 +13,9 @@ from hfc_design.simulation import population as simulate
 from hfc_design.simulation.closed_loop import closed_loop
 from hfc_design.simulation.evaluating import evaluate
 
-CIRCLE = "feed-drive-circle"
 KINDS = ("flc", "aflc")
 #: Of one length, the tests here and of other files share programs that take long to compile.
 SECONDS = "simulation.duration_s=4.0"
-
-
-def genome(kind, *changes):
-    return individuals.genome_of(load_scenario(CIRCLE, [f"controller.kind={kind}", *changes]))
-
-
-def bred(own, count=60, rounds=4):
-    """A population after some rounds of mixing and wild mutation."""
-    rng = np.random.default_rng(5)
-    found = own.fresh(np.zeros(count, int), rng)
-    for _ in range(rounds):
-        other = taken(found, rng.permutation(count))
-        mixed = own.blended(found, other, rng.uniform(-0.25, 1.25, count))
-        found = own.mutated(mixed, np.full(count, 0.8), rng)
-    return found
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -47,11 +31,6 @@ def test_gains_of_the_population_are_those_of_the_design_files(kind):
         judged, _ = simulate.trajectory(loop, machines, samples, gains)
         file = individuals.design_of(taken(found, slice(k, k + 1)), scenario)
         assert evaluate(file, scenario).fitness == pytest.approx(judged.values[0, 0], rel=1e-12)
-
-
-def small(kind):
-    sizes = ["search.population=16", "search.generations=5"]
-    return load_scenario(CIRCLE, [f"controller.kind={kind}", SECONDS, *sizes])
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from resuming import whole_and_in_parts
 
 from hfc_design import api
 from hfc_design.cli import main
@@ -24,21 +25,9 @@ def test_design_of_gains_ends_with_a_report_and_resumes(
             "simulation.duration_s": seconds,
         },
     )
-    whole = api.design(scenario, tmp_path / "whole")
-
-    class Stopped(Exception):
-        pass
-
-    def stop(search):
-        if search.generation == 2:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        api.design(scenario, tmp_path / "parts", stop)
-    again = api.design(scenario, tmp_path / "parts")
-    assert again.design == whole.design == api.design(scenario).design
-    for file in ("design.json", "history.csv", "report.html"):
-        assert (tmp_path / "parts" / file).read_bytes() == (tmp_path / "whole" / file).read_bytes()
+    files = ("design.json", "history.csv", "report.html")
+    whole = whole_and_in_parts(scenario, tmp_path, 2, files)
+    assert whole.design == api.design(scenario).design
     assert not (tmp_path / "whole" / "tables").exists()
     page = (tmp_path / "whole" / "report.html").read_text()
     assert f"Gains of the kind {kind}" in page

@@ -3,6 +3,8 @@
 import json
 
 import pytest
+from resuming import whole_and_in_parts
+from scheduled import SMALL, on_linear
 from sledge import hfc
 
 from hfc_design import api
@@ -13,19 +15,6 @@ from hfc_design.files.design import design_json
 from hfc_design.files.machine import PlantSettings
 from hfc_design.runs.individuals import genome_of
 from hfc_design.stability.margins import margins
-
-FILES = ("design.json", "history.csv", "checkpoint.npz")
-INPUTS = [
-    {"name": "error", "scale": 3000.0},
-    {"name": "error_rate", "scale": 50.0},
-    {"name": "reference_rate", "scale": 50.0},
-]
-SMALL = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 6}
-
-
-def on_linear(name="c-axis-ramp", part=None, **changes):
-    own = {"kind": "pd+hierarchical-fuzzy", "inputs": INPUTS, "linear": part or {}}
-    return api.load_scenario(name, {"controller": own, **SMALL, **changes})
 
 
 def test_without_tables_it_is_the_linear_loop():
@@ -45,21 +34,7 @@ def test_without_tables_it_is_the_linear_loop():
 @pytest.mark.parametrize("preset", ["cma", "race"])
 def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
     scenario = on_linear(**{"search.preset": preset})
-    whole = api.design(scenario, tmp_path / "whole")
-
-    class Stopped(Exception):
-        pass
-
-    def stop(search):
-        if search.generation == 4:
-            raise Stopped
-
-    with pytest.raises(Stopped):
-        api.design(scenario, tmp_path / "parts", stop)
-    assert api.design(scenario, tmp_path / "parts").design == whole.design
-    for name in FILES:
-        again, once = ((tmp_path / run / name).read_bytes() for run in ("parts", "whole"))
-        assert again == once
+    whole = whole_and_in_parts(scenario, tmp_path, 4)
     page = (tmp_path / "whole" / "report.html").read_text()
     assert "Gains of the linear part" in page
     assert "feed-forward of Coulomb friction" in page

@@ -1,5 +1,6 @@
 """What a search varies of linear controllers: optimal regulators against SciPy, ranges, starts."""
 
+import numpy as np
 import pytest
 
 from hfc_design import api
@@ -51,3 +52,19 @@ def test_each_axis_its_own():
     changes = {**small, "controller": {"kind": "per-axis", "axes": axes}}
     design = api.design(api.load_scenario("feed-drive-line", changes)).design
     assert [own.controller.kind for own in design.by_axis().values()] == ["lqi", "pid+ff"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_start_holds_against_a_load_that_is_told(kind):
+    """On the C-axis, friction and all: under a load of 5 rad/s a tenth of the error is left."""
+    load = {"sines": [{"amplitude": 1.0, "frequency_rad_s": 5.0}]}
+    late = {}
+    for frequencies in ((), (5.0,)):
+        own = {"kind": kind, "load_frequencies_rad_s": frequencies}
+        changes = {"load": load, "simulation.duration_s": 10.0, "controller": own}
+        start = api.load_scenario("c-axis-ramp", changes)
+        made = genome_of(start)
+        gains = {k: x for k, x in made.record(made.empty()).items() if k != "kind"}
+        found = api.evaluate(api.with_gains(start, kind, gains), start)
+        late[frequencies] = np.std(found.axes[0].motion.error[8700:])
+    assert 0.0 < late[(5.0,)] < 0.1 * late[()]

@@ -150,8 +150,7 @@ def test_soflc_steps_of_jk95():
         (1995, (0.5, 0.2, 1.0), (4.0, 6.79), "I", (5.0, 1.0), True),
     ],
 )
-@pytest.mark.parametrize("seed", [1, 2])
-def test_equals_a_plain_transcription(paper, rates, sectors, base, overlaps, narrows_zero, seed):
+def test_equals_a_plain_transcription(paper, rates, sectors, base, overlaps, narrows_zero):
     of_2004 = (blamed_aflc, feed_oracle.verdict_jk04)
     blamed, verdict = of_2004 if paper == 2004 else (blamed_soflc, feed_oracle.verdict_jk95)
     own = sectors and (Curve if len(sectors) == 3 else Rectangle)(*sectors)
@@ -166,7 +165,7 @@ def test_equals_a_plain_transcription(paper, rates, sectors, base, overlaps, nar
         overlaps,
         narrows_zero,
     )
-    errors = feed_oracle.errors(2000, seed)
+    errors = feed_oracle.errors(800, 1)
     commands, memories = zip(*stepped(gains, blamed, errors, narrows_zero), strict=True)
     expected = [plain.step(error) for error in errors]
     np.testing.assert_allclose(commands, expected, rtol=1e-9, atol=1e-9)
@@ -185,8 +184,7 @@ def no_gap(terms, overlap):
         assert low < right <= high
 
 
-@pytest.mark.parametrize("base", ["I", "II", "III"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("base", "seed"), [("I", 0), ("I", 1), ("II", 0), ("III", 0)])
 def test_driven_hard_it_stays_inside(base, seed):
     k1, k2 = 1.9, 4.0
     gains = gains_of((0.5, 0.125, 4.0), Rectangle(k1, k2), base)
@@ -234,11 +232,11 @@ def test_resting_on_the_reference_moves_nothing():
 
 def test_terms_keep_the_overlap_that_they_are_told():
     gains = gains_of(overlaps=(3.0, 0.5))
-    for _, memory in stepped(gains, blamed_aflc, feed_oracle.errors(1000, 7)):
+    for _, memory in stepped(gains, blamed_aflc, feed_oracle.errors(500, 7)):
         error_terms, change_terms, _ = aflc.current(gains, memory)[:3]
         no_gap(error_terms, 3.0)
         no_gap(change_terms, 0.5)
-    *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(1000, 7))
+    *_, (_, memory) = stepped(gains_of(), blamed_aflc, feed_oracle.errors(500, 7))
     error_terms, _, _ = aflc.current(gains_of(), memory)[:3]
     assert error_terms[PS][2] - error_terms[PM][0] < 3.0  # else one step is enough
 
@@ -274,7 +272,7 @@ def test_driven_hard_it_stays_below_the_curve_of_fig_4():
     gains = gains_of((0.5, 0.125, 4.0), Curve(7.2, 9.0, FIG_4), overlaps=(3.0, 0.5))
     found = []
     for k, (_, memory) in enumerate(stepped(gains, blamed_aflc, feed_oracle.errors(1500, 10))):
-        if k % 50 == 0:
+        if k % 100 == 0:
             own = true_sectors(*aflc.current(gains, memory)[:3])
             assert own.k1_low >= 0.0
             assert own.k2 <= stable.k2(own.k1) * (1 + 1e-8)  # the oracle rounds edges

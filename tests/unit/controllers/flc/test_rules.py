@@ -6,9 +6,9 @@ import made_up
 import numpy as np
 import pytest
 from shaken import shaken
+from wording import refused
 
 from hfc_design.controllers.flc.rules import nearest_labels
-from hfc_design.core.records import UserError
 from hfc_design.files.design import design_json, named_design, parse_design
 
 FLC = "jee-koren-2004-flc"
@@ -35,9 +35,9 @@ def test_a_larger_label_cannot_have_a_smaller_number():
     own = named_design(FLC)
     table = [list(row) for row in own.controller.rules.centroids]
     table[1][2] = 9.0  # an NM above the PS of 8
-    told = r"mine.json: controller.rules.labels.1.2 = 'NM' is 9 and labels.\d.\d = 'NS' is -8: a"
-    with pytest.raises(UserError, match=told):
+    with refused() as found:
         parsed(own, centroids=table)
+    assert "controller.rules.labels.1.2 = 'NM' is 9" in found.refusal
     assert parsed(own, centroids=table, labels=None).labels[1][2] == "PS"
     table[1][2] = -9.0  # between its neighbours
     assert parsed(own, centroids=table).labels == own.controller.rules.labels
@@ -49,13 +49,12 @@ def test_a_named_singleton_is_one_number():
     assert parsed(own, centroids=None) == rules
     table = [list(row) for row in rules.centroids]
     table[1][0] += 1.0
-    told = r"rules.centroids.1.0 = .*: its label (slow|fast) stands for .* in output_terms"
-    with pytest.raises(UserError, match=told):
+    with refused() as found:
         parsed(own, centroids=table)
-    with pytest.raises(
-        UserError, match=r"labels.0.0 = 'PL': is no output term; there is slow, fast"
-    ):
+    assert "rules.centroids.1.0 = " in found.refusal
+    with refused() as found:
         parsed(own, labels=[["PL"] * 3] * 2)
+    assert "rules.labels.0.0 = 'PL'" in found.refusal
 
 
 def test_what_adapts_is_labelled_by_what_it_is_by_now():
@@ -71,18 +70,19 @@ def test_what_adapts_is_labelled_by_what_it_is_by_now():
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    "change",
     [
-        ({"rules": {"centroids": [[0.0] * 3] * 4}}, r"has 4 x 3 entries; 5 error_terms and 3 err"),
-        ({"names": {"error": "a", "output": "A"}}, "two of error, error_change, output are called"),
-        ({"names": {"error": "e; DROP"}}, "controller.names.error = 'e; DROP'"),
+        {"rules": {"centroids": [[0.0] * 3] * 4}},
+        {"names": {"error": "a", "output": "A"}},
+        {"names": {"error": "e; DROP"}},
     ],
 )
-def test_shapes_and_names_that_do_not_fit(change, told):
+def test_shapes_and_names_that_do_not_fit(change):
     data = json.loads(design_json(made_up.fuzzy("flc", 1, 5, 3)))
     data["controller"] |= change
-    with pytest.raises(UserError, match=told):
+    with refused() as found:
         parse_design(json.dumps(data), "mine.json")
+    assert f"controller.{next(iter(change))}" in found.refusal
 
 
 def test_a_number_between_two_labels_has_the_lower_one_of_both():

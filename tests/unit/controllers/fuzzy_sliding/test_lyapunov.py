@@ -76,7 +76,7 @@ STARTS = [[30.0, 0.0], [-5.0, 800.0], [0.0, 0.0], [50.0, -1500.0]]
 WANTED = np.array(table()) + np.random.default_rng(5).uniform(-30.0, 30.0, (7, 7))
 
 
-def growth(every, seconds=0.3):
+def growth(every, seconds=0.2):
     """The most that V rises in a sample, in shares of it, and V at the end in shares of the first.
 
     The exact loop has no rise; the sampled one some, of second order in the sample time.

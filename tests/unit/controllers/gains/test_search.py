@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from chance import mean_is, normal, uniform
+from wording import refused
 
 from hfc_design import api
 from hfc_design.controllers.gains.genome import GainsGenome, GainVectors
+from hfc_design.controllers.genome import taken
 from hfc_design.controllers.kinds import KINDS
 from hfc_design.search.loop import generations, searcher
 from hfc_design.search.strategies.race import RaceSettings
@@ -61,31 +64,70 @@ def test_the_race_finds_the_best_gains(seed):
     assert found.k_d[0] == pytest.approx(-0.5, abs=1e-3)
 
 
-NO_RANGE = "no range; those that 'pd' has are for c-axis, not for"
+@pytest.mark.parametrize(("plant", "kind"), [("milling-table", "pd"), ("c-axis", "pid")])
+def test_ranges_are_for_plants_of_their_units(plant, kind):
+    def loaded(**ranges):
+        own = {"controller": {"kind": kind, **ranges}}
+        return api.load_scenario({"plant": {"name": plant}, **own})
 
-
-@pytest.mark.parametrize(
-    ("plant", "kind", "told"),
-    [
-        (
-            "milling-table",
-            "pd",
-            rf"controller.ranges: kp, kd: {NO_RANGE} milling-table \(errors in",
-        ),
-        (
-            "c-axis",
-            "pid",
-            r"k_p, k_i, k_d: no range; .* not for c-axis \(errors in rad, commands in",
-        ),
-    ],
-)
-def test_ranges_are_for_plants_of_their_units(plant, kind, told):
-    scenario = {"plant": {"name": plant}, "controller": {"kind": kind}}
-    with pytest.raises(api.UserError, match=told):
-        api.load_scenario(scenario)
+    with refused() as found:
+        loaded()
+    assert "controller.ranges" in found.refusal
     own = {key: [1.0, 2.0] for key in KINDS.get(kind).settings.own_ranges._fields}
-    part = dict(list(own.items())[1:])
-    with pytest.raises(api.UserError, match=f"controller.ranges: {next(iter(own))}: no range"):
-        api.load_scenario(scenario | {"controller": {"kind": kind, "ranges": part}})
-    found = api.load_scenario(scenario | {"controller": {"kind": kind, "ranges": own}})
-    assert set(found.controller.searched()) == {(1.0, 2.0)}
+    with refused() as found:
+        loaded(ranges=dict(list(own.items())[1:]))
+    assert f"controller.ranges: {next(iter(own))}" in found.refusal
+    assert set(loaded(ranges=own).controller.searched()) == {(1.0, 2.0)}
+
+
+COUNT = 20_000
+
+
+def middle(count=COUNT):
+    return taken(GENOME.empty(), np.zeros(count, int))
+
+
+def mutated(population, step, seed=31):
+    return GENOME.mutated(population, np.full(COUNT, step), np.random.default_rng(seed))
+
+
+def test_first_gains_fill_their_ranges():
+    """Uniform: by its logarithm a gain that is always above zero, else by itself."""
+    found = GENOME.gains(GENOME.fresh(np.zeros(COUNT, int), np.random.default_rng(32)))
+    uniform(np.log10(found.k_p), -1.0, 3.0)
+    uniform(found.k_i, 0.0, 8.0)
+    uniform(found.k_d, -1.0, 3.0)
+    places = np.stack([np.log10(found.k_p), found.k_i, found.k_d])
+    assert np.abs(np.corrcoef(places) - np.eye(3)).max() < 5 / np.sqrt(COUNT)
+
+
+def test_mutation_moves_seven_of_ten_gains_by_half_a_step():
+    before = middle()
+    moved = (mutated(before, 0.1).places - before.places) / (0.5 * 0.1)
+    mean_is(moved != 0.0, np.full(3, 0.7))
+    normal(moved[moved != 0.0])
+
+
+def test_mutation_ends_at_the_ends_of_the_ranges():
+    """From the middle, an end is one standard deviation away."""
+    found = mutated(middle(), 1.0).places
+    for end in (0.0, 1.0):
+        mean_is(found == end, np.full(3, 0.7 * 0.15865525393145707))
+    assert found.min() == 0.0
+    assert found.max() == 1.0
+
+
+def test_mixing_goes_on_a_straight_line_within_the_ranges():
+    rng = np.random.default_rng(33)
+    one, other = (GENOME.fresh(np.zeros(500, int), rng) for _ in range(2))
+    share = rng.uniform(-0.25, 1.25, 500)
+    line = one.places.T * (1 - share) + other.places.T * share
+    found = GENOME.blended(one, other, share).places.T
+    np.testing.assert_allclose(found, line.clip(0.0, 1.0), atol=1e-15)
+    assert (found != line).any()
+
+
+def test_a_double_is_a_millionth_of_the_ranges_off():
+    before = middle()
+    off = GENOME.nudged(before, np.random.default_rng(34)).places - before.places
+    normal(off / 1e-6)

@@ -6,11 +6,11 @@ import feed_oracle
 import numpy as np
 import oracle
 import pytest
+from wording import refused
 
 from hfc_design.controllers.hierarchical import root as root_unit
 from hfc_design.controllers.hierarchical.root import Adaptation
 from hfc_design.core.numbers import SCALARS
-from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, parse_design
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
@@ -206,27 +206,23 @@ def test_the_file_holds_only_what_is_there():
 
 
 @pytest.mark.parametrize(
-    ("adaptation", "words"),
+    "adaptation",
     [
-        (
-            {"k_c": -1.0, "largest_move": 1.0},
-            ["controller.adaptation.k_c = -1.0", "has to be 0 or more"],
-        ),
-        ({"k_c": 1e-4}, ["controller.adaptation.largest_move: is missing"]),
-        ({"k_c": 1e-4, "largest_move": 0.0}, ["adaptation.largest_move = 0.0", "greater than 0"]),
-        ({"k_c": "fast", "largest_move": 1.0}, ["controller.adaptation.k_c = 'fast'"]),
-        (ADAPTING | {"error_scale": 0.0}, ["controller.adaptation.error_scale = 0.0"]),
-        (ADAPTING | {"k_a": 0.5}, ["controller.adaptation.k_a", "no such key"]),
-        (3.0, ["controller.adaptation = 3.0"]),
+        {"k_c": -1.0, "largest_move": 1.0},
+        {"k_c": 1e-4},
+        {"k_c": 1e-4, "largest_move": 0.0},
+        {"k_c": "fast", "largest_move": 1.0},
+        ADAPTING | {"error_scale": 0.0},
+        ADAPTING | {"k_a": 0.5},
+        3.0,
     ],
 )
-def test_records_that_are_not_allowed(adaptation, words):
+def test_records_that_are_not_allowed(adaptation):
     data = json.loads(design_json(load_design("lin-lee-1999-table-1")))
     data["controller"]["adaptation"] = adaptation
-    with pytest.raises(UserError) as refused:
+    with refused() as found:
         parse_design(json.dumps(data), "mine.json")
-    for word in ["mine.json: ", *words]:
-        assert word in str(refused.value)
+    assert "mine.json: controller.adaptation" in found.refusal
 
 
 def test_an_error_without_a_scale_is_refused():
@@ -234,8 +230,9 @@ def test_an_error_without_a_scale_is_refused():
     own = "controller.adaptation={k_c=1e-4,largest_move=1.0,error_scale=50.0}"
     assert load_scenario("c-axis-ramp", [inputs, own]).controller.adaptation is not None
     without = "controller.adaptation={k_c=1e-4,largest_move=1.0}"
-    with pytest.raises(UserError, match=r"controller\.adaptation\.error_scale: is missing"):
+    with refused() as found:
         load_scenario("c-axis-ramp", [inputs, without])
+    assert "controller.adaptation.error_scale" in found.refusal
     table = np.zeros((7, 7))
-    with pytest.raises(ValueError, match=r"adaptation\.error_scale: is missing"):
+    with pytest.raises(ValueError, match=r"adaptation\.error_scale"):
         unit_of(("deflection", "deflection_rate"), table, k_c=1e-4, largest_move=1.0)

@@ -6,6 +6,7 @@ import numpy as np
 import oracle
 import pytest
 from hierarchies import encode, valid
+from wording import refused
 
 from hfc_design.controllers.hierarchical.tree import (
     Unit,
@@ -171,15 +172,15 @@ def test_number_of_units():
 
 @pytest.mark.parametrize("gene", [[8, 0, 0, 0, 0], [-1, 0, 0], [0, 2, 1]])
 def test_gene_out_of_range_is_refused(gene):
-    with pytest.raises(ValueError, match=f"a gene of {len(gene)} inputs names units 0 to"):
+    with refused(ValueError):
         decode(gene)
 
 
 @pytest.mark.parametrize("inputs", [0, 1, 7])
 def test_number_of_inputs_out_of_range_is_refused(inputs):
-    with pytest.raises(ValueError, match=f"a hierarchy has 2 to 6 inputs, not {inputs}"):
+    with refused(ValueError):
         trees(inputs)
-    with pytest.raises(ValueError, match="a hierarchy has 2 to 6 inputs"):
+    with refused(ValueError):
         decode([0] * inputs)
 
 

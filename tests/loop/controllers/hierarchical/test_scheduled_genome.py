@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
+from scheduled import NAMES, SCALE, of_two_laws
 
-from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.core.checkpoint import flat
 from hfc_design.files.design import Design
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
 
-NAMES = ("reference_rate", "error", "spindle_velocity")
-SCALE = 50.0
 #: So narrow between flat tops that at a top one rule fires alone.
 STEEP = [
     {"label": f"t{k}", "centre": centre, "half_width": 0.12, "rate": 1e5}
@@ -19,21 +17,9 @@ STEEP = [
 ]
 
 
-def scenario_of(names=NAMES, **changes):
-    own = {
-        "inputs": [{"name": name, "scale": SCALE} for name in names],
-        "output_scale": 2.0,
-        "linear": {"expected_load": 5.0, "load_frequencies_rad_s": [1.0, 50.0]},
-        "schedules": True,
-        **changes,
-    }
-    small = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 8}
-    return api.load_scenario("c-axis-ramp", {"controller": own, "search.preset": "cma", **small})
-
-
 @pytest.fixture(scope="module")
 def genome():
-    return genome_of(scenario_of())
+    return genome_of(of_two_laws())
 
 
 def design_of(genome, individual):
@@ -99,7 +85,7 @@ def test_first_individuals_are_one_linear_law_whatever_the_tables(genome):
 
 def test_shares_of_nothing_and_of_everything_are_either_law():
     """At half the scale the first one, at rest and in fast motion the second, by the hand law."""
-    steep = genome_of(scenario_of(NAMES[:2], terms=STEEP))
+    steep = genome_of(of_two_laws(NAMES[:2], terms=STEEP))
     population, _ = two_laws(steep, [1.0, 0.0, 0.0, 1.0])
     design = design_of(steep, population)
     first, second = (columns(steep, population, law)[0] for law in (False, True))
@@ -116,7 +102,7 @@ def test_shares_of_nothing_and_of_everything_are_either_law():
 
 def test_in_between_it_is_the_weighted_average(genome):
     """Of Lin and Lee's terms, by exp and loops; the other inputs say nothing."""
-    pair = genome_of(scenario_of(NAMES[:2]))
+    pair = genome_of(of_two_laws(NAMES[:2]))
     shares = np.array([0.8, 0.3, -0.1, 1.2])
     population, _ = two_laws(pair, shares)
     design = design_of(pair, population)

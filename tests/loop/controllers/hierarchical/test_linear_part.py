@@ -5,9 +5,10 @@ import json
 import made_up
 import numpy as np
 import pytest
-from sledge import hfc, refused
+from scheduled import on_linear
+from sledge import hfc
+from wording import refused, refused_command
 
-from hfc_design import api
 from hfc_design.controllers.genome import taken
 from hfc_design.controllers.hierarchical.loop import open_loop, slopes
 from hfc_design.controllers.linear import model as linear
@@ -15,18 +16,6 @@ from hfc_design.files.design import Design, design_json
 from hfc_design.files.machine import PlantSettings
 from hfc_design.runs.individuals import genome_of
 from hfc_design.runtime import Controller
-
-INPUTS = [
-    {"name": "error", "scale": 3000.0},
-    {"name": "error_rate", "scale": 50.0},
-    {"name": "reference_rate", "scale": 50.0},
-]
-SMALL = {"simulation.duration_s": 0.2, "search.population": 12, "search.generations": 6}
-
-
-def on_linear(name="c-axis-ramp", part=None, **changes):
-    own = {"kind": "pd+hierarchical-fuzzy", "inputs": INPUTS, "linear": part or {}}
-    return api.load_scenario(name, {"controller": own, **SMALL, **changes})
 
 
 def alone(design):
@@ -136,38 +125,39 @@ def test_a_slope_counts_as_a_gain_and_the_sample_before_as_a_state():
 
 
 @pytest.mark.parametrize(
-    ("part", "told"),
+    ("key", "part"),
     [
-        ({"signals": ["torque"]}, "controller.linear.signals: 'torque' is no signal of the c-axis"),
-        ({"ranges": {"kp": [1, 2]}}, "controller.linear.ranges.kp: unknown; there is integral"),
-        ({"tolerances": {"error": 1.0}}, "controller.linear.tolerances: need limits.command"),
-        ({"coulomb_width": 0.0}, "controller.linear.coulomb_width = 0.0"),
-        ({"kind": "lqr"}, "controller.linear.kind = 'lqr'"),
-        ({"signals": ["deflection_rate", "rotor_velocity"]}, "controller.linear.signals: 'rotor_"),
+        ("signals", {"signals": ["torque"]}),
+        ("signals", {"signals": ["deflection_rate", "rotor_velocity"]}),
+        ("ranges.kp", {"ranges": {"kp": [1, 2]}}),
+        ("tolerances", {"tolerances": {"error": 1.0}}),
+        ("coulomb_width", {"coulomb_width": 0.0}),
+        ("kind", {"kind": "lqr"}),
     ],
 )
-def test_settings_that_cannot_be_searched_are_told_by_their_key(part, told):
-    with pytest.raises(api.UserError) as refusal:
+def test_settings_that_cannot_be_searched_are_told_by_their_key(key, part):
+    with refused() as found:
         genome_of(on_linear(part=part))
-    assert told in str(refusal.value)
-    assert "\n" not in str(refusal.value)
+    assert f"controller.linear.{key}" in found.refusal
+    assert "\n" not in found.refusal
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    "change",
     [
-        ({"signals": {"torque": 1.0}}, "reads 'torque', no signal of the plant 'c-axis'; there is"),
-        ({"signals": {"error": 1.0}}, "linear.signals.error: has a gain of its own name"),
-        ({"feed_forward": {"coulomb": 1.0}}, "linear.feed_forward.coulomb_width: is missing"),
-        ({"feed_forward": {"load": "x"}}, "linear.feed_forward.load = 'x'"),
-        ({"kp": 1.0}, "linear.kp = 1.0"),
+        {"signals": {"torque": 1.0}},
+        {"signals": {"error": 1.0}},
+        {"feed_forward": {"coulomb": 1.0}},
+        {"feed_forward": {"load": "x"}},
+        {"kp": 1.0},
     ],
 )
-def test_a_file_that_is_none_is_told_in_a_line(change, told, tmp_path):
+def test_a_file_that_is_none_is_told_in_a_line(change, tmp_path):
     data = json.loads(design_json(made_up.hierarchy_on_linear(7)))
     data["controller"]["linear"] = change
     (tmp_path / "mine.json").write_text(json.dumps(data))
-    assert told in refused("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
+    found = refused_command("score", tmp_path / "mine.json", "--scenario", "c-axis-ramp")
+    assert len(found.splitlines()) == 1
 
 
 def test_a_signal_may_be_an_input_too():
@@ -178,8 +168,9 @@ def test_a_signal_may_be_an_input_too():
 
 
 def test_the_paper_s_algorithm_searches_a_pd_alone():
-    with pytest.raises(api.UserError, match="beside a PD alone; use cma or race"):
+    with refused() as found:
         on_linear(**{"search.preset": "lin-lee-1999"})
+    assert "search.preset" in found.refusal
 
 
 def test_what_the_population_does_the_design_file_does():

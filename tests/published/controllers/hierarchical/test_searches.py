@@ -1,0 +1,79 @@
+"""A hierarchy that goes from one linear law to another: what a search makes of it."""
+
+import json
+
+import numpy as np
+import pytest
+from hierarchies import valid
+from resuming import whole_and_in_parts
+from scheduled import SMALL, of_two_laws
+
+from hfc_design import api
+from hfc_design.files.named_scenario import load_scenario
+from hfc_design.runs.individuals import genome_of
+from hfc_design.runs.problem import Problem
+
+
+@pytest.mark.parametrize("preset", ["cma", "race"])
+def test_stopped_and_resumed_equals_uninterrupted(preset, tmp_path):
+    """Stopped in the stage of two laws; cma ends with a law that is scheduled."""
+    own = of_two_laws().controller.model_dump(mode="json")
+    small = {"search.preset": preset, **SMALL, "search.generations": 12}
+    scenario = api.load_scenario("c-axis-ramp", {"controller": own, **small})
+    whole_and_in_parts(scenario, tmp_path, 7)
+    own = json.loads((tmp_path / "whole" / "design.json").read_text())["controller"]
+    assert own["scheduled"]["kp"] != 0.0
+
+
+@pytest.mark.parametrize("name", ["c-axis-ramp", "c-axis-ramp-cutting", "feed-drive-hierarchy"])
+def test_they_are_better_than_random_ones(name):
+    own = Problem(load_scenario(name))
+    tree = np.repeat(np.arange(own.genome.structures), 1 + 500 // own.genome.structures)
+    rng = np.random.default_rng(5)
+    ranks = [own.rank(first(tree, rng)) for first in (own.genome.informed, own.genome.fresh)]
+    good, random = (np.quantile(np.where(np.isfinite(x), x, 0.0), 0.99) for x in ranks)
+    assert good > 2.0 * random
+
+
+def test_six_inputs_have_4374990_valid_genes():
+    numbers = np.arange(16**6, dtype=np.int32).reshape(16, -1)
+    good = 0
+    for chunk in numbers:
+        digits = [(chunk >> shift) & 15 for shift in range(20, -1, -4)]
+        good += np.count_nonzero(valid(np.stack(digits, axis=1).astype(np.int8)))
+    assert good == 4_374_990
+
+
+def test_the_page_shows_both_laws(tmp_path):
+    small = {"simulation.duration_s": 0.2, "search.population": 6, "search.generations": 4}
+    inputs = [{"name": "reference_rate", "scale": 50.0}, {"name": "error", "scale": 3000.0}]
+    own = {"inputs": inputs, "linear": {}, "schedules": True, "output_scale": 1.0}
+    scenario = api.load_scenario(
+        "c-axis-ramp", {"controller": own, "search.preset": "cma", **small}
+    )
+    found = api.design(scenario, tmp_path / "run").design
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert "of the scheduled law, which the hierarchy" in page
+    assert "scheduled: kp, on the error" in page
+    assert f"{found.controller.scheduled.kp:.6g}" in page
+    assert "more or less of that law" in page
+    assert "The factor on the scheduled law against each scaled input" in page
+
+
+def test_a_search_moves_them(tmp_path, no_baselines):
+    """All stages of cma of two laws, and the page at its end."""
+    own = {
+        "inputs": [{"name": name, "scale": 50.0} for name in ("reference_rate", "error")],
+        "linear": {"load_frequencies_rad_s": [1.0, 50.0]},
+        "schedules": True,
+    }
+    small = {"simulation.duration_s": 0.2, "search.population": 8, "search.generations": 6}
+    changes = {"controller": own, "search.preset": "cma", **small}
+    scenario = api.load_scenario("c-axis-ramp-cutting", changes)
+    genome = genome_of(scenario)
+    (first,) = genome.gains(genome.empty()).linear.resonators[:1, 0, 0]
+    found = api.design(scenario, tmp_path / "run").design.controller
+    assert found.linear.resonators[0].in_phase not in (0.0, first)
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert f"{found.linear.resonators[1].quadrature:.6g}" in page
+    assert "scheduled: resonator of 50 rad/s, a quarter turn ahead" in page
