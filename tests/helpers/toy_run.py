@@ -1,21 +1,15 @@
-"""A kind, a machine, a strategy and an objective of a user's own: everything, without a line here.
-
-The oracle of the machine is SciPy's integrator, that of the exports the runtime, and that of the
-runtime the toy kind's law written down once more with NumPy.
-"""
+"""A run of the toy kind on the toy machine of tests/own_parts, but for what a command adds."""
 
 import sys
-from dataclasses import replace
 
 import pytest
-from click.testing import CliRunner
 from places import OWN_PARTS
+from run_folders import hfc as command
 
 import hfc_design.api as hfc
-from hfc_design.cli import main
-from hfc_design.controllers.kinds import KINDS
+import hfc_design.runs.run as runs
+from hfc_design.core.plugins import know
 
-HERE = OWN_PARTS
 OWN = ("--plant", "toy_machine:MACHINE", "--use", "toy_kind:KIND")
 SCENARIO = """
 [plant]
@@ -34,7 +28,8 @@ kind = "sine"
 amplitude = 30.0
 frequency_rad_s = 4.0
 [simulation]
-duration_s = 0.5
+duration_s = 0.3
+substeps = 2
 [limits.axes.x]
 command = 4.0
 [controller]
@@ -49,27 +44,28 @@ rate = 0.01
 kind = "pd"
 ranges = { kp = [0.1, 20.0], kd = [0.001, 0.2] }
 [search]
-population = 24
-generations = 6
+population = 8
+generations = 4
 stick_penalty = 0.0
 """
 
 
 def ran(*arguments):
-    found = CliRunner().invoke(main, [str(item) for item in arguments])
+    found = command(*arguments)
     assert found.exit_code == 0, found.output
     return found.output
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A run of the toy kind on the toy machine, as the command line makes it."""
+    """Of the run, and of its scenario."""
     place = tmp_path_factory.mktemp("own")
-    sys.path.insert(0, str(HERE))
+    sys.path.insert(0, str(OWN_PARTS))
     (place / "toy.toml").write_text(SCENARIO)
-    ran("design", place / "toy.toml", *OWN, "--out", place / "run", "--quiet")
+    know([("plant", OWN[1]), ("controller", OWN[3])])
+    runs.run(runs.new_run(hfc.load_scenario(place / "toy.toml"), place / "run"), place / "run")
     yield place
-    sys.path.remove(str(HERE))
+    sys.path.remove(str(OWN_PARTS))
 
 
 @pytest.fixture
@@ -81,10 +77,3 @@ def design(folder):
 def toy(design):
     """The part of the axis X."""
     return design.by_axis()["x"]
-
-
-def test_what_has_no_template_of_a_language_says_which(toy, tmp_path, monkeypatch):
-    monkeypatch.setitem(KINDS.known, "toy", replace(toy.kind, st=None))
-    with pytest.raises(hfc.UserError, match="kind toy: it has no template in Structured Text"):
-        hfc.export(toy, "st", tmp_path / "out")
-    hfc.export(toy, "c", tmp_path / "out")
