@@ -20,7 +20,8 @@ from hfc_design.files.pairing import load_design
 from hfc_design.report import verdict
 
 #: Fixtures of single rooms, for whatever tier.
-pytest_plugins = ["report_fixtures", "comparison_fixtures", "batch_fixtures", "toy_run"]
+pytest_plugins = ["report_fixtures", "comparison_fixtures", "batch_fixtures"]
+pytest_plugins += ["toy_run", "carried_files"]
 
 #: Where the modules lie that no test brings.
 INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))

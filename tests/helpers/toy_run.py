@@ -4,7 +4,6 @@ import sys
 
 import pytest
 from places import OWN_PARTS
-from run_folders import hfc as command
 
 import hfc_design.api as hfc
 import hfc_design.runs.run as runs
@@ -48,12 +47,6 @@ population = 8
 generations = 4
 stick_penalty = 0.0
 """
-
-
-def ran(*arguments):
-    found = command(*arguments)
-    assert found.exit_code == 0, found.output
-    return found.output
 
 
 @pytest.fixture(scope="module")

@@ -43,11 +43,6 @@ def test_a_table_for_another_plant_needs_a_drive(tmp_path):
     assert json.loads(done.stdout)["k1_printed"] == pytest.approx(6.3933, abs=5e-5)
 
 
-@pytest.mark.parametrize("name", ["pd-only", "jee-koren-2004-pid", "no-such-design"])
-def test_a_design_without_a_rule_table_is_refused(name):
-    assert name in refused_command("stability", name).where
-
-
 LQI = made_up.linear("lqi", 5, "feed-drive")
 
 

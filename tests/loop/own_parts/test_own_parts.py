@@ -10,8 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from run_folders import ran
 from scipy.integrate import solve_ivp
-from toy_run import OWN, ran
+from toy_run import OWN
 from wording import refused, refused_command
 
 import hfc_design.api as hfc

@@ -14,21 +14,17 @@ AHEAD = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width"
 GAINS = {"kp": 1900.0, "ki": 1500.0, "kd": 450.0, "feed_forward": AHEAD}
 
 
-def linear():
-    return hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS))
-
-
+RAMP = {"name": "a", "simulation": {"duration_s": 0.1}}
+PUBLISHED = "lin-lee-1999-table-1"
 FOUND = {
     "evaluation": lambda: hfc.evaluate("pd-only", hfc.load_scenario("c-axis-ramp", SHORT)),
     "result": lambda: hfc.design(hfc.load_scenario("c-axis-ramp", SMALL)),
-    "robustness": lambda: hfc.robustness("pd-only", {"name": "a", **RAMP}, 0.1, 4),
-    "usable": lambda: hfc.usable("pd-only", {"name": "a", **RAMP}, machines=4),
-    "comparison": lambda: hfc.compare([PUBLISHED, "pd-only"], [{"name": "a", **RAMP}], machines=4),
+    "robustness": lambda: hfc.robustness("pd-only", RAMP, 0.1, 4),
+    "usable": lambda: hfc.usable("pd-only", RAMP, machines=4),
+    "comparison": lambda: hfc.compare([PUBLISHED, "pd-only"], [RAMP], machines=4),
     "range": hfc.stability,
-    "margins": linear,
+    "margins": lambda: hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS)),
 }
-RAMP = {"simulation": {"duration_s": 0.1}}
-PUBLISHED = "lin-lee-1999-table-1"
 
 
 @pytest.mark.parametrize("kind", FOUND)

@@ -4,7 +4,8 @@ import subprocess
 import sys
 
 from places import OWN_PARTS
-from toy_run import OWN, SCENARIO, ran
+from run_folders import ran
+from toy_run import OWN, SCENARIO
 
 
 def test_it_is_reported_and_who_lacks_it_is_told_what_to_add(tmp_path, own_plugins):

@@ -12,7 +12,6 @@ from hfc_design.cli import main, summary
 
 #: Command line -> what its refusal begins with.
 MISTAKES = {
-    "command": "where",
     "design --polish -3": "--polish -3",
     "design --seed -1": "--seed -1",
     "design --population many": "--population many",

@@ -11,12 +11,15 @@ from hfc_design.gather.fields import fields_of
 from hfc_design.gather.gather import gather
 from hfc_design.gather.texts import source_in
 from hfc_design.reference.entries import (
+    FILE,
     KEY,
     PLANT,
     SCENARIO,
     Entry,
+    entries,
     things,
     unknown,
+    written,
 )
 
 
@@ -31,6 +34,11 @@ def test_everything_has_a_meaning_and_every_number_a_unit(every):
     numbers = [one for one in every if "number" in one.type.replace("whole number", "")]
     assert len(numbers) > 500
     assert [f"{one.kind} {one.name} {one.key}" for one in numbers if not one.unit] == []
+
+
+def test_the_data_file_is_what_the_code_says(every):
+    assert FILE.read_text("utf-8") == written(every), "make reference"
+    assert list(entries()) == every
 
 
 def test_no_key_stands_there_twice(every):
