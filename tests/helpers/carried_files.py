@@ -17,7 +17,7 @@ SOURCE = named_design("lin-lee-1999-table-1").controller.model_dump(mode="json")
 
 
 @pytest.fixture
-def folder(tmp_path):
+def tables(tmp_path):
     (tmp_path / "there").mkdir()
     (tmp_path / "there" / "way.csv").write_bytes(WAY.encode())
     (tmp_path / "there" / "cut.csv").write_text(CUT)
@@ -25,12 +25,12 @@ def folder(tmp_path):
 
 
 @pytest.fixture
-def made(folder, tmp_path, monkeypatch):
+def carried(tables, tmp_path, monkeypatch):
     """A design that was made with two files, alone in another folder; where it scores what."""
-    scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", folder)
+    scenario = scenario_of({"name": "mine"} | ON_TABLES, "mine.toml", tables)
     design = design_with(SOURCE, scenario)
     fitness = evaluate(design, scenario).fitness
-    shutil.rmtree(folder)
+    shutil.rmtree(tables)
     here = tmp_path / "here"
     here.mkdir()
     (here / "mine.json").write_text(design_json(design))

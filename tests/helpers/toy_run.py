@@ -50,7 +50,7 @@ stick_penalty = 0.0
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def toy_place(tmp_path_factory):
     """Of the run, and of its scenario."""
     place = tmp_path_factory.mktemp("own")
     sys.path.insert(0, str(OWN_PARTS))
@@ -62,11 +62,11 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def design(folder):
-    return hfc.load_design(folder / "run")
+def toy_design(toy_place):
+    return hfc.load_design(toy_place / "run")
 
 
 @pytest.fixture
-def toy(design):
+def toy(toy_design):
     """The part of the axis X."""
-    return design.by_axis()["x"]
+    return toy_design.by_axis()["x"]

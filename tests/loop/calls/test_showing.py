@@ -1,7 +1,5 @@
 """What functions of the API return is drawn by plot, and shows itself."""
 
-from itertools import pairwise
-
 import pytest
 from wording import refused
 
@@ -18,30 +16,6 @@ def ramp():
 @pytest.fixture(scope="module")
 def found(ramp):
     return hfc.evaluate("pd-only", ramp)
-
-
-@pytest.fixture(scope="module")
-def usable(ramp):
-    return hfc.usable("pd-only", ramp, machines=4)
-
-
-def test_on_many_machines_in_a_column_every_text_is_whole_and_no_numbers_touch(ramp, usable):
-    spread = hfc.robustness("pd-only", ramp, 0.1, 4)
-    titles = {"rms error [mrad]": spread, "error once settled\n[mrad]": usable}
-    for title, shown in titles.items():
-        figure = hfc.plot(shown, width="88mm")
-        figure.draw_without_rendering()
-        seen = [axes for axes in figure.axes if axes.get_visible()]
-        assert title in [axes.get_title(loc) for axes in seen for loc in ("center", "right")]
-        for axes in seen:
-            for label in (axes.yaxis.label, axes.title):
-                box = label.get_window_extent()
-                assert box.x0 >= 0
-                assert box.x1 <= figure.bbox.width
-            low, high = axes.get_xlim()
-            ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
-            boxes = [label.get_window_extent() for x, label in ticks if low <= x <= high]
-            assert all(b.x0 - a.x1 > 3 for a, b in pairwise(boxes))
 
 
 def test_a_large_picture_is_drawn_in_points():
@@ -70,15 +44,6 @@ def test_the_range_of_the_published_drive():
     assert found.points
     assert "7.28786" in found._repr_html_()
     assert repr(found).startswith("StableGains(k1_bound=7.288, ")
-
-
-def test_usable_shows_itself(usable):
-    assert repr(usable).startswith("Usable(yes=")
-    assert usable.answer.partition(":")[0] in ("yes", "no")
-    assert f"machines={len(usable.good)}" in repr(usable)
-    assert usable._repr_html_().count("<tr>") == 7  # six figures, one motion
-    with refused():
-        hfc.usable("pd-only", "feed-drive-line")
 
 
 def test_several_are_drawn_over_one_another(found, ramp, tmp_path):

@@ -7,7 +7,7 @@ from run_folders import hfc
 
 from hfc_design.files.design import BUILTIN
 
-SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
+SHORT = ["--set", "simulation.duration_s=0.1", "--machines", "4"]
 
 
 def test_run_folders_and_files_of_one_name(tmp_path, monkeypatch):

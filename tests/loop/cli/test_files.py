@@ -15,7 +15,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, writing
 
 PD = "pd-only"
-SHORT = ("--set", "simulation.duration_s=0.5")
+SHORT = ("--set", "simulation.duration_s=0.1")
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ SHORT = ("--set", "simulation.duration_s=0.5")
     [
         (("simulate", PD, *SHORT), "--csv", ".csv"),
         (("simulate", PD, *SHORT), "--plot", ".png"),
-        (("score", PD, "--spread", "0.1", "--samples", "2", *SHORT), "--plot", ".svg"),
+        (("score", PD, "--spread", "0.1", "--samples", "4", *SHORT), "--plot", ".svg"),
         (("stability",), "--plot", ".pdf"),
         (("export", PD, "--to", "json"), "--out", ".json"),
         (("import", PYFUZZYLITE, "--name", "mine"), "--out", ".json"),
@@ -83,7 +83,7 @@ def test_a_disk_that_is_full_leaves_no_part_of_an_export(fails_at, there, tmp_pa
 
 def test_labels_of_a_batch_are_no_formulas(tmp_path):
     file = tmp_path / "mine.toml"
-    cell = '[[cells]]\nlabel = "=HYPERLINK(1)"\ndesign = "pd-only"\nsimulation.duration_s = 0.05\n'
+    cell = '[[cells]]\nlabel = "=HYPERLINK(1)"\ndesign = "pd-only"\nsimulation.duration_s = 0.1\n'
     file.write_text(cell)
     done = hfc("batch", file, "--out", tmp_path / "out")
     assert done.exit_code == 0, done.output

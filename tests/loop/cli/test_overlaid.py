@@ -9,7 +9,7 @@ from hfc_design.files.pairing import load_design
 from hfc_design.report.overlaid import motions
 from hfc_design.simulation.evaluating import evaluate
 
-SHORT = "simulation.duration_s=0.5"
+SHORT = "simulation.duration_s=0.1"
 
 
 def evaluated(scenario, *designs):
@@ -32,7 +32,7 @@ def test_curves_of_one_axis_are_what_was_simulated():
         assert angle[name].get_ydata() == pytest.approx(axis.motion.state.spindle_angle)
         assert error[name].get_ydata() == pytest.approx(1e3 * axis.motion.error)
         assert voltage[name].get_ydata() == pytest.approx(axis.motion.command)
-    assert angle["reference"].get_ydata()[-1] == pytest.approx(0.02 * 0.499)  # LL section 4.1
+    assert angle["reference"].get_ydata()[-1] == pytest.approx(0.02 * 0.099)  # LL section 4.1
 
 
 def test_a_path_has_contour_errors_and_every_axis():
@@ -72,7 +72,7 @@ def test_commands(tmp_path):
 
 
 def test_what_runs_away_does_not_hide_the_others():
-    wild = load_design("pd-only", {"controller.pd.kd": 1e7, "name": "wild"})
+    wild = load_design("pd-only", {"controller.pd.kd": 1e9, "name": "wild"})
     kept, away = evaluated("c-axis-ramp", load_design("pd-only"), wild).values()
     assert away.diverged
     figure = motions({"kept": kept, "away": away}, "")

@@ -13,7 +13,7 @@ from hfc_design import api as hfc
 from hfc_design.report.designs import picture
 
 TABLE_1 = "lin-lee-1999-table-1"
-SHORT = ("--set", "simulation.duration_s=0.2")
+SHORT = ("--set", "simulation.duration_s=0.1")
 
 
 @pytest.mark.parametrize(

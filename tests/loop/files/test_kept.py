@@ -35,7 +35,7 @@ def test_axes_are_told_apart():
 
 def test_each_of_several_scenarios_is_told_with_its_scores():
     """And the order is that of the command line."""
-    short = ["--set", "simulation.duration_s=0.3"]
+    short = ["--set", "simulation.duration_s=0.1"]
     given = ["--scenario", "c-axis-ramp-cutting", "--scenario", "c-axis-step"]
     done = hfc("score", "pd-only", *given, *short)
     assert done.exit_code == 0, done.output

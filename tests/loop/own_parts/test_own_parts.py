@@ -56,21 +56,21 @@ def test_what_has_no_template_of_a_language_says_which(toy, tmp_path, monkeypatc
     hfc.export(toy, "c", tmp_path / "out")
 
 
-def test_both_axes_are_exported(folder, tmp_path):
-    ran("export", folder / "run", *OWN, "--to", "c", "--out", tmp_path / "c")
+def test_both_axes_are_exported(toy_place, tmp_path):
+    ran("export", toy_place / "run", *OWN, "--to", "c", "--out", tmp_path / "c")
     assert sorted(path.name for path in (tmp_path / "c").glob("*/*.c")) == ["toy_c.c", "toy_x.c"]
     assert "_real error_rate; /* [deg/s] */" in (tmp_path / "c" / "c" / "toy_c.h").read_text()
     assert "_real error; /* [mm] */" in (tmp_path / "c" / "x" / "toy_x.h").read_text()
-    ran("export", folder / "run", *OWN, "--to", "st", "--out", tmp_path / "st")
+    ran("export", toy_place / "run", *OWN, "--to", "st", "--out", tmp_path / "st")
     names = sorted(path.name for path in (tmp_path / "st").iterdir())
     assert names == ["README.md", "c", "x"]
     assert (tmp_path / "st" / "x" / "toy_x.st").exists()
 
 
-def test_the_simulator_does_what_the_runtime_does(design, folder):
-    scenario = hfc.load_scenario(folder / "run" / "config.toml")
-    found = hfc.evaluate(design, scenario)
-    machine = runtime.Machine(design)
+def test_the_simulator_does_what_the_runtime_does(toy_design, toy_place):
+    scenario = hfc.load_scenario(toy_place / "run" / "config.toml")
+    found = hfc.evaluate(toy_design, scenario)
+    machine = runtime.Machine(toy_design)
     told = {axis.name: axis.told() for axis in found.axes}
     for k in range(scenario.simulation.steps):
         signals = {
@@ -105,12 +105,12 @@ def integrated(found):
     return y[[0, 2]]
 
 
-def test_the_machine_moves_as_scipy_says(design, folder):
+def test_the_machine_moves_as_scipy_says(toy_design, toy_place):
     off, ended = {}, {}
     for substeps in (2, 4):
         changes = {"simulation.substeps": substeps}
-        scenario = hfc.load_scenario(folder / "run" / "config.toml", changes)
-        found = hfc.evaluate(design, scenario)
+        scenario = hfc.load_scenario(toy_place / "run" / "config.toml", changes)
+        found = hfc.evaluate(toy_design, scenario)
         ends = np.array([axis.motion.state.place[-1] for axis in found.axes])
         off[substeps] = np.abs(ends - integrated(found))
         ended[substeps] = ends
@@ -118,15 +118,15 @@ def test_the_machine_moves_as_scipy_says(design, folder):
     assert off[2].max() < 1e-4  # mm, deg
     assert (off[4] < off[2] / 3.0).all()  # of second order
     apart = hfc.load_scenario(
-        folder / "run" / "config.toml", {**changes, "plant.axes.c.unbalance": 1e-12}
+        toy_place / "run" / "config.toml", {**changes, "plant.axes.c.unbalance": 1e-12}
     )
-    alone = hfc.evaluate(design, apart)
+    alone = hfc.evaluate(toy_design, apart)
     ends = np.array([axis.motion.state.place[-1] for axis in alone.axes])
     assert (np.abs(ends - ended[4]) > 100.0 * off[2]).all()  # they do push one another
 
 
-def test_stopped_and_resumed_ends_alike(folder, tmp_path):
-    scenario = runs.opened_run(folder / "run")
+def test_stopped_and_resumed_ends_alike(toy_place, tmp_path):
+    scenario = runs.opened_run(toy_place / "run")
 
     class Stop(Exception):
         pass
@@ -135,24 +135,24 @@ def test_stopped_and_resumed_ends_alike(folder, tmp_path):
         if search.generation == 2:
             raise Stop
 
-    shutil.copytree(folder / "run", tmp_path / "run")
+    shutil.copytree(toy_place / "run", tmp_path / "run")
     for name in ("design.json", "checkpoint.npz", "history.csv"):
         (tmp_path / "run" / name).unlink()
     with pytest.raises(Stop):
         runs.run(scenario, tmp_path / "run", stop)
     runs.run(scenario, tmp_path / "run")
     for name in ("design.json", "checkpoint.npz", "history.csv"):
-        assert (tmp_path / "run" / name).read_bytes() == (folder / "run" / name).read_bytes()
+        assert (tmp_path / "run" / name).read_bytes() == (toy_place / "run" / name).read_bytes()
 
 
-def test_what_has_no_component_is_refused_and_leaves_nothing(folder, tmp_path):
+def test_what_has_no_component_is_refused_and_leaves_nothing(toy_place, tmp_path):
     out = tmp_path / "hal"
-    refused_command("export", folder / "run", *OWN, "--to", "linuxcnc", "--out", out)
+    refused_command("export", toy_place / "run", *OWN, "--to", "linuxcnc", "--out", out)
     assert not out.exists()
 
 
-def test_axes_of_other_units_have_an_error_each(folder):
-    evaluation = hfc.evaluate(folder / "run", folder / "run" / "config.toml")
+def test_axes_of_other_units_have_an_error_each(toy_place):
+    evaluation = hfc.evaluate(toy_place / "run", toy_place / "run" / "config.toml")
     panels = errors({"this design": evaluation}).axes
     labels = [axes.get_ylabel() for axes in panels]
     assert labels == ["largest x error [µm]", "largest c error [deg]"]
@@ -162,9 +162,9 @@ def test_axes_of_other_units_have_an_error_each(folder):
         assert max(line.get_ydata()) == pytest.approx(size * np.abs(axis.motion.error).max())
 
 
-def test_it_is_explained(folder, toy):
+def test_it_is_explained(toy_place, toy):
     assert toy.limits.command == 4.0
-    asked = ("explain", folder / "run", *OWN, "--at", "error=1.0")
+    asked = ("explain", toy_place / "run", *OWN, "--at", "error=1.0")
     assert refused_command(*asked).where == "--axis"
     told = ran(*asked, "--axis", "x", "--json")
     assert {"units", "parts", "command"} <= json.loads(told).keys()

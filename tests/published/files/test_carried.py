@@ -12,6 +12,6 @@ from run_folders import hfc
         ["compare", "mine.json", "pd-only", "--out", "beside"],
     ],
 )
-def test_it_is_judged_without_its_files(command, made):
+def test_it_is_judged_without_its_files(command, carried):
     done = hfc(*command)
     assert done.exit_code == 0, done.output

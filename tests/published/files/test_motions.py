@@ -44,3 +44,15 @@ def test_motions_that_are_recorded_together_are_those_of_each_alone():
         np.testing.assert_allclose(motion.error, own.error, rtol=1e-9, atol=1e-15)
         np.testing.assert_allclose(motion.command, own.command, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(judged.merit, alone.merit, rtol=1e-9)
+
+
+def test_one_program_serves_any_number_of_motions():
+    scenario = load_scenario(SEVERAL)
+    problem = Problem(scenario)
+    gains = problem.genome.gains(problem.genome.empty())
+    parts = (problem._loop, population.one_machine(scenario.plant.values()))
+    motions = [x.samples() for x in scenario.each_motion()]
+    population.scores(*parts, motions, gains)
+    before = compiled.scores._cache_size()
+    population.scores(*parts, motions[::-1], gains)
+    assert compiled.scores._cache_size() == before
