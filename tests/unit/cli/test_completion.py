@@ -74,7 +74,6 @@ def test_a_file_will_do_where_a_scenario_is_wanted():
 @pytest.mark.parametrize(
     ("words", "replies"),
     [
-        ("hfc score lin-lee", ["lin-lee-1999-table-1", "lin-lee-1999-table-2"]),
         ("hfc export pd-only --to fm", ["fml", "fmu", "fmu-loop", "fmu-plant"]),
         ("hfc design mine", []),  # Bash looks for files then
     ],
