@@ -13,7 +13,7 @@ WAY = "time_s,reference_rad\r\n0,0\r\n0.05,0.001\r\n0.1,0.0015\r\n"
 CUT = "0,0\n0.05,1\n"
 SHORT = {"simulation": {"duration_s": 0.1}}
 ON_TABLES = {"reference": {"kind": "csv", "file": "way.csv"}, "load": {"file": "cut.csv"}} | SHORT
-SOURCE = named_design("lin-lee-1999-table-1").controller.model_dump(mode="json")
+SOURCE = named_design("pd-only").controller.model_dump(mode="json")
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+from known_parts import forget, made_known
 from places import OWN_PARTS
 
 import hfc_design.api as hfc
@@ -55,9 +56,11 @@ def toy_place(tmp_path_factory):
     place = tmp_path_factory.mktemp("own")
     sys.path.insert(0, str(OWN_PARTS))
     (place / "toy.toml").write_text(SCENARIO)
+    groups = made_known()
     know([("plant", OWN[1]), ("controller", OWN[3])])
     runs.run(runs.new_run(hfc.load_scenario(place / "toy.toml"), place / "run"), place / "run")
     yield place
+    forget(groups)
     sys.path.remove(str(OWN_PARTS))
 
 

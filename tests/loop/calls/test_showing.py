@@ -1,9 +1,13 @@
 """What functions of the API return is drawn by plot, and shows itself."""
 
+import re
+
+import made_up
 import pytest
 from wording import refused
 
 import hfc_design.api as hfc
+from hfc_design.files.design import Design
 
 SHORT = {"simulation.duration_s": 0.1}
 
@@ -44,6 +48,21 @@ def test_the_range_of_the_published_drive():
     assert found.points
     assert "7.28786" in found._repr_html_()
     assert repr(found).startswith("StableGains(k1_bound=7.288, ")
+
+
+def test_margins_of_a_linear_loop():
+    """Stable is what has all poles inside the unit circle."""
+    data = made_up.linear("lqi", 5, "feed-drive").model_dump(mode="json")
+    own = {"kind": "pid+ff", "sample_time_s": 0.01, "kp": 1.2}
+    loop = Design.model_validate(data | {"controller": own})
+    found = hfc.stability(loop)
+    (axis,) = found.numbers()["axes"].values()
+    sizes = [abs(complex(pole["real"], pole["imaginary"])) for pole in axis["poles"]]
+    assert axis["stable"] == (max(sizes) < 1.0) is True
+    assert re.match(r"LoopMargins\(stable=True, gain_up=", repr(found))
+    assert f"{axis['phase']:.4g}" in found._repr_html_()
+    with refused():
+        hfc.stability(loop, gain=2.0)
 
 
 def test_several_are_drawn_over_one_another(found, ramp, tmp_path):

@@ -15,10 +15,11 @@ from wording import refused_command
 
 from hfc_design.cli import shown
 from hfc_design.files.design import design_json
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 
 SHORT = ["--set", "simulation.duration_s=0.1"]
-SMALL = ["--population", "12", "--generations", "3", "--set", "controller.kind=pd", *SHORT]
+SMALL = ["--population", "4", "--generations", "3", "--set", "controller.kind=pd", *SHORT]
 
 
 def test_score_of_the_published_design_is_the_published_one():
@@ -33,7 +34,7 @@ def test_score_of_the_published_design_is_the_published_one():
 def test_scores_with_a_change_on_another_scenario_and_as_a_table():
     found = []
     inertia = ("--set", "plant.parameters.spindle_inertia=8")
-    for more in ((), inertia, ("--scenario", "c-axis-step")):
+    for more in ((), inertia, ("--scenario", "c-axis-sine")):
         done = hfc("score", "pd-only", "--json", *SHORT, *more)
         found.append(json.loads(done.stdout)["fitness"])
     assert len({*found}) == 3
@@ -130,3 +131,10 @@ def test_export_csv_of_a_fuzzy_controller(tmp_path):
     assert tables["error_terms.csv"][1] == ["NL", "", "-21.0", "-16.0"]  # JK04 table 3
     assert tables["error_change_terms.csv"][5] == ["PS", "0.5", "1.5", "2.5"]
     assert tables["manifest.csv"][1][-1] == "rules.csv"
+
+
+def test_a_file_of_a_kind_whose_defaults_are_computed(tmp_path):
+    file = tmp_path / "mine.toml"
+    kind = ("--plant", "positioning-stage", "--controller", "fuzzy-sliding")
+    assert hfc("init", *kind, "--out", file).exit_code == 0
+    assert load_scenario(str(file)).controller.kind == "fuzzy-sliding"

@@ -7,7 +7,7 @@ import os
 import pytest
 from imported_files import PYFUZZYLITE
 from run_folders import hfc
-from wording import refused, refused_command
+from wording import refused_command
 
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
@@ -74,7 +74,7 @@ def test_a_disk_that_is_full_leaves_no_part_of_an_export(fails_at, there, tmp_pa
         FORMATS["csv"].write(design, out)
         assert len([*out.iterdir()]) == count
         return
-    with refused(RunError):
+    with pytest.raises(RunError, match="No space left"):
         FORMATS["csv"].write(design, out)
     found = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert [path.read_text() for path in found] == ["old"] * there

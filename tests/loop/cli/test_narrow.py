@@ -14,7 +14,6 @@ AT = f"error=0.001,error_rate=0.1,{SPINDLE},previous_spindle_velocity=0.02"
     [
         (["explain", "lin-lee-1999-table-1", "--at", AT], ["0.278", "30.83 %", "0.48316"]),
         (["explain", "jee-koren-2004-flc", "--at", "error=12,error_change=1.5"], ["100.00 %"]),
-        (["stability", "emps-cascade"], ["0.957"]),
         (["stability", "jee-koren-2004-aflc"], ["0.0242364"]),
     ],
 )

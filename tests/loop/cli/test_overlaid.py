@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from design_files import written
 from run_folders import hfc, searched
 
 from hfc_design.files.named_scenario import load_scenario
@@ -22,7 +23,8 @@ def lines(axes):
 
 
 def test_curves_of_one_axis_are_what_was_simulated():
-    found = evaluated("c-axis-ramp", *map(load_design, ("pd-only", "lin-lee-1999-table-1")))
+    soft = load_design("pd-only", {"controller.pd.kp": 900.0, "name": "soft"})
+    found = evaluated("c-axis-ramp", load_design("pd-only"), soft)
     figure = motions(found, "ramp")
     names = [axes.get_ylabel() for axes in figure.axes]
     assert names == ["angle [rad]", "error [mrad]", "deflection [mrad]", "voltage [V]"]
@@ -61,8 +63,8 @@ def test_small_errors_beside_large_ones_have_one_unit():
 
 def test_commands(tmp_path):
     out = tmp_path / "a.pdf"
-    names = ("pd-only", "lin-lee-1999-table-1")
-    done = hfc("plot", *names, "motion", "--set", SHORT, "--out", out)
+    soft = written(tmp_path / "soft.json", name="soft")
+    done = hfc("plot", "pd-only", soft, "motion", "--set", SHORT, "--out", out)
     assert (done.exit_code, done.stdout) == (0, f"{out}\n")
     assert out.read_bytes().startswith(b"%PDF")
     folders = [searched(tmp_path / name, 1.0) for name in ("a", "b")]

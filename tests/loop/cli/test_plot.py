@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from design_files import written
 from run_folders import ran
 from surfaces_drawn import around_soc, drawn
 from wording import refused_command
@@ -16,10 +17,10 @@ TABLE_1 = "lin-lee-1999-table-1"
 SHORT = ("--set", "simulation.duration_s=0.1")
 
 
-@pytest.mark.parametrize(
-    "asked", [(TABLE_1, "tree"), ("pd-only", TABLE_1, "motion", *SHORT)], ids=["tree", "motion"]
-)
-def test_a_picture_is_as_wide_as_a_column(asked, tmp_path):
+@pytest.mark.parametrize("what", ["tree", "motion"])
+def test_a_picture_is_as_wide_as_a_column(what, tmp_path):
+    soft = written(tmp_path / "soft.json", name="soft")
+    asked = (TABLE_1, "tree") if what == "tree" else ("pd-only", soft, "motion", *SHORT)
     path = tmp_path / "a.svg"
     ran("plot", *asked, "--width", "88mm", "--out", path)
     width = float(re.search(r'<svg [^>]*width="([\d.]+)pt"', path.read_text())[1])

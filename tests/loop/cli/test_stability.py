@@ -56,7 +56,7 @@ def linear(folder, **changes):
     return folder / "mine.json"
 
 
-def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path):
+def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path, monkeypatch):
     """K_1 up to which the linear loop u = K_1 e is stable (JK04 eq. 19), over the kp of the PD."""
     limit = stable_range(40.0, 0.055, 0.01).k1_linear
     found = json.loads(hfc(linear(tmp_path), "--json").stdout)["axes"]["axis"]
@@ -64,9 +64,12 @@ def test_the_margin_of_a_linear_design_is_that_of_the_published_formula(tmp_path
     assert found["gain_up"] == pytest.approx(limit / 1.2, rel=1e-6)
     assert found["gain_down"] is None
     assert len(found["poles"]) == 3  # two of the drive, one of the filter; no integral
-    told = hfc(linear(tmp_path))
-    assert f"{limit / 1.2:.4g}" in told.stdout
-    assert "delay margin [samples]" in told.stdout
+    for width in (60, 80, 120):
+        monkeypatch.setenv("COLUMNS", str(width))
+        told = hfc(linear(tmp_path)).stdout
+        assert f"{limit / 1.2:.4g}" in told
+        assert "delay margin [samples]" in told
+        assert max(map(len, told.splitlines())) <= width
 
 
 def test_the_delay_of_the_drive_is_in_the_margins(tmp_path):

@@ -12,15 +12,15 @@ from hfc_design.simulation.evaluating import evaluate
 
 MOTIONS = """
 [simulation]
-duration_s = 1.0
+duration_s = 0.1
 [fitness]
-settled_after_s = 0.6
+settled_after_s = 0.06
 [[motions]]
 name = "ramp"
 [[motions]]
 name = "creep"
 reference = { kind = "ramp", velocity = 0.002 }
-duration_s = 0.8
+duration_s = 0.08
 """
 
 
@@ -41,7 +41,7 @@ def test_one_motion_of_several_is_simulated(two, tmp_path):
     scenario = load_scenario(str(two))
     (axis,) = evaluate("pd-only", scenario).motions["creep"].axes
     np.testing.assert_array_equal(columns["error_rad"], axis.motion.error)
-    assert columns["reference_rad"][-1] == pytest.approx(0.002 * 0.8, rel=2e-3)
+    assert columns["reference_rad"][-1] == pytest.approx(0.002 * 0.079)
     first = hfc("simulate", "pd-only", "--scenario", two).stdout
     assert first == hfc("simulate", "pd-only", "--scenario", two, "--motion", "ramp").stdout
     assert first != done.stdout
@@ -55,5 +55,7 @@ def test_one_motion_of_several_is_simulated(two, tmp_path):
 
 def test_a_loop_that_is_off_again_and_again_settles_never():
     """The error of a PD follows the acceleration of a sine to the last sample."""
-    done = hfc("score", "pd-only", "--scenario", "c-axis-sine", "--set", "simulation.duration_s=1")
+    done = hfc(
+        "score", "pd-only", "--scenario", "c-axis-sine", "--set", "simulation.duration_s=0.2"
+    )
     assert re.search(r"settling_time_s +│ +never │", done.stdout), done.output

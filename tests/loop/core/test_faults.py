@@ -6,6 +6,7 @@ from plain_words import plain_lines
 from wording import refused
 
 from hfc_design.core.records import UserError
+from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import builtin_names, load_scenario
 
 
@@ -24,8 +25,10 @@ OPEN = {"parameters", "axes", "start", "constraints", "readings", "tolerances", 
 
 
 @pytest.mark.parametrize("name", builtin_names())
-def test_an_unknown_key_in_any_table_of_a_scenario_meets_what_is_allowed_there(name):
-    whole = load_scenario(name).model_dump(mode="json", exclude_none=True)
+def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(name):
+    scenario = load_scenario(name)
+    assert doubts(scenario) == []
+    whole = scenario.model_dump(mode="json", exclude_none=True)
     for place in tables(whole):
         if OPEN & {*place}:
             continue

@@ -62,7 +62,14 @@ def test_a_controller_is_imported_for_an_own_plant(own):
     assert design["plant"]["name"] == "sledge"
     assert [item["name"] for item in design["controller"]["inputs"]] == ["speed", "error"]
     done = hfc(
-        "simulate", "mine.json", "--scenario", "sledge.toml", "--set", "reference.height=0.3"
+        "simulate",
+        "mine.json",
+        "--scenario",
+        "sledge.toml",
+        "--set",
+        "reference.height=0.3",
+        "--set",
+        "simulation.duration_s=2.5",
     )
     names, first, *_ = (line.split(",") for line in done.stdout.splitlines())
     row = dict(zip(names, map(float, first), strict=True))
@@ -84,11 +91,12 @@ def test_the_loop_of_an_own_plant_is_that_of_scipy(own):
     mine = imported("mine")
     api.register(mine.SLEDGE)
     scenario = api.load_scenario(
-        "sledge.toml", {"plant.parameters.mass": 4.0, "load.constant": 0.5}
+        "sledge.toml",
+        {"plant.parameters.mass": 4.0, "load.constant": 0.5, "simulation.duration_s": 2.5},
     )
     found = api.evaluate(api.with_gains(scenario, "pd", {"kp": 10.0, "kd": 2.0}), scenario)
     state, errors = np.zeros(2), []
-    for _ in range(300):
+    for _ in range(250):
         error = 1.0 - state[0]
         force = 10.0 * error + 2.0 * (0.0 - state[1])
         errors.append(error)

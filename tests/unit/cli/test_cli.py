@@ -11,7 +11,6 @@ from run_folders import hfc
 from wording import refused_command
 
 from hfc_design.cli import main
-from hfc_design.cli.insight import LISTED
 from hfc_design.core.records import LONGEST
 from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.named_scenario import builtin_names
@@ -81,14 +80,6 @@ def test_lists(what, names):
     assert done.exit_code == 0
     for name in names:
         assert name in done.stdout
-
-
-def test_list_names_what_it_lists_without_breaking_words():
-    found = hfc("list", "--help").stdout
-    assert "Usage: main list [OPTIONS] WHAT" in found or "list [OPTIONS] WHAT" in found
-    for word in LISTED:
-        assert word in found
-    assert "law or kind" in " ".join(found.split())
 
 
 @pytest.mark.parametrize("command", main.commands)

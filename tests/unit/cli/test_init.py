@@ -55,7 +55,7 @@ def test_it_overwrites_nothing(tmp_path):
     assert tomllib.loads(file.read_text())["plant"]["name"] == "c-axis"
 
 
-@pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr", "fuzzy-sliding"])
+@pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr"])
 def test_other_controllers(kind, tmp_path):
     file = tmp_path / "mine.toml"
     done = hfc("init", "--plant", "positioning-stage", "--controller", kind, "--out", file)

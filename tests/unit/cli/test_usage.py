@@ -110,9 +110,3 @@ def test_summaries_are_whole(command):
     assert "..." not in told
     page = hfc("-h").stdout
     assert told in page  # in one line
-
-
-def test_names_are_told_in_the_help():
-    told = " ".join(hfc("design", "-h").stdout.split())
-    assert "Search strategy: cma, l-shade, lin-lee-1999, nsga-ii, race [default:" in told
-    assert "NAMES" not in told

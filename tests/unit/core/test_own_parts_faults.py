@@ -94,7 +94,7 @@ def test_fields_of_objectives_and_strategies(own):
     why_not(api.strategies["race"]._replace(name=None))
     own_make = last._replace(make=lambda own: last._replace(unit=str(own.effort)))
     api.register(own_make)
-    with refused():
+    with pytest.raises(api.UserError, match="fitness 'last-error': make: AttributeError"):
         api.load_scenario("c-axis-ramp", {"fitness": {"kind": "last-error"}})
     api.register(own_make._replace(settings=Weights))
     found = api.load_scenario("c-axis-ramp", {"fitness": {"kind": "last-error"}})
@@ -140,7 +140,6 @@ def step(reads):
     [
         {"law": step("current")},
         {"reads": lambda record: ["error", "wobble"]},
-        {"law": lambda record, limit: 1 / 0},
         {"of_gains": lambda gains: {"pd": {"kp": 1.0}}},
     ],
 )
@@ -149,11 +148,17 @@ def test_a_law_does_a_step_before_a_search_and_when_a_design_is_loaded(changes, 
     scenario = api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL})
     with refused() as found:
         api.design(scenario)
-    if "of_gains" not in changes:
+    if "of_gains" not in changes:  # its mistake is in a search alone
         design = json.loads(api_text("pd-only"))
         design["controller"]["kind"] = "mine"
         (own / "mine.json").write_text(json.dumps(design))
         assert found.refusal in refused_command("score", "mine.json")
+
+
+def test_a_law_that_raises_is_named(own):
+    api.register(pd_kind(law=lambda record, limit: 1 / 0))
+    with pytest.raises(api.UserError, match="'mine', a step of its law: ZeroDivisionError"):
+        api.design(api.load_scenario("c-axis-ramp", {"controller": {"kind": "mine"}, **SMALL}))
 
 
 def test_a_law_that_is_registered_again_is_the_same_key_of_compiled_code(own):
