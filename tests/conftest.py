@@ -10,17 +10,18 @@ import numpy as np
 import oracle
 import pytest
 import wording
+from known_parts import forget, made_known
 from lifted import controller_of
 from sledge import CONTROLLER, MODULE, SCENARIO
 
 from hfc_design.controllers.hierarchical import tree as hierarchy
 from hfc_design.controllers.hierarchical.law import HierarchicalGains
-from hfc_design.core.plugins import GROUPS
 from hfc_design.files.pairing import load_design
 from hfc_design.report import verdict
 
 #: Fixtures of single rooms, for whatever tier.
 pytest_plugins = ["report_fixtures", "comparison_fixtures", "batch_fixtures"]
+pytest_plugins += ["toy_run", "carried_files"]
 
 #: Where the modules lie that no test brings.
 INSTALLED = tuple(sysconfig.get_paths()[key] for key in ("stdlib", "purelib", "platlib"))
@@ -86,15 +87,11 @@ def no_baselines(monkeypatch):
 @pytest.fixture
 def own_plugins(monkeypatch):
     """Forgets afterwards which plug-ins and modules came in."""
-    groups = [
-        (found, dict(found)) for group in GROUPS.values() for found in (group.known, group.given)
-    ]
+    groups = made_known()
     modules = set(sys.modules)
     monkeypatch.setattr(sys, "path", [*sys.path])
     yield
-    for known, before in groups:
-        known.clear()
-        known.update(before)
+    forget(groups)
     for name in set(sys.modules) - modules:
         file = getattr(sys.modules[name], "__file__", None) or ""
         if not name.startswith(("hfc_design", "plants")) and not file.startswith(INSTALLED):

@@ -1,9 +1,11 @@
 """The pages of the documentation, as a code host shows them."""
 
+import json
 import re
 
 from places import ROOT
 
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 PATTERNS = ("*.md", "docs/*.md", "docs/notebooks/*.md", "experiments/**/*.md", "benchmarks/*.md")
 PAGES = sorted(page for pattern in PATTERNS for page in ROOT.glob(pattern))
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -42,3 +44,16 @@ def commands(page):
         for line in text.replace("\\\n", " ").splitlines():
             if line.startswith("hfc "):
                 yield line
+
+
+def texts(book):
+    """Of every cell whose numbers do not hang on a search, what it prints and what it is."""
+    for cell in book["cells"]:
+        if cell["cell_type"] == "code" and "varies" not in cell["metadata"].get("tags", []):
+            outputs = [one for one in cell["outputs"] if one.get("name") != "stderr"]
+            shown = (one.get("text") or one["data"]["text/plain"] for one in outputs)
+            yield "".join("".join(part) for part in shown)
+
+
+def stored(path):
+    return json.loads(path.read_text("utf-8"))

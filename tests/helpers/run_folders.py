@@ -14,6 +14,13 @@ def hfc(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
+def ran(*arguments):
+    """What a command prints that does what it is asked."""
+    done = hfc(*arguments)
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
 def table(path):
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
@@ -28,6 +35,16 @@ def run_folder(path, fitness, generations=3):
     (path / "history.csv").write_text(
         "generation,best,median,diverged,structures\n" + "\n".join(rows) + "\n"
     )
+
+
+def searched(path, fitness, title="fitness"):
+    """A run folder with a configuration, whose design says what it was ranked by."""
+    run_folder(path, fitness)
+    (path / "config.toml").write_text(f'name = "mine"\n[run]\nseed = {int(fitness)}\n')
+    design = json.loads((path / "design.json").read_text())
+    design["score"] |= {"merit": fitness, "judged_by": title}
+    (path / "design.json").write_text(json.dumps(design))
+    return path
 
 
 def batch_folder(out, groups, **run):

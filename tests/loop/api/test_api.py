@@ -31,9 +31,9 @@ def test_everything_that_takes_a_record_takes_a_name(short, tmp_path):
     told, *_ = short
     assert hfc.with_gains(told, "pd", {"kp": 2000.0, "kd": 500.0}).controller.pd.kp == 2000.0
     assert hfc.with_gains("c-axis-ramp", "pd", {"kp": 1.0, "kd": 2.0}).plant.name == "c-axis"
-    by_name = hfc.robustness("pd-only", told, 0.1, 2)
+    by_name = hfc.robustness("pd-only", told, 0.1, 4)
     np.testing.assert_array_equal(
-        by_name.values["fitness"], hfc.robustness(FOUND, RAMP, 0.1, 2).values["fitness"]
+        by_name.values["fitness"], hfc.robustness(FOUND, RAMP, 0.1, 4).values["fitness"]
     )
     signals = {"error": 1e-4, "error_rate": 2e-3}
     assert hfc.Controller("pd-only").step(signals) == hfc.Controller(FOUND).step(signals)

@@ -4,6 +4,7 @@ import csv
 
 import pytest
 from batches import written
+from wording import refused
 
 import hfc_design.api as hfc
 
@@ -47,5 +48,13 @@ def test_a_cell_that_fails_is_an_error_after_the_others(tmp_path):
         hfc.batch(path, out)
     states = sorted(run.state for run in hfc.findings(out).runs)
     assert states == ["failed", "finished", "finished"]
-    with pytest.raises(hfc.UserError, match="is no folder"):
+    with refused():
         hfc.findings(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5])
+def test_processes_that_cannot_be(tmp_path, workers):
+    with refused() as found:
+        hfc.batch(written(tmp_path, GRID), tmp_path / "out", workers=workers)
+    assert found.where == f"workers={workers}"
+    assert not (tmp_path / "out").exists()

@@ -5,28 +5,25 @@ import errno
 import os
 
 import pytest
-from click.testing import CliRunner
 from imported_files import PYFUZZYLITE
+from run_folders import hfc
+from wording import refused_command
 
-from hfc_design.cli import main
 from hfc_design.core.checkpoint import write_whole
 from hfc_design.core.records import RunError
 from hfc_design.files.pairing import load_design
 from hfc_design.formats import FORMATS, writing
 
 PD = "pd-only"
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(item) for item in arguments])
+SHORT = ("--set", "simulation.duration_s=0.1")
 
 
 @pytest.mark.parametrize(
     ("arguments", "option", "suffix"),
     [
-        (("simulate", PD), "--csv", ".csv"),
-        (("simulate", PD), "--plot", ".png"),
-        (("score", PD, "--spread", "0.1", "--samples", "2"), "--plot", ".svg"),
+        (("simulate", PD, *SHORT), "--csv", ".csv"),
+        (("simulate", PD, *SHORT), "--plot", ".png"),
+        (("score", PD, "--spread", "0.1", "--samples", "4", *SHORT), "--plot", ".svg"),
         (("stability",), "--plot", ".pdf"),
         (("export", PD, "--to", "json"), "--out", ".json"),
         (("import", PYFUZZYLITE, "--name", "mine"), "--out", ".json"),
@@ -35,9 +32,7 @@ def hfc(*arguments):
 def test_a_file_is_overwritten_with_force_alone(arguments, option, suffix, tmp_path):
     file = tmp_path / f"mine{suffix}"
     file.write_text("old")
-    done = hfc(*arguments, option, file)
-    told = f"hfc: {option} {file}: exists already; name another path, or add --force\n"
-    assert (done.exit_code, done.stderr) == (2, told)
+    assert refused_command(*arguments, option, file).where == f"{option} {file}"
     assert file.read_text() == "old"
     assert hfc(*arguments, option, file, "--force").exit_code == 0
     assert len(file.read_bytes()) > 100
@@ -50,7 +45,7 @@ def test_an_export_into_a_folder_leaves_what_else_is_in_it(tmp_path):
     whole = {file.name: file.read_bytes() for file in out.iterdir()}
     (out / "mine.txt").write_text("mine")
     (out / "rules.csv").write_text("changed")
-    assert hfc("export", design, "--to", "csv", "--out", out).exit_code == 2
+    refused_command("export", design, "--to", "csv", "--out", out)
     assert hfc("export", design, "--to", "csv", "--out", out, "--force").exit_code == 0
     found = {file.name: file.read_bytes() for file in out.iterdir()}
     assert found == whole | {"mine.txt": b"mine"}
@@ -88,7 +83,7 @@ def test_a_disk_that_is_full_leaves_no_part_of_an_export(fails_at, there, tmp_pa
 
 def test_labels_of_a_batch_are_no_formulas(tmp_path):
     file = tmp_path / "mine.toml"
-    cell = '[[cells]]\nlabel = "=HYPERLINK(1)"\ndesign = "pd-only"\nsimulation.duration_s = 0.05\n'
+    cell = '[[cells]]\nlabel = "=HYPERLINK(1)"\ndesign = "pd-only"\nsimulation.duration_s = 0.1\n'
     file.write_text(cell)
     done = hfc("batch", file, "--out", tmp_path / "out")
     assert done.exit_code == 0, done.output

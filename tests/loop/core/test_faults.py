@@ -1,31 +1,13 @@
-"""Mistakes in every key of every built-in file: a line each, in plain words."""
+"""An unknown key in any table of every built-in scenario: a line, in plain words."""
 
 import pytest
+from mistakes import places, put
 from plain_words import plain_lines
+from wording import refused
 
 from hfc_design.core.records import UserError
+from hfc_design.files.doubts import doubts
 from hfc_design.files.named_scenario import builtin_names, load_scenario
-
-
-def places(value, here=()):
-    """Every place in tables, and in the first entry of lists."""
-    if here:
-        yield here
-    if isinstance(value, dict):
-        for key, part in value.items():
-            yield from places(part, (*here, key))
-    elif isinstance(value, list) and value:
-        yield from places(value[0], (*here, 0))
-
-
-def put(data, place, value):
-    """The same with another value in a place."""
-    if not place:
-        return value
-    own = put(data[place[0]] if len(place) > 1 else None, place[1:], value)
-    if isinstance(data, dict):
-        return data | {place[0]: own}
-    return [own, *data[1:]]
 
 
 def tables(value, here=()):
@@ -43,20 +25,33 @@ OPEN = {"parameters", "axes", "start", "constraints", "readings", "tolerances", 
 
 
 @pytest.mark.parametrize("name", builtin_names())
-def test_an_unknown_key_in_any_table_of_a_scenario_meets_what_is_allowed_there(name):
-    whole = load_scenario(name).model_dump(mode="json", exclude_none=True)
+def test_no_built_in_scenario_is_doubted_and_an_unknown_key_anywhere_is_told(name):
+    scenario = load_scenario(name)
+    assert doubts(scenario) == []
+    whole = scenario.model_dump(mode="json", exclude_none=True)
     for place in tables(whole):
         if OPEN & {*place}:
             continue
-        told = refusal(lambda place=place: load_scenario(put(whole, (*place, "nmae"), 3)))
+        with pytest.raises(UserError) as refused:
+            load_scenario(put(whole, (*place, "nmae"), 3))
+        told = plain_lines(refused.value)
         key = ".".join(map(str, (*place, "nmae")))
         (line,) = [line for line in told if key in line]
         assert f"scenario: {key} = 3: there is no such key; " in line
         assert "there is " in line.partition("no such key; ")[2]
 
 
-def refusal(call):
-    """The lines of what a call refuses."""
-    with pytest.raises(UserError) as refused:
-        call()
-    return plain_lines(refused.value)
+@pytest.mark.parametrize(
+    ("scenario", "change"),
+    [
+        ("c-axis-ramp", "velocity=1e308"),
+        ("c-axis-ramp", "velocity=-1e308"),
+        ("feed-drive-circle", "radius_mm=1e308"),
+        ("feed-drive-circle", "cycles=1e308"),
+        ("feed-drive-circle", "feed_mm_min=5e-324"),
+    ],
+)
+def test_motions_beyond_all_numbers(scenario, change):
+    with refused() as found:
+        load_scenario(scenario, [f"reference.{change}"])
+    assert found.refusal.startswith(f"{scenario}: reference.kind = ")

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from imported_files import GAUSSIAN
 from scipy.integrate import solve_ivp
-from sledge import api_text, hfc, imported, refused, scenario_of
+from sledge import api_text, hfc, imported, scenario_of
+from wording import refused_command
 
 from hfc_design import api
 from hfc_design.formats.reading import Wish
@@ -16,9 +17,9 @@ from hfc_design.formats.reading import imported as imported_design
 
 def test_a_batch_knows_an_own_plant(own):
     grid = "[grid]\nscenario = ['sledge.toml']\nrun.seed = [0, 1]\n"
-    sizes = "[set]\nsearch.population = 4\nsearch.generations = 1\n"
+    sizes = "[set]\nsearch.population = 4\nsearch.generations = 1\nsimulation.duration_s = 0.5\n"
     (own / "batch.toml").write_text(sizes + grid)
-    assert "'sledge'" in refused("batch", "batch.toml")
+    refused_command("batch", "batch.toml")
     done = hfc("batch", "batch.toml", "--plant", "mine:SLEDGE", "--out", "out")
     assert done.exit_code == 0, done.output
     assert len(list((own / "out").glob("*/design.json"))) == 2
@@ -34,13 +35,11 @@ def design_for_the_sledge(name):
 
 def test_stability_knows_an_own_plant_and_asks_for_its_drive(own):
     file = design_for_the_sledge("jee-koren-2004-flc")
-    assert "--use module:OBJECT" in refused("stability", file)
-    line = refused("stability", file, "--plant", "mine:SLEDGE")
-    for part in ("sledge", "no feed drive", "--gain", "--time-constant"):
-        assert part in line
-    assert "--gain" in refused("stability", file, "--plant", "mine:SLEDGE", "--gain", "28.3")
+    own_plant = ("--plant", "mine:SLEDGE")
+    for options in ((), own_plant, (*own_plant, "--gain", "28.3")):
+        refused_command("stability", file, *options)
     drive = ("--gain", "28.3", "--time-constant", "0.055")  # those of the published design
-    done = hfc("stability", file, "--plant", "mine:SLEDGE", *drive, "--json")
+    done = hfc("stability", file, *own_plant, *drive, "--json")
     assert done.stdout == hfc("stability", "jee-koren-2004-flc", "--json").stdout
     # A plant of one's own with the parameters of the feed drive is one.
     (own / "smooth.py").write_text(
@@ -49,21 +48,28 @@ def test_stability_knows_an_own_plant_and_asks_for_its_drive(own):
     )
     assert hfc("stability", file, "--plant", "smooth:PLANT", "--json").stdout == done.stdout
     file = design_for_the_sledge("pd-only")
-    assert "no flc, aflc or soflc" in refused("stability", file, "--plant", "mine:SLEDGE")
+    refused_command("stability", file, *own_plant)
 
 
 def test_a_controller_is_imported_for_an_own_plant(own):
     """The loop's first command is the runtime's, of the same file for the C-axis."""
     signals = ("--signal", "deflection=speed")
     command = ("import", GAUSSIAN, "--plant", "mine:SLEDGE", "--out", "mine.json", *signals)
-    assert "--sample-time" in refused(*command)
+    refused_command(*command)
     done = hfc(*command, "--sample-time", "0.01")
     assert done.exit_code == 0, done.output
     design = json.loads(Path("mine.json").read_text())
     assert design["plant"]["name"] == "sledge"
     assert [item["name"] for item in design["controller"]["inputs"]] == ["speed", "error"]
     done = hfc(
-        "simulate", "mine.json", "--scenario", "sledge.toml", "--set", "reference.height=0.3"
+        "simulate",
+        "mine.json",
+        "--scenario",
+        "sledge.toml",
+        "--set",
+        "reference.height=0.3",
+        "--set",
+        "simulation.duration_s=2.5",
     )
     names, first, *_ = (line.split(",") for line in done.stdout.splitlines())
     row = dict(zip(names, map(float, first), strict=True))
@@ -76,8 +82,8 @@ def test_a_controller_is_imported_for_an_own_plant(own):
     again = hfc("import", GAUSSIAN, "--like", "mine.json", "--name", "again", *signals)
     assert again.exit_code == 0, again.output
     assert json.loads(Path("again.json").read_text())["controller"] == design["controller"]
-    assert "'deflection'" in refused(*command[:6], "--force", "--sample-time", "0.01")
-    assert "'rocket'" in refused("import", GAUSSIAN, "--plant", "rocket")
+    refused_command(*command[:6], "--force", "--sample-time", "0.01")
+    refused_command("import", GAUSSIAN, "--plant", "rocket")
 
 
 def test_the_loop_of_an_own_plant_is_that_of_scipy(own):
@@ -85,11 +91,12 @@ def test_the_loop_of_an_own_plant_is_that_of_scipy(own):
     mine = imported("mine")
     api.register(mine.SLEDGE)
     scenario = api.load_scenario(
-        "sledge.toml", {"plant.parameters.mass": 4.0, "load.constant": 0.5}
+        "sledge.toml",
+        {"plant.parameters.mass": 4.0, "load.constant": 0.5, "simulation.duration_s": 2.5},
     )
     found = api.evaluate(api.with_gains(scenario, "pd", {"kp": 10.0, "kd": 2.0}), scenario)
     state, errors = np.zeros(2), []
-    for _ in range(300):
+    for _ in range(250):
         error = 1.0 - state[0]
         force = 10.0 * error + 2.0 * (0.0 - state[1])
         errors.append(error)

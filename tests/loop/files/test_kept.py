@@ -17,12 +17,12 @@ def told(design, scenario, changes=None):
 
 
 def test_simulate_says_it_too_beside_its_numbers(tmp_path):
-    (tmp_path / "here.toml").write_text("limits.command = 50.0\nsimulation.duration_s = 0.1\n")
+    (tmp_path / "here.toml").write_text("load.constant = 5.0\nsimulation.duration_s = 0.1\n")
     done = hfc("simulate", "pd-only", "--scenario", tmp_path / "here.toml")
     assert done.exit_code == 0
     assert HEAD not in done.stdout
     assert HEAD in done.stderr
-    assert "limits   the drive here has command 50 (made with none)" in done.stderr
+    assert "constant 5" in done.stderr
     assert HEAD not in hfc("simulate", "pd-only", "--set", "simulation.duration_s=0.1").stderr
 
 
@@ -35,13 +35,13 @@ def test_axes_are_told_apart():
 
 def test_each_of_several_scenarios_is_told_with_its_scores():
     """And the order is that of the command line."""
-    short = ["--set", "simulation.duration_s=0.3"]
-    given = ["--scenario", "c-axis-ramp-cutting", "--scenario", "c-axis-step"]
+    short = ["--set", "simulation.duration_s=0.1"]
+    given = ["--scenario", "c-axis-ramp-cutting", "--scenario", "c-axis-sine"]
     done = hfc("score", "pd-only", *given, *short)
     assert done.exit_code == 0, done.output
     first, second = done.stdout.split("\n\nscenario ")
     assert first.startswith("scenario c-axis-ramp-cutting\n")
-    assert second.startswith("c-axis-step\n")
+    assert second.startswith("c-axis-sine\n")
     for text in (first, second):
         assert text.count(HEAD) == 1
         assert text.index("max_error_rad") < text.index(HEAD)

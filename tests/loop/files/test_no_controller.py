@@ -1,8 +1,7 @@
 """A scenario without a controller, on a machine that the default one does not fit."""
 
-import pytest
+from wording import refused
 
-from hfc_design.core.records import UserError
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.runs.individuals import genome_of
@@ -21,5 +20,10 @@ def test_designs_run_on_it_and_a_search_says_what_is_missing():
     scenario = load_scenario(MOVE)
     assert not evaluate(load_design("emps-cascade"), scenario).diverged
     for asks in (genome_of, check_memory):
-        with pytest.raises(UserError, match=r"^move: has no \[controller\], and of the default"):
+        with refused():
             asks(scenario)
+
+
+def test_a_controller_that_is_named_has_to_fit_at_once():
+    with refused():
+        load_scenario(MOVE | {"controller": {"kind": "pd+hierarchical-fuzzy"}})

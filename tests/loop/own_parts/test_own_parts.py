@@ -1,107 +1,76 @@
 """A kind, a machine, a strategy and an objective of a user's own: everything, without a line here.
 
-The oracle of the machine is SciPy's integrator, that of the exports the runtime, and that of the
-runtime the toy kind's law written down once more with NumPy.
+The oracle of the machine is SciPy's integrator, and that of the runtime the toy kind's law written
+down once more with NumPy.
 """
 
 import json
 import shutil
-import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
-from places import OWN_PARTS
+from run_folders import ran
 from scipy.integrate import solve_ivp
+from toy_run import OWN
+from wording import refused, refused_command
 
 import hfc_design.api as hfc
+import hfc_design.runs.run as runs
 from hfc_design import runtime
-from hfc_design.cli import main
+from hfc_design.controllers.kinds import KINDS
 from hfc_design.report.errors import errors
 
-HERE = OWN_PARTS
-OWN = ("--plant", "toy_machine:MACHINE", "--use", "toy_kind:KIND")
-SCENARIO = """
-[plant]
-name = "toy-machine"
-[plant.axes.c]
-inertia = 0.5
-[reference]
-kind = "per-axis"
-[reference.axes.x]
-kind = "trapezoidal"
-distance = 50.0
-velocity = 100.0
-acceleration = 500.0
-[reference.axes.c]
-kind = "sine"
-amplitude = 30.0
-frequency_rad_s = 4.0
-[simulation]
-duration_s = 0.5
-[limits.axes.x]
-command = 4.0
-[controller]
-kind = "per-axis"
-[controller.axes.x]
-kind = "toy"
-width = 2.0
-largest = 8.0
-integral = 30.0
-rate = 0.01
-[controller.axes.c]
-kind = "pd"
-ranges = { kp = [0.1, 20.0], kd = [0.001, 0.2] }
-[search]
-population = 24
-generations = 6
-stick_penalty = 0.0
-"""
+
+def table_by_hand(record, errors, limit):
+    """The toy kind's commands to errors in turn."""
+    heights, total, found = np.array(record.heights), 0.0, []
+    for error in errors:
+        place = np.clip(error / record.width, -2.0, 2.0)
+        weights = np.maximum(1.0 - np.abs(place - np.arange(-2, 3)), 0.0)
+        inferred = np.interp(place, np.arange(-2, 3), heights)
+        step = record.integral * 0.001 * error
+        if not (abs(inferred + total + step) > limit and step * (inferred + total + step) > 0):
+            total += step
+        found.append(np.clip(inferred + total, -limit, limit))
+        heights = heights + record.rate * weights * error
+    return np.array(found)
 
 
-def ran(*arguments):
-    found = CliRunner().invoke(main, [str(item) for item in arguments])
-    assert found.exit_code == 0, found.output
-    return found.output
+def test_the_runtime_steps_it(toy):
+    errors = 6.0 * np.sin(0.05 * np.arange(400))
+    controller = runtime.Controller(toy)
+    found = np.array([controller.step({"error": error}) for error in errors])
+    expected = table_by_hand(toy.controller, errors, 4.0)
+    assert np.abs(expected).max() == 4.0 < np.abs(errors).max()  # its limit holds
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    learnt = controller.adapted()
+    assert learnt.heights != toy.controller.heights
+    assert type(learnt).model_validate(learnt.model_dump()) == learnt  # a table that can be saved
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A run of the toy kind on the toy machine, as the command line makes it."""
-    place = tmp_path_factory.mktemp("own")
-    sys.path.insert(0, str(HERE))
-    (place / "toy.toml").write_text(SCENARIO)
-    ran("design", place / "toy.toml", *OWN, "--out", place / "run", "--quiet")
-    yield place
-    sys.path.remove(str(HERE))
+def test_what_has_no_template_of_a_language_says_which(toy, tmp_path, monkeypatch):
+    monkeypatch.setitem(KINDS.known, "toy", replace(toy.kind, st=None))
+    with refused():
+        hfc.export(toy, "st", tmp_path / "out")
+    hfc.export(toy, "c", tmp_path / "out")
 
 
-@pytest.fixture
-def design(folder):
-    return hfc.load_design(folder / "run")
-
-
-@pytest.fixture
-def toy(design):
-    """The part of the axis X."""
-    return design.by_axis()["x"]
-
-
-def test_both_axes_are_exported(folder, tmp_path):
-    ran("export", folder / "run", *OWN, "--to", "c", "--out", tmp_path / "c")
+def test_both_axes_are_exported(toy_place, tmp_path):
+    ran("export", toy_place / "run", *OWN, "--to", "c", "--out", tmp_path / "c")
     assert sorted(path.name for path in (tmp_path / "c").glob("*/*.c")) == ["toy_c.c", "toy_x.c"]
     assert "_real error_rate; /* [deg/s] */" in (tmp_path / "c" / "c" / "toy_c.h").read_text()
     assert "_real error; /* [mm] */" in (tmp_path / "c" / "x" / "toy_x.h").read_text()
-    ran("export", folder / "run", *OWN, "--to", "st", "--out", tmp_path / "st")
+    ran("export", toy_place / "run", *OWN, "--to", "st", "--out", tmp_path / "st")
     names = sorted(path.name for path in (tmp_path / "st").iterdir())
     assert names == ["README.md", "c", "x"]
     assert (tmp_path / "st" / "x" / "toy_x.st").exists()
 
 
-def test_the_simulator_does_what_the_runtime_does(design, folder):
-    scenario = hfc.load_scenario(folder / "run" / "config.toml")
-    found = hfc.evaluate(design, scenario)
-    machine = runtime.Machine(design)
+def test_the_simulator_does_what_the_runtime_does(toy_design, toy_place):
+    scenario = hfc.load_scenario(toy_place / "run" / "config.toml")
+    found = hfc.evaluate(toy_design, scenario)
+    machine = runtime.Machine(toy_design)
     told = {axis.name: axis.told() for axis in found.axes}
     for k in range(scenario.simulation.steps):
         signals = {
@@ -136,12 +105,12 @@ def integrated(found):
     return y[[0, 2]]
 
 
-def test_the_machine_moves_as_scipy_says(design, folder):
+def test_the_machine_moves_as_scipy_says(toy_design, toy_place):
     off, ended = {}, {}
     for substeps in (2, 4):
-        changes = {"simulation.substeps": substeps, "simulation.duration_s": 0.3}
-        scenario = hfc.load_scenario(folder / "run" / "config.toml", changes)
-        found = hfc.evaluate(design, scenario)
+        changes = {"simulation.substeps": substeps}
+        scenario = hfc.load_scenario(toy_place / "run" / "config.toml", changes)
+        found = hfc.evaluate(toy_design, scenario)
         ends = np.array([axis.motion.state.place[-1] for axis in found.axes])
         off[substeps] = np.abs(ends - integrated(found))
         ended[substeps] = ends
@@ -149,65 +118,54 @@ def test_the_machine_moves_as_scipy_says(design, folder):
     assert off[2].max() < 1e-4  # mm, deg
     assert (off[4] < off[2] / 3.0).all()  # of second order
     apart = hfc.load_scenario(
-        folder / "run" / "config.toml", {**changes, "plant.axes.c.unbalance": 1e-12}
+        toy_place / "run" / "config.toml", {**changes, "plant.axes.c.unbalance": 1e-12}
     )
-    alone = hfc.evaluate(design, apart)
+    alone = hfc.evaluate(toy_design, apart)
     ends = np.array([axis.motion.state.place[-1] for axis in alone.axes])
     assert (np.abs(ends - ended[4]) > 100.0 * off[2]).all()  # they do push one another
 
 
-def test_stopped_and_resumed_ends_alike(folder, tmp_path):
-    import hfc_design.runs.run as runs
-
-    scenario = runs.opened_run(folder / "run")
+def test_stopped_and_resumed_ends_alike(toy_place, tmp_path):
+    scenario = runs.opened_run(toy_place / "run")
 
     class Stop(Exception):
         pass
 
     def stop(search):
-        if search.generation == 3:
+        if search.generation == 2:
             raise Stop
 
-    shutil.copytree(folder / "run", tmp_path / "run")
-    for name in ("design.json", "checkpoint.npz", "history.csv", "report.html"):
+    shutil.copytree(toy_place / "run", tmp_path / "run")
+    for name in ("design.json", "checkpoint.npz", "history.csv"):
         (tmp_path / "run" / name).unlink()
     with pytest.raises(Stop):
         runs.run(scenario, tmp_path / "run", stop)
-    ran("design", "--resume", "--out", tmp_path / "run", *OWN, "--quiet")
+    runs.run(scenario, tmp_path / "run")
     for name in ("design.json", "checkpoint.npz", "history.csv"):
-        assert (tmp_path / "run" / name).read_bytes() == (folder / "run" / name).read_bytes()
+        assert (tmp_path / "run" / name).read_bytes() == (toy_place / "run" / name).read_bytes()
 
 
-def test_what_has_no_component_is_refused_and_leaves_nothing(folder, tmp_path):
+def test_what_has_no_component_is_refused_and_leaves_nothing(toy_place, tmp_path):
     out = tmp_path / "hal"
-    arguments = ["export", folder / "run", *OWN, "--to", "linuxcnc", "--out", out]
-    refused = CliRunner().invoke(main, [str(item) for item in arguments])
-    assert refused.exit_code == 2
-    assert "HAL has no component of the plant toy-machine" in refused.output
+    refused_command("export", toy_place / "run", *OWN, "--to", "linuxcnc", "--out", out)
     assert not out.exists()
 
 
-def test_axes_of_other_units_have_an_error_each(folder):
-    evaluation = hfc.evaluate(folder / "run", folder / "run" / "config.toml")
+def test_axes_of_other_units_have_an_error_each(toy_place):
+    evaluation = hfc.evaluate(toy_place / "run", toy_place / "run" / "config.toml")
     panels = errors({"this design": evaluation}).axes
-    assert [axes.get_ylabel() for axes in panels] == [
-        "largest x error [mm]",
-        "largest c error [deg]",
-    ]
+    labels = [axes.get_ylabel() for axes in panels]
+    assert labels == ["largest x error [µm]", "largest c error [deg]"]
     for axes, axis in zip(panels, evaluation.axes, strict=True):
         (line,) = axes.lines
-        assert max(line.get_ydata()) == np.abs(axis.motion.error).max()
+        size = 1e3 if axis.name == "x" else 1.0
+        assert max(line.get_ydata()) == pytest.approx(size * np.abs(axis.motion.error).max())
 
 
-def test_it_is_explained_and_reported(folder, tmp_path):
-    page = (folder / "run" / "report.html").read_text()
-    assert "x: A table of its own" in page
-    assert "The learnt table." in page
-    design = hfc.load_design(folder / "run")
-    single = design.by_axis()["x"].model_dump(mode="json")
-    assert single["limits"]["command"] == 4.0
-    arguments = ["explain", str(folder / "run"), *OWN, "--at", "error=1.0"]
-    assert "--axis: is missing, one has to be named" in CliRunner().invoke(main, arguments).output
-    told = ran("explain", folder / "run", *OWN, "--axis", "x", "--at", "error=1.0", "--json")
+def test_it_is_explained(toy_place, toy):
+    assert toy.limits.command == 4.0
+    asked = ("explain", toy_place / "run", *OWN, "--at", "error=1.0")
+    assert refused_command(*asked).where == "--axis"
+    told = ran(*asked, "--axis", "x", "--json")
     assert {"units", "parts", "command"} <= json.loads(told).keys()
     assert "toy" in ran("list", "controllers", *OWN)

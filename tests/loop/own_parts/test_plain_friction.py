@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import pytest
+from wording import refused
 
 import hfc_design.api as hfc
-from hfc_design.core.records import UserError
 from plants.blocks import LuGre, bristle, friction_torque
 
 PERIOD = 1e-3
@@ -88,5 +88,15 @@ def test_a_faster_motion_needs_finer_steps(slide):
     found = hfc.load_scenario(scenario(3.5 * limit, substeps=4))
     design = hfc.with_gains(found, "pd", {"kp": 1e4, "kd": 2e3})
     assert not hfc.evaluate(design, found).diverged
-    with pytest.raises(UserError, match=r"simulation.substeps = 2: a reference of .* at least 4 "):
+    with refused() as told:
         hfc.load_scenario(scenario(3.5 * limit, substeps=2))
+    assert "simulation.substeps = " in told.refusal
+
+
+def test_machines_of_a_spread_need_steps_of_their_own(slide):
+    limit = SLIDE.fastest(Parameters(), PERIOD)
+    found = hfc.load_scenario(scenario(0.99 * limit))
+    design = hfc.with_gains(found, "pd", {"kp": 1e4, "kd": 2e3})
+    with refused() as told:
+        hfc.robustness(design, found, 0.2, 20)
+    assert "simulation.substeps = " in told.refusal

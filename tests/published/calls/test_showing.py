@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from itertools import pairwise
 
 import pytest
 from matplotlib.figure import Figure
@@ -14,21 +15,17 @@ AHEAD = {"velocity": 13.6, "acceleration": 28.0, "coulomb": 3.6, "coulomb_width"
 GAINS = {"kp": 1900.0, "ki": 1500.0, "kd": 450.0, "feed_forward": AHEAD}
 
 
-def linear():
-    return hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS))
-
-
+RAMP = {"name": "a", "simulation": {"duration_s": 0.1}}
+PUBLISHED = "lin-lee-1999-table-1"
 FOUND = {
     "evaluation": lambda: hfc.evaluate("pd-only", hfc.load_scenario("c-axis-ramp", SHORT)),
     "result": lambda: hfc.design(hfc.load_scenario("c-axis-ramp", SMALL)),
-    "robustness": lambda: hfc.robustness("pd-only", {"name": "a", **RAMP}, 0.1, 4),
-    "usable": lambda: hfc.usable("pd-only", {"name": "a", **RAMP}, machines=4),
-    "comparison": lambda: hfc.compare([PUBLISHED, "pd-only"], [{"name": "a", **RAMP}], machines=4),
+    "robustness": lambda: hfc.robustness("pd-only", RAMP, 0.1, 4),
+    "usable": lambda: hfc.usable("pd-only", RAMP, machines=4),
+    "comparison": lambda: hfc.compare([PUBLISHED, "pd-only"], [RAMP], machines=4),
     "range": hfc.stability,
-    "margins": linear,
+    "margins": lambda: hfc.stability(hfc.with_gains("c-axis-ramp", "pid+ff", GAINS)),
 }
-RAMP = {"simulation": {"duration_s": 0.1}}
-PUBLISHED = "lin-lee-1999-table-1"
 
 
 @pytest.mark.parametrize("kind", FOUND)
@@ -44,6 +41,36 @@ def test_a_figure_that_shows_itself_and_is_written_where_it_is_asked_for(kind, t
         assert len(bundle[picture]) < 100_000
     hfc.plot(found, tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("kind", "title"),
+    [("robustness", "rms error [mrad]"), ("usable", "error once settled\n[mrad]")],
+)
+def test_on_many_machines_in_a_column_every_text_is_whole_and_no_numbers_touch(kind, title):
+    figure = hfc.plot(FOUND[kind](), width="88mm")
+    figure.draw_without_rendering()
+    seen = [axes for axes in figure.axes if axes.get_visible()]
+    assert title in [axes.get_title(loc) for axes in seen for loc in ("center", "right")]
+    for axes in seen:
+        for label in (axes.yaxis.label, axes.title):
+            box = label.get_window_extent()
+            assert box.x0 >= 0
+            assert box.x1 <= figure.bbox.width
+        low, high = axes.get_xlim()
+        ticks = zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+        boxes = [label.get_window_extent() for x, label in ticks if low <= x <= high]
+        assert all(b.x0 - a.x1 > 3 for a, b in pairwise(boxes))
+
+
+def test_usable_shows_itself():
+    usable = FOUND["usable"]()
+    assert repr(usable).startswith("Usable(yes=")
+    assert usable.answer.partition(":")[0] in ("yes", "no")
+    assert f"machines={len(usable.good)}" in repr(usable)
+    assert usable._repr_html_().count("<tr>") == 7  # six figures, one motion
+    with pytest.raises(hfc.UserError):
+        hfc.usable("pd-only", "feed-drive-line")
 
 
 def test_the_page_of_a_design_and_of_a_run(tmp_path):

@@ -7,19 +7,14 @@ import re
 import shlex
 
 import numpy as np
-from click.testing import CliRunner
+from run_folders import hfc
 from sledge import BUDGET
 
-from hfc_design.cli import main
 from hfc_design.core.plugins import know
 
 SHORT = ["--set", "simulation.duration_s=0.3", "--machines", "6"]
 PARAMETERS = "backlash", "table_mass"
 TWO = ["lin-lee-1999-table-1", "pd-only"]
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def test_tables_mark_the_best_and_say_what_was_drawn(tmp_path):

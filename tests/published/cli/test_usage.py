@@ -3,23 +3,13 @@
 import subprocess
 import sys
 
-from click.testing import CliRunner
-from plain_words import plain_lines
-
-from hfc_design.cli import main
-
-
-def refused(*arguments):
-    """What a command line is refused with, without ``hfc: ``."""
-    done = CliRunner().invoke(main, [*arguments])
-    assert (done.exit_code, done.stdout) == (2, "")
-    lines = plain_lines(Exception(done.stderr.rstrip("\n")), "hfc: ")
-    return "\n".join(line.removeprefix("hfc: ") for line in lines)
+from run_folders import hfc
 
 
 def test_a_rate_of_learning_is_bounded():
-    line = refused("train", "huang-soc", "--network", "rate=1e12", "--passes", "1")
-    assert line == "--network: rate = 1000000000000.0: has to be 1000000 or less"
+    done = hfc("train", "huang-soc", "--network", "rate=1e12", "--passes", "1")
+    told = "hfc: --network: rate = 1000000000000.0: has to be 1000000 or less\n"
+    assert (done.exit_code, done.stderr) == (2, told)
 
 
 def test_a_page_of_an_experiment_tells_mistakes_in_a_line_too():

@@ -7,6 +7,7 @@ from sledge import BUDGET, hfc, imported, refused, scenario_of
 
 from hfc_design import api
 from hfc_design.controllers.kinds import KINDS
+from hfc_design.core.plugins import know
 from hfc_design.files.machine import ALL_PLANTS
 from hfc_design.objectives.judge import OBJECTIVES
 
@@ -68,3 +69,22 @@ def test_a_search_in_which_everybody_failed_says_so(own):
     changes = {"fitness": {"kind": "last-error"}, **SMALL}
     with pytest.raises(api.RunError, match=r"diverged \(the fitness is no number\); try"):
         api.design(api.load_scenario(scenario_of("only-p"), changes))
+
+
+def test_an_error_in_its_sections_loses_no_search(own):
+    (own / "kinds.py").write_text(
+        "from dataclasses import replace\n"
+        "from hfc_design.controllers.kinds import KINDS\n"
+        "KIND = replace(KINDS.get('pd'), name='mine', sections=lambda record, shown: 1 / 0)\n"
+    )
+    own_parts = [("plant", "mine:SLEDGE"), ("controller", "kinds:KIND")]
+    know(own_parts)
+    ranges = {"kp": [1.0, 100.0], "kd": [0.1, 10.0]}
+    changes = {"controller": {"kind": "mine", "ranges": ranges}}
+    with pytest.raises(api.UserError) as found:
+        api.design(api.load_scenario("sledge.toml", changes | SMALL), "run")
+    told = "controller 'mine', sections of the report (the design is saved): ZeroDivisionError"
+    assert told in str(found.value)
+    options = [text for what, name in own_parts for text in (f"--{what}", name)]
+    assert told in refused("report", "run", *options)
+    assert hfc("score", "run", *options).exit_code == 0

@@ -1,30 +1,15 @@
 """The notebooks are as they come out: run from the top they put out what is stored."""
 
-import json
 import re
 import runpy
 
 import pytest
-from doc_pages import ROOT
+from doc_pages import NOTEBOOKS, ROOT, stored, texts
 
-NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 RUN = ROOT / "docs" / "notebooks" / "run.py"
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 #: Shown numbers have four digits at most, and their last one may be another on other processors.
 NEAR = {"rel": 2e-3, "abs": 6e-3}
-
-
-def texts(book):
-    """Of every cell whose numbers do not hang on a search, what it prints and what it is."""
-    for cell in book["cells"]:
-        if cell["cell_type"] == "code" and "varies" not in cell["metadata"].get("tags", []):
-            outputs = [one for one in cell["outputs"] if one.get("name") != "stderr"]
-            shown = (one.get("text") or one["data"]["text/plain"] for one in outputs)
-            yield "".join("".join(part) for part in shown)
-
-
-def stored(path):
-    return json.loads(path.read_text("utf-8"))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from wording import refused
 
 import hfc_design.api as hfc
 from hfc_design.controllers.kinds import KINDS
@@ -14,51 +15,50 @@ FOUND = hfc.load_design("pd-only")
 RAMP = hfc.load_scenario("c-axis-ramp", SHORT)
 
 
-@pytest.mark.parametrize(
-    ("call", "told"),
-    [
-        (lambda: hfc.evaluate(3, RAMP), "an int is no design, nor the name of one"),
-        (lambda: hfc.evaluate(RAMP, RAMP), "a Scenario is no design, nor the name of one"),
-        (lambda: hfc.evaluate(FOUND, FOUND), "a Design is no scenario, nor the name of one"),
-        (lambda: hfc.evaluate("c-axis-ramp", RAMP), "c-axis-ramp: no such design; built in are"),
-        (lambda: hfc.evaluate(FOUND, "pd-only"), "pd-only: no such scenario; built in are"),
-        (lambda: hfc.evaluate_many([FOUND, None], RAMP), "a NoneType is no design"),
-        (lambda: hfc.design(None), "a NoneType is no scenario"),
-        (lambda: hfc.Controller(3.0), "a float is no design"),
-        (lambda: hfc.export({}, "json", "x"), "a dict is no design"),
-        (lambda: hfc.register(3), "3 is none of controller"),
-        (lambda: hfc.load_scenario(RAMP, 5), "changes have to be texts as in 'simulation.dura"),
-        (lambda: hfc.load_scenario(RAMP, [5]), "changes have to be texts"),
-        (lambda: hfc.load_scenario("c-axis-rmp"), r"c-axis-rmp: no such scenario; did you mean c-"),
-        (lambda: hfc.load_design("pd-only", 5), "changes have to be texts as in 'controller.int"),
-        (lambda: hfc.load_design("pd-onyl"), r"pd-onyl: no such design; did you mean pd-only\?"),
-        (lambda: hfc.design("c-axis-ramp", 5), "an int is no path"),
-        (lambda: hfc.pick(5), "an int is no path"),
-        (lambda: hfc.compare([FOUND, 5]), "an int is no design"),
-        (lambda: hfc.robustness(FOUND, RAMP, "x", 10), "spread='x': has to be a number"),
-        (lambda: hfc.robustness(FOUND, RAMP, 0.2, "x"), "samples='x': has to be a whole"),
-        (lambda: hfc.evaluate_many(FOUND, RAMP, [5]), "an int is no machine: parameters"),
-        (lambda: hfc.learned_in(FOUND, RAMP, "x"), "a str is no evaluation; evaluate"),
-        (lambda: hfc.trajectory_csv("pd-only"), "a str is no evaluation; evaluate"),
-        (lambda: hfc.plot(FOUND, "a.png"), "a Design is no evaluation; evaluate"),
-        (lambda: hfc.comparison_page("pd-only", "a.html"), "a str is no comparison; compare"),
-        (lambda: hfc.with_gains(RAMP, "pd", 5), "an int is no table of gains"),
-        (
-            lambda: hfc.with_gains(RAMP, "pid+ff", {"kp": 1, "signals": {"speed": 2}}),
-            "controller 'pid.ff': .* 'speed', no signal of the plant 'c-axis'; there is error, ",
-        ),
-        (lambda: hfc.explain("jee-koren-2004-flc", 3), "an int is no sample: a text, or a mapping"),
-        (lambda: hfc.export(FOUND, ["c"], "a"), r"\['c'\] is no format; there is c"),
-        (lambda: hfc.export(FOUND, "json", 5), "an int is no path"),
-        (lambda: hfc.Scenario(name="x", plnt={}), "Scenario: plnt = {}: there is no such"),
-        (lambda: hfc.Scenario(name="a b"), "Scenario: name = 'a b': has to be 1 to 64"),
-        (lambda: hfc.evaluate(hfc.Taught(FOUND, 0, 0, "V"), RAMP), r".*; its \.design is one"),
-    ],
-)
-def test_what_is_neither_is_refused_in_a_line(call, told):
-    with pytest.raises(hfc.UserError, match=f"^{told}") as refused:
+#: What is neither a record nor the name of one, and what no argument can be.
+CALLS = [
+    lambda: hfc.evaluate(3, RAMP),
+    lambda: hfc.evaluate(RAMP, RAMP),
+    lambda: hfc.evaluate(FOUND, FOUND),
+    lambda: hfc.evaluate("c-axis-ramp", RAMP),
+    lambda: hfc.evaluate(FOUND, "pd-only"),
+    lambda: hfc.evaluate_many([FOUND, None], RAMP),
+    lambda: hfc.design(None),
+    lambda: hfc.Controller(3.0),
+    lambda: hfc.export({}, "json", "x"),
+    lambda: hfc.register(3),
+    lambda: hfc.load_scenario(RAMP, 5),
+    lambda: hfc.load_scenario(RAMP, [5]),
+    lambda: hfc.load_scenario("c-axis-rmp"),
+    lambda: hfc.load_design("pd-only", 5),
+    lambda: hfc.load_design("pd-onyl"),
+    lambda: hfc.design("c-axis-ramp", 5),
+    lambda: hfc.pick(5),
+    lambda: hfc.compare([FOUND, 5]),
+    lambda: hfc.robustness(FOUND, RAMP, "x", 10),
+    lambda: hfc.robustness(FOUND, RAMP, 0.2, "x"),
+    lambda: hfc.evaluate_many(FOUND, RAMP, [5]),
+    lambda: hfc.learned_in(FOUND, RAMP, "x"),
+    lambda: hfc.trajectory_csv("pd-only"),
+    lambda: hfc.plot(FOUND, "a.png"),
+    lambda: hfc.comparison_page("pd-only", "a.html"),
+    lambda: hfc.with_gains(RAMP, "pd", 5),
+    lambda: hfc.with_gains(RAMP, "pid+ff", {"kp": 1, "signals": {"speed": 2}}),
+    lambda: hfc.explain("jee-koren-2004-flc", 3),
+    lambda: hfc.export(FOUND, ["c"], "a"),
+    lambda: hfc.export(FOUND, "json", 5),
+    lambda: hfc.Scenario(name="x", plnt={}),
+    lambda: hfc.Scenario(name="a b"),
+    lambda: hfc.evaluate(hfc.Taught(FOUND, 0, 0, "V"), RAMP),
+]
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_what_is_neither_is_refused_in_a_line(call):
+    with refused() as found:
         call()
-    assert "\n" not in str(refused.value)
+    assert "\n" not in found.refusal
+    assert "--" not in found.refusal
 
 
 def test_a_way_to_judge_many_that_there_is_not():
@@ -66,7 +66,7 @@ def test_a_way_to_judge_many_that_there_is_not():
     assert judged.kept("mean") == 2.5
     assert judged.kept("worst") == 0.0
     assert judged.kept("quantile", 0.5) == 2.0
-    with pytest.raises(hfc.UserError, match=r"'nonsense' is no way .* mean, quantile, worst"):
+    with refused():
         judged.kept("nonsense")
 
 
@@ -82,24 +82,3 @@ def test_a_registered_part_is_shown_in_a_few_words():
     for thing in (FEED_DRIVE, machine, KINDS.get("pd"), hfc.strategies["race"], CONTOUR):
         assert repr(thing).startswith(f"{type(thing).__name__}({thing.name!r}")
         assert len(repr(thing)) < 80
-
-
-@pytest.mark.parametrize(
-    ("tolerances", "told"),
-    [
-        (
-            {"stifness": 0.1},
-            r"robust\.tolerances\.stifness: no parameter of c-axis; did you mean",
-        ),
-        ({"stiffness": 1.5}, r"robust\.tolerances\.stiffness = 1\.5: has to be less than 1"),
-    ],
-)
-def test_tolerances_are_checked_where_a_scenario_is_read(tolerances, told):
-    with pytest.raises(hfc.UserError, match=told):
-        hfc.load_scenario({"name": "x", "robust": {"tolerances": tolerances}})
-
-
-@pytest.mark.parametrize("wrong", [True, False, 2])
-def test_a_delay_is_a_number_of_samples(wrong):
-    with pytest.raises(hfc.UserError, match=f"delay_samples = {wrong}: has to be 0 or 1"):
-        hfc.load_scenario(RAMP, {"limits.delay_samples": wrong})

@@ -6,19 +6,15 @@ import signal
 from contextlib import suppress
 
 import pytest
-from click.testing import CliRunner
 from places import ROOT
+from run_folders import hfc
+from wording import refused_command
 
 from hfc_design.cli import main
-from hfc_design.cli.insight import LISTED
 from hfc_design.core.records import LONGEST
 from hfc_design.files.design import builtin_designs, read_design
 from hfc_design.files.named_scenario import builtin_names
 from hfc_design.files.pairing import load_design
-
-
-def hfc(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def test_help_lists_the_commands_as_their_page_introduces_them():
@@ -42,10 +38,8 @@ def test_an_interrupt_that_a_library_tells_as_a_fault_of_its_own_is_one(monkeypa
 
 
 def test_a_value_of_an_option_is_quoted_no_longer_than_a_line():
-    refused = hfc("design", "c-axis-ramp", "--population", "a" * 5000)
-    assert refused.exit_code == 2
-    assert len(refused.stderr.splitlines()[-1]) <= LONGEST + 10
-    assert refused.stderr.rstrip().endswith(": has to be a whole number")
+    refused = refused_command("design", "c-axis-ramp", "--population", "a" * 5000)
+    assert len(refused) <= LONGEST + 10
 
 
 def test_export_json_reads_back_bit_for_bit(tmp_path):
@@ -67,9 +61,8 @@ def test_export_csv_tables(tmp_path):
         *(f"f{k}" for k in range(1, 8)),
     ]
     assert float(rows[2][2]) == 1.7120  # Table II(a): row f2, column f2
-    refused = hfc("export", "lin-lee-1999-table-2", "--to", "csv", "--out", path)
-    assert refused.exit_code == 2
-    assert "exists already" in refused.stderr
+    refused = refused_command("export", "lin-lee-1999-table-2", "--to", "csv", "--out", path)
+    assert refused.where == f"--out {path}"
 
 
 @pytest.mark.parametrize(
@@ -87,14 +80,6 @@ def test_lists(what, names):
     assert done.exit_code == 0
     for name in names:
         assert name in done.stdout
-
-
-def test_list_names_what_it_lists_without_breaking_words():
-    found = hfc("list", "--help").stdout
-    assert "Usage: main list [OPTIONS] WHAT" in found or "list [OPTIONS] WHAT" in found
-    for word in LISTED:
-        assert word in found
-    assert "law or kind" in " ".join(found.split())
 
 
 @pytest.mark.parametrize("command", main.commands)

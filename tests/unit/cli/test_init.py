@@ -3,20 +3,11 @@
 import re
 import tomllib
 
+import pytest
 from run_folders import hfc
+from wording import refused_command
 
 from hfc_design.files.named_scenario import load_scenario
-
-
-def test_no_file_that_lacks_ranges(tmp_path):
-    """Gains of a PD for a C-axis are in V/rad; on a stage they would be in V/mm."""
-    done = hfc(
-        "init", "--plant", "positioning-stage", "--controller", "pd", "--out", tmp_path / "a"
-    )
-    assert done.exit_code == 2
-    assert "kp, kd: no range; those that 'pd' has are for c-axis" in done.stderr
-    assert "errors in mm, commands in V" in done.stderr
-    assert not (tmp_path / "a").exists()
 
 
 def test_a_commented_key_becomes_one_without_its_first_letter(tmp_path):
@@ -58,16 +49,15 @@ def test_every_key_has_a_meaning_before_it(tmp_path):
 def test_it_overwrites_nothing(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("mine")
-    done = hfc("init", "--out", file)
-    assert done.exit_code == 2
-    assert "add --force" in done.stderr
+    assert refused_command("init", "--out", file).where == f"--out {file}"
     assert file.read_text() == "mine"
     assert hfc("init", "--out", file, "--force").exit_code == 0
     assert tomllib.loads(file.read_text())["plant"]["name"] == "c-axis"
 
 
-def test_what_cannot_be_begun_with_defaults():
-    done = hfc("init", "--controller", "cross-coupled")
-    assert done.exit_code == 2
-    assert "needs controller.inner" in done.stderr
-    assert "did you mean c-axis" in hfc("init", "--plant", "c-axsi").stderr
+@pytest.mark.parametrize("kind", ["pid", "pid+ff", "lqr"])
+def test_other_controllers(kind, tmp_path):
+    file = tmp_path / "mine.toml"
+    done = hfc("init", "--plant", "positioning-stage", "--controller", kind, "--out", file)
+    assert done.exit_code == 0, done.output
+    assert load_scenario(str(file)).controller.kind == kind

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from places import ROOT
 from run_folders import hfc
+from wording import refused_command
 
 from hfc_design.cli.showing import KINDS
 from hfc_design.files.named_scenario import load_scenario
@@ -87,26 +88,10 @@ def test_every_built_in_scenario_has_keys_that_the_reference_knows(name):
 def test_mistyped_keys_are_all_told_at_once(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("[simulaton]\nduration_s = 1\n[run]\nsed = 1\n")
-    done = hfc("show", "scenario", str(file))
-    assert done.exit_code == 2
-    assert "simulaton.duration_s: there is no such key, did you mean simulation." in done.stderr
-    assert "run.sed: there is no such key, did you mean run.seed" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("asked", "meant"),
-    [
-        (("plant", "c-axsi"), "did you mean c-axis?"),
-        (("scenario", "c-axis-rampp"), "did you mean c-axis-ramp"),
-        (("design", "pd-onyl"), "did you mean pd-only?"),
-        (("key", "simulation.duration"), "did you mean simulation.duration_s?"),
-    ],
-)
-def test_unknown_names(asked, meant):
-    done = hfc("show", *asked)
-    assert done.exit_code == 2
-    assert meant in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    told = refused_command("show", "scenario", file)
+    assert told.where == str(file)
+    assert ": simulaton.duration_s: " in told
+    assert " run.sed: " in told
 
 
 def test_a_design_with_the_units_of_its_plant():
@@ -129,7 +114,7 @@ def test_what_a_controller_is_to_follow_has_a_unit_and_a_meaning():
     assert (gain["unit"], gain["meaning"]) == ("V/(mm/s)", "gains on what the drive's sensors tell")
 
 
-def test_an_own_plant():
+def test_an_own_plant(own_plugins):
     done = hfc("show", "plant", "examples.02_own_plant:TABLE", "--json")
     assert done.exit_code == 0, done.output
     every = json.loads(done.stdout)
@@ -151,7 +136,7 @@ def test_an_own_objective_without_a_meaning_is_told_by_its_title(
     assert done.stdout.splitlines()[0].rstrip() == "objective half: half of it [1/mm]"
 
 
-def test_a_scenario_of_an_own_plant_has_its_units():
+def test_a_scenario_of_an_own_plant_has_its_units(own_plugins):
     file = DOCS.parent / "examples" / "belt_table.toml"
     done = hfc("show", "scenario", file, "--use", "examples.02_own_plant:TABLE", "--json")
     keys = {one["key"]: one for one in json.loads(done.stdout)["keys"]}
@@ -182,8 +167,7 @@ def test_parameters_of_an_axis_of_two_of_one_drive(tmp_path):
     assert (own["value"], own["default"], own["unit"]) == (7.23, 6.54, "unit")  # JK04 eq. 28
     file = tmp_path / "mine.toml"
     file.write_text("[plant.axes.x]\nspindle_inertai = 3.0\n")
-    told = hfc("show", "scenario", str(file)).stderr
-    assert "plant.axes.x.spindle_inertai: there is no such key, did you mean plant.par" in told
+    assert ": plant.axes.x.spindle_inertai: " in refused_command("show", "scenario", file)
 
 
 def test_the_example_of_tables_can_be_run(tmp_path):
@@ -202,25 +186,10 @@ def test_a_scenario_is_shown_only_with_numbers_where_they_belong(tmp_path):
         '[sensors]\nencoder_resolution = "1 mrad"\n[plant.parameters]\npoles = true\n'
         '[fitness]\nkind = "tolerances"\n[fitness.tolerances]\nmax_error = "20 urad"\n'
     )
-    done = hfc("show", "scenario", path)
-    assert done.exit_code == 2
-    assert done.stderr == (
-        f"hfc: {path}: sensors.encoder_resolution = '1 mrad': has to be a number [rad], without "
-        "the unit: 0.001; plant.parameters.poles = True: has to be a number\n"
-    )
-
-
-@pytest.mark.parametrize(
-    ("asked", "meant"),
-    [
-        (("key", "spindle_inertia"), "plant.parameters.spindle_inertia"),
-        (("key", "sensors.encoder"), "sensors.encoder_resolution"),
-        (("key", "Search.Population"), "search.population"),
-        (("controller", "PID"), "pid"),
-    ],
-)
-def test_what_a_name_may_mean(asked, meant):
-    assert f"; did you mean {meant}? there is " in hfc("show", *asked).stderr
+    told = refused_command("show", "scenario", path)
+    assert told.where == str(path)
+    assert ": sensors.encoder_resolution = '1 mrad': " in told
+    assert "; plant.parameters.poles = True: " in told
 
 
 def test_the_other_number_of_a_kind_serves_too():
@@ -228,7 +197,6 @@ def test_the_other_number_of_a_kind_serves_too():
         assert hfc("show", other).stdout == hfc("show", one).stdout != ""
     for one, other in (("designs", "design"), ("fitnesses", "objectives"), ("formats", "format")):
         assert hfc("list", other).stdout == hfc("list", one).stdout != ""
-    assert "there is scenarios, designs, plants," in hfc("list", "nothing").stderr
 
 
 def test_a_table_of_keys_shows_those_of_all_plants_and_names_the_plants():
@@ -243,15 +211,6 @@ def test_a_table_of_keys_shows_those_of_all_plants_and_names_the_plants():
     assert "plant.parameters.poles" in [one["key"] for one in every]
 
 
-@pytest.mark.parametrize(
-    ("asked", "meaning"),
-    [
-        ("chatter", "rms of the change of the command in a sample [command]"),
-        ("max_error_mm", "largest tracking error [mm]"),
-        ("stick_share", "below a tenth of the comm"),
-    ],
-)
-def test_metrics_as_tables_have_them(asked, meaning):
-    told = hfc("show", "metric", asked)
-    assert told.exit_code == 0
-    assert meaning in " ".join(told.stdout.split())
+def test_metrics_as_tables_have_them():
+    for asked in ("chatter", "max_error_mm", "stick_share"):
+        assert hfc("show", "metric", asked).exit_code == 0

@@ -22,9 +22,9 @@ OF_SHELLS |= {"build-id", "pareto", "use", "ab", "ba"}
 def texts():
     """Every text of the package with an option in it, holes of a template as X."""
     for path in sorted(FOLDER.rglob("*.py")):
-        if path.is_relative_to(FOLDER / "cli"):
+        if path.is_relative_to(FOLDER / "cli") or "--" not in (source := path.read_text()):
             continue
-        tree = ast.parse(path.read_text())
+        tree = ast.parse(source)
         inner = {id(x) for one in ast.walk(tree) for x in getattr(one, "values", ())}
         told = {id(x.value) for x in ast.walk(tree) if isinstance(x, ast.Expr)}
         for one in ast.walk(tree):

@@ -2,8 +2,8 @@
 
 import re
 
-import pytest
-from sledge import SCENARIO, hfc, imported, installed, refused
+from sledge import SCENARIO, hfc, imported, installed
+from wording import refused, refused_command
 
 from hfc_design import api
 from hfc_design.controllers.kinds import KINDS
@@ -28,10 +28,8 @@ def test_entry_points(own, tmp_path):
     assert scenario.plant.machine.name == "sledge"
     assert scenario.judge().objectives[0].name == "last-error"
     assert scenario.controller.kind == KINDS.get("only-p").name == "only-p"
-    assert "entry point rocket = mine:ROCKET: mine has no ROCKET" in refused(
-        "design", "sledge.toml", "--plant", "rocket"
-    )
-    assert "its name is 'sledge'" in refused("design", "sledge.toml", "--plant", "other")
+    for name in ("rocket", "other"):
+        refused_command("design", "sledge.toml", "--plant", name)
 
 
 def test_lists_show_what_packages_bring(own, tmp_path):
@@ -47,7 +45,7 @@ def test_a_built_in_plant_cannot_be_replaced(own, tmp_path):
     built_in = ALL_PLANTS.get("c-axis")
     (drive,) = api.load_scenario("c-axis-ramp").plant.machine.drives
     assert drive is built_in
-    with pytest.raises(api.UserError, match="built in"):
+    with refused():
         api.register(imported("mine").TAKEN)
 
 
@@ -68,5 +66,5 @@ def test_two_packages_with_one_name_are_refused(own, tmp_path):
         place.rename(folder / f"{name}-1.0.dist-info")
         metadata = folder / f"{name}-1.0.dist-info" / "METADATA"
         metadata.write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-    with pytest.raises(api.UserError, match="several packages"):
+    with refused():
         ALL_PLANTS.get("sledge")

@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from wording import refused
 
 from hfc_design.core.dotted import set_keys
 from hfc_design.core.records import LONGEST, UserError
@@ -19,7 +20,8 @@ from hfc_design.formats.reading import Wish, imported
 from hfc_design.motion.references import table_of
 
 
-def refused(read, *arguments):
+def line(read, *arguments):
+    """With which a reader refuses; of parsers the words hang on their release."""
     with pytest.raises(UserError) as caught:
         read(*arguments)
     line = str(caught.value)
@@ -46,9 +48,9 @@ def refused(read, *arguments):
 def test_toml_that_breaks_its_parser_or_what_comes_after(text, words, tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(text)
-    line = refused(read_toml, file)
-    assert "mine.toml: is not valid TOML: " in line
-    assert words.lower() in line.lower()
+    told = line(read_toml, file)
+    assert "mine.toml: is not valid TOML: " in told
+    assert words.lower() in told.lower()
 
 
 def test_dots_that_are_no_key():
@@ -72,9 +74,9 @@ def test_dots_that_are_no_key():
     ],
 )
 def test_json_that_breaks_its_parser_or_what_comes_after(text, words):
-    line = refused(parse_design, text, "mine.json")
-    assert line.startswith("mine.json: is not a whole JSON file: ")
-    assert words in line
+    told = line(parse_design, text, "mine.json")
+    assert told.startswith("mine.json: is not a whole JSON file: ")
+    assert words in told
 
 
 def test_as_deep_as_is_allowed():
@@ -87,13 +89,13 @@ def test_as_deep_as_is_allowed():
 )
 @pytest.mark.parametrize("read", [load_scenario, named_design, read_text, read_toml])
 def test_names_that_no_file_can_have_and_files_without_end(read, name):
-    refused(read, name)
+    line(read, name)
 
 
 @pytest.mark.parametrize("ending", [".fll", ".fis", "/rules.csv"])
 def test_names_of_imports(ending):
-    refused(imported, Path("x" * 5000 + ending), Wish())
-    refused(imported, Path("\0" + ending), Wish())
+    line(imported, Path("x" * 5000 + ending), Wish())
+    line(imported, Path("\0" + ending), Wish())
 
 
 @pytest.mark.parametrize("pack", [gzip, bz2, lzma], ids=lambda module: module.__name__)
@@ -101,12 +103,10 @@ def test_what_is_packed_is_not_unpacked(pack, tmp_path):
     """4 MB of zeros are 4 kB of gzip; a name that ends in .gz alone is a table as any other."""
     packed = tmp_path / "table.csv.gz"
     packed.write_bytes(pack.compress(b"0,1\n1,2\n" * 1000))
-    line = refused(load_scenario, {"load": {"file": str(packed)}})
-    assert "load.file" in line
-    assert "it is packed by " in line
-    assert line.endswith("; unpack it")
     gcode = {"reference": {"kind": "gcode", "file": str(packed)}}
-    assert "; unpack it" in refused(load_scenario, gcode)
+    for scenario in ({"load": {"file": str(packed)}}, gcode):
+        with refused():
+            load_scenario(scenario)
     packed.write_bytes(b"0,1\n1,2\n")
     assert table_of(packed)[1].tolist() == [1.0, 2.0]
 
@@ -115,14 +115,17 @@ def test_too_large(tmp_path):
     file = tmp_path / "large.toml"
     with file.open("wb") as opened:
         opened.truncate(10**12)  # takes no room
-    assert f"more than {LARGEST} MB" in refused(read_text, file)
+    with refused() as found:
+        read_text(file)
+    assert found.where == str(file)
     file.write_bytes(b"#" * LARGEST * MEGABYTE)
     assert read_toml(file) == {}
 
 
 def test_a_named_pipe_keeps_nobody_waiting_and_the_end_of_a_pipe_is_read(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
-    assert "named pipe" in refused(load_scenario, tmp_path / "pipe.toml")
+    with refused():
+        load_scenario(tmp_path / "pipe.toml")
     read, write = os.pipe()
     text = b'name = "piped"\nrun.seed = 7\n'
     threading.Thread(target=lambda: (os.write(write, text), os.close(write))).start()
@@ -133,22 +136,25 @@ def test_a_named_pipe_keeps_nobody_waiting_and_the_end_of_a_pipe_is_read(tmp_pat
 def test_links_in_a_circle_and_files_that_can_be_read_once(tmp_path):
     (tmp_path / "a.toml").symlink_to(tmp_path / "b.toml")
     (tmp_path / "b.toml").symlink_to(tmp_path / "a.toml")
-    assert "cannot be read" in refused(read_text, tmp_path / "a.toml")
-    refused(load_scenario, tmp_path / "a.toml")
+    for reads in (read_text, load_scenario):
+        with refused():
+            reads(tmp_path / "a.toml")
     read, write = os.pipe()
     os.write(write, b"0,1\n1,2\n")
     os.close(write)
-    assert "read again" in refused(load_scenario, {"load": {"file": f"/dev/fd/{read}"}})
+    assert "read again" in line(load_scenario, {"load": {"file": f"/dev/fd/{read}"}})
     os.close(read)
 
 
 def test_changes_of_a_command_line():
-    name = "c-axis-ramp"
-    assert "more than 64 parts" in refused(load_scenario, name, ["a" + ".a" * 3000 + "=1"])
-    assert "half a character" in refused(load_scenario, name, ["description=\udcff"])
-    assert "half a character" in refused(load_scenario, {"description": "\udcff"})
-    refused(load_scenario, name, ["run.seed=" + "1" * 5000])
-    refused(load_scenario, name, ["run.seed=" + "[" * 3000])
+    for change in (
+        "a" + ".a" * 3000 + "=1",
+        "description=\udcff",
+        "run.seed=" + "1" * 5000,
+        "run.seed=" + "[" * 3000,
+    ):
+        line(load_scenario, "c-axis-ramp", [change])
+    line(load_scenario, {"description": "\udcff"})
     assert set_keys(['a="b"\nfoo=3'], "--set") == {"a": '"b"\nfoo=3'}
 
 
@@ -157,15 +163,15 @@ def test_changes_of_a_command_line():
     ["sample_time_s=1e-320", "duration_s=1e308", "duration_s=1e300", "sample_time_s=1e-300"],
 )
 def test_steps_beyond_all_numbers(change):
-    line = refused(load_scenario, "c-axis-ramp", [f"simulation.{change}"])
-    assert "allowed are 1 to 10000000" in line
+    with refused():
+        load_scenario("c-axis-ramp", [f"simulation.{change}"])
 
 
 def test_a_long_message_keeps_both_ends():
-    line = str(UserError("mine.toml: " + "x" * 5000 + ": has to be small"))
-    assert line.startswith("mine.toml: xxx")
-    assert " ... xxx" in line
-    assert line.endswith("xxx: has to be small")
+    told = str(UserError("mine.toml: " + "x" * 5000 + ": has to be small"))
+    assert told.startswith("mine.toml: xxx")
+    assert " ... xxx" in told
+    assert told.endswith("xxx: has to be small")
     assert str(UserError("a\n\tb \x1b[31m\u202e\ud800")) == "a b ?[31m??"
 
 
@@ -191,4 +197,4 @@ def test_100_kb_take_no_time(suffix, text, tmp_path):
     """Each took from seconds to minutes; a test that hangs says it."""
     file = tmp_path / f"mine.{suffix}"
     file.write_text(text)
-    refused(imported, file, Wish())
+    line(imported, file, Wish())

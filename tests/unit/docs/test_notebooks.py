@@ -1,25 +1,9 @@
 """The notebooks are as they come out: run from the top they put out what is stored."""
 
-import json
 from pathlib import Path
 
 import pytest
-from doc_pages import ROOT
-
-NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
-
-
-def texts(book):
-    """Of every cell whose numbers do not hang on a search, what it prints and what it is."""
-    for cell in book["cells"]:
-        if cell["cell_type"] == "code" and "varies" not in cell["metadata"].get("tags", []):
-            outputs = [one for one in cell["outputs"] if one.get("name") != "stderr"]
-            shown = (one.get("text") or one["data"]["text/plain"] for one in outputs)
-            yield "".join("".join(part) for part in shown)
-
-
-def stored(path):
-    return json.loads(path.read_text("utf-8"))
+from doc_pages import NOTEBOOKS, stored, texts
 
 
 def test_there_are_three():

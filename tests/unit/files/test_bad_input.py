@@ -1,14 +1,17 @@
 """What a user gets wrong: one clear line, the right exit code, and nothing lost."""
 
 import json
+import re
+import tomllib
 
 import pytest
-from click.testing import CliRunner
+import tomli_w
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plain_words import plain_lines
+from wording import refused, refused_command
 
-from hfc_design.cli import main
+from hfc_design.core.dotted import changed
 from hfc_design.core.records import UserError
 from hfc_design.files.design import Design, design_json, parse_design
 from hfc_design.files.named_scenario import load_scenario, scenario_toml
@@ -18,197 +21,200 @@ from hfc_design.files.scenario import Scenario
 GOOD = design_json(load_design("lin-lee-1999-table-1"))
 
 
-def refused(*arguments, code=2):
-    """The one line that a command refuses with."""
-    done = CliRunner().invoke(main, [str(argument) for argument in arguments])
-    assert done.exit_code == code, done.output
-    assert done.stdout == ""
-    assert done.stderr.startswith("hfc: ")
-    assert done.stderr.count("\n") == 1
-    return done.stderr
+#: Changes of c-axis-ramp, the last of which is at fault.
+CHANGES = [
+    ["simulation.duration_s=0"],
+    ["run.seed=1.5"],
+    ["run.precision='float23'"],
+    ["search.population='many'"],
+    ["sensors.velocity='tacho'"],
+    ["name='a b'"],
+    ["windows=[{name='A'}]"],
+    ["start={velocity='x'}"],
+    ["reference={velocity=1}"],
+    ["limits.axes.x.comand=1"],
+    ["limits.axes.x.command=-1"],
+    ["limits.axes.1x={}"],
+    ["controller.kind=pidd"],
+    ["search.population=true"],
+    ["limits.command=true"],
+    ["plant.parameters.poles=true"],
+    ["start={velocity=true}"],
+    ["plant.parameters.stator_inductance='4.7 mH'"],
+    ["sensors.axes.x.noise='1 mrad'"],
+    ["simulation.duration_s='2 s'"],
+    ["limits.command='2 kg'"],
+    ["poles=2"],
+    ["fitness.tolerances={}"],
+    ["robustness.spread=0.1"],
+    ["plant.poles=2"],
+    ["run.precision='FLOAT32'"],
+    ["controller.kind='PID'"],
+    ["constraints.max_eror=1"],
+    ["run.precision=1"],
+    ["load.constant='x'"],
+    ["search.preset=rase"],
+    ["plant.parameters.spindle_mas=1"],
+    ["plant.parameters.spindle_inertia=-1"],
+    ["plant.parameters.spindle_mass=1"],
+    ["plant.parameters.mutual_inductance=9"],
+    ["plant.name=d-axis"],
+    ["simulation.sample_time_s=0"],
+    ["simulation.duration_s=nan"],
+    ["simulation.duration_s=1e9"],
+    ["load.constant=inf"],
+    ["search.population=0"],
+    ["search.generations=-3"],
+    ["search.preset=magic"],
+    ["search.kp_range=[5,1]"],
+    ["reference.kind=wiggle"],
+    ["reference.speed=3"],
+    ["controller.inputs=[{name='error',scale=1.0},{name='mood',scale=1.0}]"],
+    ["controller.inputs=[{name='error',scale=1.0}]"],
+    ["fitness.error=-1"],
+    ["nonsense=1"],
+    ["limits.delay_samples=true"],
+    ["limits.delay_samples=false"],
+    ["limits.delay_samples=2"],
+    ["robust.tolerances.stifness=0.1"],
+    ["robust.tolerances.stiffness=1.5"],
+    ["motions=[{name='a'},{name='b',sample_time_s=0.002}]"],
+    ["motions=[{name='a'},{name='b',simulation={substeps=2}}]"],
+    ["motions=[{name='a'},{name='b',duration_s=2.0,settled_after_s=3.0}]"],
+    ["robust.spread=1"],
+    ["robust.margin=1.2", "robust.spread=0.9"],
+    ["robust.margin=1.2", "robust.tolerances.stiffness=0.9"],
+    ["robust.keep=best"],
+    ["constraints.speed=1"],
+    ["constraints.limit_share=-1"],
+    ["constraints.limit_share=nan"],
+    ["constraints.late_error='1 kg'"],
+    ["constraints.band_time=1"],
+    ["constraints.rms_contour_error=1"],
+    ["fitness.kind=fun"],
+    ["fitness.kind=tolerances", "fitness.tolerances={fast=1}"],
+    ["fitness.kind=tolerances", "fitness.tolerances={rms_error='1 kg'}"],
+    ["fitness.kind=tolerances", "fitness.tolerances={rms_error=0}"],
+    ["fitness.kind=tolerances", "fitness.tolerances={band_time=1}"],
+]
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=lambda changes: changes[-1])
+def test_a_change_that_is_not_allowed_is_a_line_of_its_key(changes):
+    with refused() as found:
+        load_scenario("c-axis-ramp", changes)
+    (line,) = plain_lines(found.error)
+    *_, key = (change.partition("=")[0] for change in changes)
+    told = re.split(": | = ", line)[1]  # of the table where its keys together are at fault
+    assert told.startswith(key) or key.startswith(told)
+
+
+#: Command line -> what its refusal begins with.
+COMMANDS = {
+    "design c-axis-ramp --population 0 --out run": "c-axis-ramp",
+    "design c-axis-ramp --pareto tracking,fun --out run": "--pareto fun",
+    "design c-axis-ramp --set duration --out run": "--set duration",
+    "design c-axis-ramp --set name.first=x --out run": "--set name.first=x",
+    "design no-such-scenario": "no-such-scenario",
+    "score no-such-design": "no-such-design",
+    "score pd-only --scenario no-such": "no-such",
+    "export pd-only --to pdf": "--to pdf",
+    "export pd-only --to csv --out t": "design pd-only is of kind pd",
+    "design --resume": "--resume needs --out DIR and nothing else",
+    "design --resume --out . --seed 1": "--resume needs --out DIR and nothing else",
+    "design --resume --out .": "--out .",
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_that_cannot_be_done_leave_nothing(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    line = refused_command(*command.split())
+    assert (line.where, line.count("\n")) == (COMMANDS[command], 1)
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_folder_that_cannot_be_made():
+    line = refused_command("design", "c-axis-ramp", "--out", "/proc/nothing/run", code=1)
+    assert line.where == "/proc/nothing/run"
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    "text",
     [
-        ("plant.parameters.spindle_inertia=-1", ["spindle_inertia = -1.0", "more than zero"]),
-        ("plant.parameters.spindle_mass=1", ["spindle_mass", "unknown", "spindle_inertia"]),
-        ("plant.parameters.mutual_inductance=9", ["mutual_inductance", "stator_inductance"]),
-        ("plant.name=d-axis", ["plant.name = 'd-axis'", "c-axis"]),
-        ("simulation.sample_time_s=0", ["simulation.sample_time_s = 0", "greater than 0"]),
-        ("simulation.duration_s=nan", ["simulation.duration_s = nan", "finite"]),
-        ("simulation.duration_s=1e9", ["samples", "10000000"]),
-        ("load.constant=inf", ["load.constant = inf", "finite"]),
-        ("search.population=0", ["search.population = 0", "has to be 1 or more"]),
-        ("search.generations=-3", ["search.generations = -3"]),
-        ("search.preset=magic", ["'magic'", "race", "lin-lee-1999"]),
-        ("search.kp_range=[5,1]", ["kp_range", "[low, high]"]),
-        ("reference.kind=wiggle", ["reference.kind = 'wiggle': is no kind", "ramp"]),
-        ("reference.speed=3", ["reference.speed", "no such key"]),
-        ("controller.inputs=[{name='error',scale=1.0},{name='mood',scale=1.0}]", ["'mood'"]),
-        ("controller.inputs=[{name='error',scale=1.0}]", ["controller.inputs", "at least 2"]),
-        ("fitness.error=-1", ["fitness.error = -1"]),
-        ("nonsense=1", ["nonsense = 1", "no such key"]),
-        ("duration", ["has to look like"]),
-        ("name.first=x", ["name is not a table"]),
+        "[plant.parameters]\npoles = 4,0\n",
+        "[run]\nseed = 1\nseed = 2\n\n",
+        "[run]\nseed = 1\nseed = 2",
+        "[run]\nseed = [1,2\n",
+        "[plant\nname = 3\n",
+        b"\xff\xfe\x00",
     ],
 )
-def test_values_that_are_not_allowed(change, words, tmp_path):
-    line = refused("design", "c-axis-ramp", "--out", tmp_path / "run", "--set", change)
-    for word in words:
-        assert word in line
-    assert not (tmp_path / "run").exists()
-
-
-def test_population_zero_by_its_option(tmp_path):
-    assert "search.population = 0" in refused(
-        "design", "c-axis-ramp", "--population", "0", "--out", tmp_path / "r"
-    )
-
-
-def test_unknown_names():
-    assert "c-axis-ramp-cutting" in refused("design", "no-such-scenario")
-    assert "lin-lee-1999-table-1" in refused("score", "no-such-design")
-    assert "c, csv, fcl, " in refused("export", "pd-only", "--to", "pdf")
-    assert "no-such" in refused("score", "pd-only", "--scenario", "no-such")
-
-
-@pytest.mark.parametrize(
-    ("text", "hint"),
-    [
-        (
-            "[plant.parameters]\npoles = 4,0\n",
-            "(at line 2, column 10); a number has a decimal point",
-        ),
-        ("[run]\nseed = 1\nseed = 2\n\n", "; seed is given twice"),
-        ("[run]\nseed = 1\nseed = 2", "; seed is given twice"),
-        ("[run]\nseed = [1,2\n", ""),
-    ],
-)
-def test_common_mistakes_of_toml_are_told(text, hint, tmp_path):
+def test_what_is_no_toml_is_a_line_of_its_file(text, tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(text)
-    line = refused("design", path)
-    assert "mine.toml: is not valid TOML: " in line
-    assert hint in line
-    assert hint or ";" not in line
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    line = refused_command("design", path)
+    assert (line.where, line.count("\n")) == (str(path), 1)
 
 
 def test_a_file_beside_may_be_meant(tmp_path):
     for name in ("feed2.toml", "c-axis-rump.toml", "mine.json"):
         (tmp_path / name).write_text("")
     for wrong in ("fed2.toml", "feed2"):
-        meant = f"no such file or scenario; did you mean {tmp_path / 'feed2.toml'}?\n"
         for command in (["design"], ["show", "scenario"]):
-            assert refused(*command, tmp_path / wrong).endswith(f"{wrong}: {meant}")
-    assert "mean c-axis-ramp? built in are" in refused("design", tmp_path / "c-axis-ramp")
-    assert refused("score", tmp_path / "mine").endswith(f"mean {tmp_path / 'mine.json'}?\n")
+            told = refused_command(*command, tmp_path / wrong)
+            assert f"did you mean {tmp_path / 'feed2.toml'}?" in told
+    refused_command("design", tmp_path / "c-axis-ramp")
+    assert refused_command("score", tmp_path / "mine").endswith(f"{tmp_path / 'mine.json'}?\n")
 
 
 def test_a_name_that_is_that_of_the_file_alone(tmp_path):
     path = tmp_path / "mine+ff.toml"
     path.write_text("[run]\nseed = 1\n")
-    line = refused("design", path)
-    assert "mine+ff.toml: the name of the file cannot be that of the scenario, which has" in line
-    assert line.endswith("give the scenario one, as in name = 'mine'\n")
+    assert refused_command("design", path).where == str(path)
     assert load_scenario(path, ["name=mine"]).name == "mine"
-    assert "name = 'a b': has to be 1 to 64" in refused("design", path, "--set", "name=a b")
-
-
-def test_a_scenario_where_a_design_is_wanted(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text("[run]\nseed = 1\n")
-    assert "mine.toml: is TOML, as a scenario, and no design; hfc design" in refused("score", path)
-
-
-def test_malformed_toml_names_file_and_line(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text("[plant\nname = 3\n")
-    line = refused("design", path)
-    assert "mine.toml: is not valid TOML" in line
-    assert "line 1" in line
-
-
-def test_binary_rubbish_as_scenario(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_bytes(b"\xff\xfe\x00")
-    assert "mine.toml: cannot be read" in refused("design", path)
-
-
-def test_csv_export_of_a_design_without_tables(tmp_path):
-    line = refused("export", "pd-only", "--to", "csv", "--out", tmp_path / "t")
-    assert "no rule tables" in line
-
-
-def test_folder_that_cannot_be_made():
-    line = refused("design", "c-axis-ramp", "--out", "/proc/nothing/run", code=1)
-    assert "/proc/nothing/run: cannot be written" in line
-
-
-def test_resume_takes_no_other_options(tmp_path):
-    assert "--resume needs --out" in refused("design", "--resume")
-    assert "--resume needs --out" in refused("design", "--resume", "--out", tmp_path, "--seed", "1")
-    assert "holds no run" in refused("design", "--resume", "--out", tmp_path)
-
-
-def test_scenario_for_another_sample_time():
-    line = refused("score", "pd-only", "--set", "simulation.sample_time_s=0.002")
-    assert "simulation.sample_time_s = 0.002" in line
+    assert refused_command("design", path, "--set", "name=a b").where == str(path)
+    assert refused_command("score", path).where == str(path)  # no design
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.5, 0.9, 0.999])
 def test_design_file_cut_short(share, tmp_path):
     path = tmp_path / "half.json"
     path.write_text(GOOD[: int(len(GOOD) * share)])
-    assert "half.json: is not a whole JSON file" in refused("score", path)
+    assert refused_command("score", path).where == str(path)
 
 
-def broken(*keys, value):
-    """The good design with one value replaced, as text."""
-    data = json.loads(GOOD)
-    place = data
-    for key in keys[:-1]:
-        place = place[key]
-    place[keys[-1]] = value
-    return json.dumps(data)
+#: Place in the good design -> a value that cannot stand there.
+BROKEN = {
+    "format": "fis",
+    "version": 2,
+    "controller.kind": "mpc",
+    "controller.pd.kp": "much",
+    "controller.units.1.consequents": [[1.0] * 7] * 6,
+    "controller.units.0.consequents.3": [1.0] * 8,
+    "controller.units.0.row_input": "unit-9",
+    "controller.units.1.row_input": "spindle_velocity",
+    "controller.terms.2.label": "f1",
+    "controller.terms.0.label": 'x"); evil(',
+    "name": "../../etc/passwd",
+    "plant.name": "lathe",
+    "plant.parameters.stiffness": -5.0,
+}
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (broken("format", value="fis"), ["format = 'fis'", "hfc-design"]),
-        (broken("version", value=2), ["version = 2"]),
-        (broken("controller", "kind", value="mpc"), ["'mpc'", "aflc"]),
-        (broken("controller", "pd", "kp", value=float("nan")), ["NaN"]),
-        (broken("controller", "pd", "kp", value="much"), ["controller.pd.kp = 'much'"]),
-        (
-            broken("controller", "units", 1, "consequents", value=[[1.0] * 7] * 6),
-            ["controller.units.1.consequents", "at least 7"],
-        ),
-        (
-            broken("controller", "units", 0, "consequents", 3, value=[1.0] * 8),
-            ["controller.units.0.consequents.3", "at most 7"],
-        ),
-        (broken("controller", "units", 0, "row_input", value="unit-9"), ["unit 7 reads 'unit-9'"]),
-        (
-            broken("controller", "units", 1, "row_input", value="spindle_velocity"),
-            ["unit 3 reads 'spindle_velocity'"],
-        ),
-        (broken("controller", "terms", 2, "label", value="f1"), ["terms", "twice"]),
-        (broken("controller", "terms", 2, "label", value='x"); evil('), ["label"]),
-        (broken("name", value="../../etc/passwd"), ["name"]),
-        (broken("plant", "name", value="lathe"), ["lathe"]),
-        (broken("plant", "parameters", "stiffness", value=-5.0), ["stiffness = -5.0"]),
-        ("[" * 100_000, ["is not a whole JSON file"]),
-        ("3", ["table of keys"]),
-    ],
-)
-def test_design_files_that_cannot_run(text, words, tmp_path):
+@pytest.mark.parametrize("key", BROKEN)
+def test_a_value_that_a_design_cannot_have(key, tmp_path):
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(changed(json.loads(GOOD), {key: BROKEN[key]})))
+    line = refused_command("score", path)
+    assert (line.where, line.count("\n")) == (str(path), 1)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "3", GOOD.replace("758.405", "NaN")])
+def test_design_files_that_cannot_run(text, tmp_path):
     path = tmp_path / "bad.json"
     path.write_text(text)
-    line = refused("score", path)
-    for word in ["bad.json", *words]:
-        assert word in line
+    assert refused_command("score", path).where == str(path)
 
 
 json_values = st.recursive(
@@ -234,7 +240,7 @@ def replaced(data, path, value):
     return data
 
 
-FUZZ = settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+FUZZ = settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 @FUZZ
@@ -275,10 +281,6 @@ toml_values = st.recursive(
 @FUZZ
 @given(data=st.data())
 def test_fuzzed_scenario_is_refused_or_is_a_scenario(data, tmp_path_factory):
-    import tomllib
-
-    import tomli_w
-
     whole = tomllib.loads(scenario_toml(load_scenario("c-axis-ramp-cutting")))
     path = data.draw(st.sampled_from([p for p in paths(whole) if p]))
     text = tomli_w.dumps(replaced(whole, path, data.draw(toml_values)))
@@ -306,10 +308,7 @@ def test_fuzzed_change_is_refused_or_taken(change):
 
 def test_a_mistyped_plant_is_told_beside_its_parameters():
     wrong = {"plant": {"name": "c-axsi", "parameters": {"poles": "many"}}, "name": "x"}
-    with pytest.raises(UserError) as told:
+    with refused() as found:
         load_scenario(wrong)
-    lines = told.value.lines
-    assert any(
-        "plant.name = 'c-axsi': is no plant known here; did you mean c-axis?" in x for x in lines
-    )
-    assert any("plant.parameters.poles = 'many': has to be a number" in x for x in lines)
+    keys = {line.split(" = ")[0] for line in found.error.lines}
+    assert {"scenario: plant.name", "scenario: plant.parameters.poles"} <= keys

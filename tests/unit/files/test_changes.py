@@ -3,10 +3,9 @@
 import json
 
 import pytest
-from click.testing import CliRunner
+from wording import refused, refused_command
 
 from hfc_design import api as hfc
-from hfc_design.cli import main
 from hfc_design.core.dotted import changed, flat
 from hfc_design.files.design import BUILTIN, parse_design
 
@@ -44,7 +43,7 @@ def test_a_whole_row():
 
 def test_labels_that_are_changed_too_are_not_lost():
     told = ["controller.rules.centroids.3.3=20", "controller.rules.labels.3.3=NL"]
-    with pytest.raises(hfc.UserError, match="labels"):
+    with refused():
         hfc.load_design("jee-koren-2004-flc", told)
 
 
@@ -61,21 +60,19 @@ def test_a_tuple_of_a_script():
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    "change",
     [
-        ("controller.units.0.consequents.7.4=1", "'7' names no entry of a list, which has the"),
-        ("controller.units.4.id=1", "entries 0 to 3"),
-        ("controller.units.-1.id=1", "'-1' names no entry"),
-        ("controller.units.first.id=1", "'first' names no entry"),
-        ("controller.units.0.consequents.3.4.0=1", "4 is not a table"),
-        ("controller.units.0.consequents.3.²=1", "names no entry"),
+        "controller.units.0.consequents.7.4=1",
+        "controller.units.4.id=1",
+        "controller.units.-1.id=1",
+        "controller.units.first.id=1",
+        "controller.units.0.consequents.3.4.0=1",
+        "controller.units.0.consequents.3.²=1",
     ],
 )
-def test_what_names_no_entry(change, words):
-    done = CliRunner().invoke(main, ["score", "lin-lee-1999-table-1", "--change", change])
-    assert done.exit_code == 2
-    assert f"hfc: --change {change}: " in done.stderr
-    assert words in done.stderr
+def test_what_names_no_entry(change):
+    line = refused_command("score", "lin-lee-1999-table-1", "--change", change)
+    assert line.startswith(f"hfc: --change {change}: ")
 
 
 def test_an_empty_table_of_a_batch_is_a_value():

@@ -3,21 +3,13 @@
 import json
 
 import pytest
+from design_files import written
+from wording import refused
 
 from hfc_design.controllers.kinds import KINDS
-from hfc_design.core.records import UserError
-from hfc_design.files.design import design_json
 from hfc_design.files.named_scenario import load_scenario
 from hfc_design.files.pairing import load_design
 from hfc_design.files.together import differences, labelled, on_one_machine, own_machine
-
-
-def written(path, like="pd-only", changes=None, **parts):
-    """A built-in design with other values as a file."""
-    data = json.loads(design_json(load_design(like, changes)))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(data | parts))
-    return str(path)
 
 
 def test_designs_of_one_name_are_called_by_file_folder_or_path(tmp_path, monkeypatch):
@@ -64,13 +56,13 @@ def test_the_same_twice_is_refused(tmp_path):
     file = written(tmp_path / "one.json")
     (tmp_path / "link.json").symlink_to(file)
     for twice in (["pd-only", "pd-only"], [file, tmp_path / "link.json"], [load_design(file)] * 2):
-        with pytest.raises(UserError, match="stands there twice"):
+        with refused():
             labelled(twice)
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS.built_in))
 def test_a_kind_is_no_design_yet(kind):
-    with pytest.raises(UserError, match=r"is a kind .* --controller .* then compare runs/mine$"):
+    with refused():
         labelled(["pd-only", kind])
 
 
