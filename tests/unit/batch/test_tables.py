@@ -1,27 +1,11 @@
-"""The tables of many runs, against numpy and SciPy, as CSV and as Parquet."""
+"""The tables of many runs as CSV, as Parquet and in a paper."""
 
 import json
 import sys
 
-import numpy as np
 import pytest
-import scipy.stats
 import tex
 from run_folders import PRESETS, batch_folder, hfc, table
-
-
-def test_the_tables_against_numpy_and_scipy(large):
-    fitness = {}
-    for run in table(large / "runs.csv"):
-        fitness.setdefault(run["group"], []).append(float(run["fitness"]))
-    for group in table(large / "groups.csv"):
-        own = [float(group[f"fitness_{part}"]) for part in ("lower_quartile", "median")]
-        assert own == pytest.approx(np.percentile(fitness[group["group"]], [25, 50]))
-    for row in table(large / "comparisons.csv"):
-        x, y = fitness[row["group"]], fitness[row["other_group"]]
-        found = scipy.stats.mannwhitneyu(x, y)
-        assert float(row["p"]) == pytest.approx(found.pvalue, rel=1e-12)
-        assert float(row["a12"]) == found.statistic / 2500
 
 
 def test_parquet_holds_what_the_csv_holds(tmp_path):
