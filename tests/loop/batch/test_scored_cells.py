@@ -2,12 +2,16 @@
 
 import csv
 import json
+import re
+import tomllib
 
 import pytest
 from batches import batch, files, written
+from places import ROOT
 from run_folders import hfc
 
 from hfc_design.batch.plan import read_batch
+from hfc_design.files.named_scenario import load_scenario
 from hfc_design.runs import run as design
 
 
@@ -98,3 +102,17 @@ def test_a_design_beside_the_file_and_its_own_scenario(tmp_path):
     text = (tmp_path / "a.json").read_text().replace("-32.0", "-31.0")
     (tmp_path / "a.json").write_text(text)
     assert read_batch(tmp_path / "mine.toml").cells[0].name != first  # another design, another run
+
+
+def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
+    texts = []
+    for page in ("docs/researcher.md", "docs/batch.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        texts += re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    plans = [text for text in texts if "[grid]" in text or "published" in text]
+    assert len(plans) == 3
+    for text in plans:
+        assert len(read_batch(written(tmp_path, text)).cells) >= 2
+    (window,) = [text for text in texts if text.startswith("[[windows]]")]
+    own = load_scenario("feed-drive-circle", {"windows": tomllib.loads(window)["windows"]})
+    assert own.windows[0].name == "cycle_2"

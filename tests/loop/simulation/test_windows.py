@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from one_axis import printed
 
+from hfc_design.files.pairing import load_design
+
 
 def recorded(*arguments):
     """Columns of the trajectory that hfc simulate writes."""
@@ -62,3 +64,11 @@ def test_a_change_does_what_the_same_value_in_the_file_does(tmp_path):
     )
     assert changed == by_hand
     assert changed != json.loads(printed("score", "jee-koren-2004-flc", *own))
+
+
+def test_a_changed_design_says_so_and_loses_its_score():
+    design = load_design("jee-koren-2004-aflc", {"controller.adaptation.k_c": 0.25})
+    assert design.controller.adaptation.k_c == 0.25
+    assert design.controller.adaptation.k_a == 0.5
+    assert design.provenance["changes"] == {"controller.adaptation.k_c": 0.25}
+    assert design.score == {}

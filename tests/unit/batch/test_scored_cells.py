@@ -1,15 +1,10 @@
 """Cells of a batch that score a given design, and the published figures beside them."""
 
-import re
-import tomllib
-
 import pytest
 from batches import batch, written
-from places import ROOT
 from wording import refused
 
 from hfc_design.batch.plan import read_batch
-from hfc_design.files.named_scenario import load_scenario
 
 SHORT = "[set]\nsimulation.duration_s = 0.2\n"
 
@@ -58,7 +53,7 @@ def test_published_figures_that_cannot_be(entry, where, tmp_path):
         "change.controller.pd.kp = 4.0",
         'design = "nope"',
         'design = "pd-only"\nchange.controller.pd.kx = 4.0',
-        'design = "pd-only"\nscenario = "feed-drive-circle"',
+        'design = "pd-only"\nscenario = "milling-table-circle"',
         'design = "pd-only"\nsimulation.sample_time_s = 0.002\nsimulation.substeps = 2',
         "design = 3",
         "label = 3",
@@ -73,17 +68,3 @@ def test_cells_that_cannot_be(text, tmp_path):
         read_batch(path)
     assert found.where == str(path)
     assert "cell with" in found.refusal
-
-
-def test_the_batch_files_of_the_documentation_can_be_planned(tmp_path):
-    texts = []
-    for page in ("docs/researcher.md", "docs/batch.md"):
-        text = (ROOT / page).read_text(encoding="utf-8")
-        texts += re.findall(r"^```toml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    plans = [text for text in texts if "[grid]" in text or "published" in text]
-    assert len(plans) == 3
-    for text in plans:
-        assert len(read_batch(written(tmp_path, text)).cells) >= 2
-    (window,) = [text for text in texts if text.startswith("[[windows]]")]
-    own = load_scenario("feed-drive-circle", {"windows": tomllib.loads(window)["windows"]})
-    assert own.windows[0].name == "cycle_2"

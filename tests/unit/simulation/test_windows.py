@@ -1,9 +1,7 @@
-"""Windows and changes that cannot be, and what a changed design says of itself."""
+"""Windows and changes that cannot be."""
 
 import pytest
 from wording import refused_command
-
-from hfc_design.files.pairing import load_design
 
 
 @pytest.mark.parametrize(
@@ -35,11 +33,3 @@ def test_windows_that_cannot_be(windows, where):
 def test_changes_that_cannot_be(change):
     found = refused_command("score", "jee-koren-2004-flc", "--change", change)
     assert found.count("\n") == 1
-
-
-def test_a_changed_design_says_so_and_loses_its_score():
-    design = load_design("jee-koren-2004-aflc", {"controller.adaptation.k_c": 0.25})
-    assert design.controller.adaptation.k_c == 0.25
-    assert design.controller.adaptation.k_a == 0.5
-    assert design.provenance["changes"] == {"controller.adaptation.k_c": 0.25}
-    assert design.score == {}
